@@ -1,0 +1,1 @@
+"""The plant, its instruments, and how a declared component becomes an FMU."""

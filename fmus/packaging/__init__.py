@@ -1,0 +1,1 @@
+"""From one declaration to an FMU: integration, model description, Python and native forms."""

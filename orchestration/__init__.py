@@ -1,0 +1,1 @@
+"""Everything that runs the components together, and what is learned from it."""

@@ -1,0 +1,1 @@
+"""From measured data to what the simulation gets wrong, why, and the extended model."""

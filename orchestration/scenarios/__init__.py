@@ -1,0 +1,1 @@
+"""Scenario files, their loader and the metrics of a closed-loop run."""

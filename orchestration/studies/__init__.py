@@ -1,0 +1,1 @@
+"""Comparisons, sweeps and tuning over many scenarios."""

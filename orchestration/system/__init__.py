@@ -1,0 +1,1 @@
+"""Systems of components: read from SSP, checked, written to SSP."""

@@ -1,0 +1,91 @@
+"""A system of co-simulation components: what is wired to what, and which start values apply.
+
+This is the one form that every SSP is read into and that the master runs. Nested systems are
+flattened on reading; a component then bears its full dotted name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+ConnectorKind = Literal["input", "output", "parameter", "calculatedParameter"]
+ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
+Value = float | int | bool | str
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A variable of a component as the system sees it; `unit` is None where the SSP gives none."""
+
+    name: str
+    kind: ConnectorKind
+    type: ConnectorType = "Real"
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """Named start values of one component, in the units of that component's own variables."""
+
+    name: str
+    values: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Component:
+    """One FMU in the system: where its file lies, its connectors, and the values it starts from."""
+
+    name: str
+    fmu: Path
+    connectors: tuple[Connector, ...] = ()
+    parameters: ParameterSet = ParameterSet("parameters")
+
+
+@dataclass(frozen=True)
+class Connection:
+    """From an output to an input: `target = factor * source + offset` in the two variables' own units."""
+
+    source_component: str
+    source_variable: str
+    target_component: str
+    target_variable: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def source(self) -> str:
+        """Both names of the giving end, as `link.elongation`."""
+        return f"{self.source_component}.{self.source_variable}"
+
+    @property
+    def target(self) -> str:
+        """Both names of the taking end, as `camera.elongation`."""
+        return f"{self.target_component}.{self.target_variable}"
+
+
+@dataclass(frozen=True)
+class DefaultExperiment:
+    """Times in s that the system proposes for itself; None where it proposes nothing."""
+
+    start_time: float = 0.0
+    stop_time: float | None = None
+    step_size: float | None = None
+
+
+@dataclass(frozen=True)
+class System:
+    """Components by name, in the order given, and the connections between them."""
+
+    name: str
+    components: dict[str, Component]
+    connections: tuple[Connection, ...] = ()
+    default_experiment: DefaultExperiment = DefaultExperiment()
+
+    def with_values(self, component: str, values: Mapping[str, Value]) -> System:
+        """Give the same system with some start values of one component replaced."""
+        old = self.components[component]
+        parameters = replace(old.parameters, values={**old.parameters.values, **values})
+        return replace(self, components={**self.components, component: replace(old, parameters=parameters)})
