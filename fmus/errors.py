@@ -1,0 +1,15 @@
+"""The error that a user can mend."""
+
+
+class InputError(ValueError):
+    """What was given cannot be used: the message says what, where, its value and unit, and the remedy.
+
+    Programs catch it to end with exit code 2 and that one sentence.
+    """
+
+
+class MissingExtra(InputError):
+    """An optional part is not installed; the message gives the command that installs it."""
+
+    def __init__(self, purpose: str, extra: str) -> None:
+        super().__init__(f'{purpose} needs an optional part: pip install "warmlink[{extra}]"')
