@@ -150,7 +150,7 @@ class Layout:
         self.names = [name for variable in self.variables for name in variable.scalar_names]
         self.size = len(self.names)
         self.index = {name: i for i, name in enumerate(self.names)}
-        self._record = namedtuple("Values", [v.name for v in self.variables])  # type: ignore[misc]  # noqa: PYI024
+        self._record: Any = namedtuple("Values", [v.name for v in self.variables])
         self._places: list[int | slice] = []
         start = 0
         for variable in self.variables:
@@ -261,7 +261,8 @@ class Component:
     def scalars(self) -> Iterator[Scalar]:
         """Every scalar variable of the interface, in the order of its value reference."""
         reference = 0
-        for variable in (*self.parameters, *self.inputs, *self.outputs):
+        declared: tuple[Input | Parameter | Output, ...] = (*self.parameters, *self.inputs, *self.outputs)
+        for variable in declared:
             for i, name in enumerate(variable.scalar_names):
                 yield Scalar(reference, name, variable, i)
                 reference += 1

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.arithmetic import Number
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Input, Parameter
@@ -193,14 +195,14 @@ class Instance:
             self._jacobian = ComplexStepJacobian(self._structure(time))
         for i in range(count):
             now = time + i * micro
-            matrix = self._jacobian(lambda x, now=now: self._rates(x, now), self._x)  # type: ignore[misc]
+            matrix = self._jacobian(partial(self._rates, time=now), self._x)
             self._x = rosenbrock_step(self._rates, matrix, self._x, now, micro)
 
-    def _rates(self, x: NDArray[np.float64], time: float) -> NDArray[np.float64]:
-        return self.component.rates_of(x, self._u, self._settled, time)  # type: ignore[no-any-return]
+    def _rates(self, x: Number, time: float) -> Number:
+        return self.component.rates_of(x, self._u, self._settled, time)
 
     def _structure(self, time: float) -> NDArray[np.bool_]:
         """Where the Jacobian differs from zero, found a column at a time."""
         size = self.component.x.size
         every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-        return every(lambda x: self._rates(x, time), self._x) != 0  # type: ignore[arg-type,return-value]
+        return every(partial(self._rates, time=time), self._x) != 0

@@ -5,10 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 from warmlink.fmus.packaging.component import Check, Component, Derived, Input, Output, Parameter, State
-from warmlink.fmus.thermal_link import equations
-
-CELLS = 40
-SENSORS = equations.SENSORS
 from warmlink.fmus.packaging.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
@@ -16,6 +12,10 @@ from warmlink.fmus.packaging.quantities import (
     temperature_output,
     temperature_parameter,
 )
+from warmlink.fmus.thermal_link import equations
+
+CELLS = 40
+SENSORS = equations.SENSORS
 
 _INPUTS = (
     Input("heat_flow", "W", "heat flow into the link at base position", nominal=5),
@@ -122,6 +122,16 @@ _OUTPUTS = (
     ),
 )
 
+
+def _sensor_on_link(sensor: int) -> Check:
+    name = f"sensor_position[{sensor}]"
+    return Check(
+        lambda p: p.length - p.sensor_position[sensor],
+        f"sensor_position[{sensor + 1}]: {{{name}}} m lies beyond the link's end; "
+        "keep it within length ({length} m)",
+    )
+
+
 _CHECKS = (
     Check(
         lambda p: p.length - p.tip_position,
@@ -132,14 +142,7 @@ _CHECKS = (
         "base_position: {base_position} m leaves no stretch before tip_position ({tip_position} m); "
         "put it nearer the proximal end",
     ),
-    *(
-        Check(
-            lambda p, i=i: p.length - p.sensor_position[i],
-            f"sensor_position[{i + 1}]: {{sensor_position[{i}]}} m lies beyond the link's end; "
-            "keep it within length ({length} m)",
-        )
-        for i in range(SENSORS)
-    ),
+    *(_sensor_on_link(i) for i in range(SENSORS)),
 )
 
 

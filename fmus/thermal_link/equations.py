@@ -9,6 +9,7 @@ J. P. Holman, *Heat Transfer*, 9th ed., McGraw-Hill 2002, chapters 2 and 4 (fins
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 from warmlink.fmus.arithmetic import Number, absolute, clip, maximum, placed, stack, total, where
 from warmlink.fmus.packaging.component import Record
@@ -169,7 +170,7 @@ def initial_rise(p: Record, places: list[Number]) -> list[Number]:
     rises = []
     for place in places:
         rise = known[0][1]
-        for (left, low), (right, high) in zip(known, known[1:], strict=False):
+        for (left, low), (right, high) in pairwise(known):
             share = (place - left) / maximum(right - left, 1e-12)
             rise = rise + clip(share, 0.0, 1.0) * (high - low)
         rises.append(rise)
