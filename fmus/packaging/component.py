@@ -142,6 +142,10 @@ class Check:
     sentence: str
 
 
+def _record_type(names: list[str]) -> Any:
+    return namedtuple("Values", names)
+
+
 class Layout:
     """How named variables lie in one flat vector."""
 
@@ -150,7 +154,7 @@ class Layout:
         self.names = [name for variable in self.variables for name in variable.scalar_names]
         self.size = len(self.names)
         self.index = {name: i for i, name in enumerate(self.names)}
-        self._record: Any = namedtuple("Values", [v.name for v in self.variables])
+        self._record = _record_type([v.name for v in self.variables])
         self._places: list[int | slice] = []
         start = 0
         for variable in self.variables:
