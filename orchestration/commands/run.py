@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
@@ -35,11 +34,9 @@ def run_command(
     """Run, write and answer; gives the exit code."""
     scenario = _scenario(name, settings, step, stop, master)
     controller = controller or scenario.controller
-    if fmus is not None and fmus not in FMU_KINDS:
-        raise InputError(f"--fmus {fmus}: no such kind; choose {' or '.join(FMU_KINDS)}")
     kinds = WARMUP_CELL.components_with(NO_CONTROLLER)
     needed = [kind for kind in kinds.values() if kind != NO_CONTROLLER]
-    fmu_store = store(cast("FmuKind | None", fmus), needed, remark)
+    fmu_store = store(_kind(fmus), needed, remark)
     with progress_bar(scenario.title) as progress:
         outcome = run_scenario(scenario, controller, fmu_store, progress)
 
@@ -79,6 +76,15 @@ def _scenario(
             raise InputError(f'--set {setting}: no value; write --set "motor.joint_conductance=2 W/K"')
         parameters[variable.strip()] = value.strip()
     return replace(scenario, parameters=parameters)
+
+
+def _kind(name: str | None) -> FmuKind | None:
+    for kind in FMU_KINDS:
+        if kind == name:
+            return kind
+    if name is not None:
+        raise InputError(f"--fmus {name}: no such kind; choose {' or '.join(FMU_KINDS)}")
+    return None
 
 
 def _answer(outcome: ClosedLoop) -> str:

@@ -76,9 +76,15 @@ class Blueprint:
         return System(
             self.name,
             components,
-            tuple(Connection(*source.split(".", 1), *target.split(".", 1)) for source, target in self.wires),
+            tuple(_connection(source, target) for source, target in self.wires),
             DefaultExperiment(0.0, self.stop_time, self.step_size),
         )
+
+
+def _connection(source: str, target: str) -> Connection:
+    giving, _, output = source.partition(".")
+    taking, _, entry = target.partition(".")
+    return Connection(giving, output, taking, entry)
 
 
 def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:
