@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 
 app = typer.Typer(
     name="warmlink",
-    help="How far off is a robot's tool point while its link warms up, and how well a controller takes that out.",
+    help="How far off a robot's tool point is while its link warms up, and what a controller takes out of that.",
     epilog="Begin with: warmlink run",
     no_args_is_help=True,
     add_completion=False,
@@ -69,6 +69,47 @@ def run(
     raise SystemExit(
         run_command(scenario, controller, fmus, out, set_ or [], step, stop, master, report, json)
     )
+
+
+@app.command()
+def build(
+    fmus: Annotated[str, typer.Option(help="`native`, `python` or `all`.")] = "all",
+    platforms: Annotated[
+        str | None,
+        typer.Option(help="Native platforms, as `x86_64-linux,x86_64-windows`, or `all`. Default: this machine's."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
+    json: Json = False,
+) -> None:
+    """Build the FMUs and the systems (SSP) for other tools, and validate each."""
+    from warmlink.orchestration.commands.build import build_command
+
+    build_command(fmus, platforms, out, json)
+
+
+@app.command()
+def simulate(
+    system: Annotated[Path, typer.Argument(help="An .ssp file, anybody's.")],
+    stop: Annotated[str | None, typer.Option(help='Stop time, as "1 h". Default: the system\'s own.')] = None,
+    step: Annotated[str | None, typer.Option(help='Communication step size, as "1 s". Default: its own.')] = None,
+    master: Annotated[str, typer.Option(help="Master algorithm (`warmlink list`).")] = "jacobi",
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
+    json: Json = False,
+) -> None:
+    """Run a system of FMUs and write its outputs as CSV and Parquet."""
+    from warmlink.orchestration.commands.simulate import simulate_command
+
+    raise SystemExit(simulate_command(system, stop, step, master, out, json))
+
+
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file, anybody's.")], json: Json = False
+) -> None:
+    """Check an FMU or a system as an integrator would; exit code 1 where a check fails."""
+    from warmlink.orchestration.commands.check import check_command
+
+    raise SystemExit(check_command(file, json))
 
 
 @app.command(name="list")

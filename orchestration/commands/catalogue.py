@@ -16,7 +16,7 @@ def list_command(as_json: bool) -> None:
         "controllers": {name: law.description for name, law in sorted(controller_catalogue().items())},
         "systems": {name: blueprint.about for name, blueprint in SHIPPED.items()},
         "components": {component.name: component.description for component in catalogue()},
-        "masters": {name: about for name, about in ALGORITHMS.items()},
+        "masters": dict(ALGORITHMS),
     }
     if as_json:
         answer_json(found)

@@ -10,7 +10,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
-from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, ClosedLoop, run_scenario, write_series
+from warmlink.orchestration.report.series import write_series
+from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, ClosedLoop, run_scenario
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario

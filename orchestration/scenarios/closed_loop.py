@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -166,17 +165,3 @@ def _coupling_error(coarse: Result, fine: Result) -> float:
     shared = min(len(coarse.times), (len(fine.times) + 1) // 2)
     change = coarse[ELONGATION][:shared] - fine[ELONGATION][::2][:shared]
     return 2e6 * float(np.max(np.abs(change), initial=0.0))
-
-
-def write_series(result: Result, folder: Path) -> None:
-    """Write `results.csv` and `results.parquet`: a column a variable, with its unit in the name."""
-    import pyarrow
-    from pyarrow import csv, parquet
-
-    columns: Mapping[str, Any] = {
-        "time [s]": result.times,
-        **{result.table.heading(name): result[name] for name in result.table.names},
-    }
-    table = pyarrow.table(columns)
-    csv.write_csv(table, folder / "results.csv")
-    parquet.write_table(table, folder / "results.parquet")
