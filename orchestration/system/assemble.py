@@ -51,7 +51,7 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
         key: checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
         for key, value in (values or {}).items()
     }
-    return Component(name, fmu, connectors, ParameterSet(name, checked))
+    return Component(name, fmu, connectors, ParameterSet(values=checked))
 
 
 def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
@@ -139,7 +139,8 @@ def _needed(
     taking, target_unit = _variable(taker, link.target_variable)
     if giving.causality not in _OUTGOING or taking.causality != "input":
         raise InputError(
-            f"{between}: {giving.causality} does not connect to {taking.causality}; connect an output to an input"
+            f"{between}: {giving.causality} does not connect to {taking.causality}; "
+            "connect an output to an input"
         )
     if giving.kind != taking.kind:
         raise InputError(

@@ -56,7 +56,7 @@ def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, Mo
     values = resolver.values()
     components = {
         name: Component(
-            name, flat.components[place].fmu, connectors[place], ParameterSet(name, values[place])
+            name, flat.components[place].fmu, connectors[place], ParameterSet(values=values[place])
         )
         for place, name in ((place, ".".join(place)) for place in flat.components)
     }
