@@ -210,6 +210,22 @@ ABSENT(fmi3SetShiftFraction, const fmi3ValueReference v[], size_t n, const fmi3U
 ABSENT(fmi3EvaluateDiscreteStates)
 ABSENT(fmi3UpdateDiscreteStates, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e, fmi3Float64 *f)
 ABSENT(fmi3EnterStepMode)
+ABSENT(fmi3EnterContinuousTimeMode)
+ABSENT(fmi3CompletedIntegratorStep, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *c)
+ABSENT(fmi3SetTime, fmi3Float64 t)
+ABSENT(fmi3SetContinuousStates, const fmi3Float64 x[], size_t n)
+ABSENT(fmi3GetContinuousStateDerivatives, fmi3Float64 x[], size_t n)
+ABSENT(fmi3GetEventIndicators, fmi3Float64 x[], size_t n)
+ABSENT(fmi3GetContinuousStates, fmi3Float64 x[], size_t n)
+ABSENT(fmi3GetNominalsOfContinuousStates, fmi3Float64 x[], size_t n)
+ABSENT(fmi3GetNumberOfEventIndicators, size_t *n)
+ABSENT(fmi3GetNumberOfContinuousStates, size_t *n)
+ABSENT(fmi3ActivateModelPartition, fmi3ValueReference v, fmi3Float64 t)
+fmi3Instance fmi3InstantiateModelExchange(fmi3String a, fmi3String b, fmi3String c, fmi3Boolean d, fmi3Boolean e,
+    fmi3InstanceEnvironment f, fmi3LogMessageCallback g) { return NULL; }
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String a, fmi3String b, fmi3String c, fmi3Boolean d, fmi3Boolean e,
+    fmi3InstanceEnvironment f, fmi3LogMessageCallback g, fmi3ClockUpdateCallback h, fmi3LockPreemptionCallback i,
+    fmi3UnlockPreemptionCallback j) { return NULL; }
 #else
 #define S ((Slave *)c)
 #define D (&S->data)
