@@ -100,7 +100,7 @@ class Monolithic:
             inputs = self._with(phase.inputs)
             if z is None:
                 z = self._start(inputs)
-            grid = begun + every * np.arange(round(phase.duration / every) + 1)
+            grid: NDArray[np.float64] = begun + every * np.arange(round(phase.duration / every) + 1.0)
             found = solve_ivp(
                 self._rates,
                 (begun, grid[-1]),
