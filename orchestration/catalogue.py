@@ -51,5 +51,7 @@ def _declared(package: ModuleType) -> dict[str, Component]:
             continue
         module = f"{package.__name__}.{entry.name}.component"
         if importlib.util.find_spec(module) is not None:
-            found[entry.name] = importlib.import_module(module).COMPONENT
+            declared = getattr(importlib.import_module(module), "COMPONENT", None)
+            if declared is not None:
+                found[entry.name] = declared
     return found
