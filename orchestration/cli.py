@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 
 app = typer.Typer(
     name="warmlink",
-    help="How far off a robot's tool point is while its link warms up, and what a controller takes out of that.",
+    help="How far off a robot's tool point is while its link warms up, and what a controller takes out.",
     epilog="Begin with: warmlink run",
     no_args_is_help=True,
     add_completion=False,

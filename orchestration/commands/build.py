@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.build import build_python_fmus, catalogue
+from warmlink.fmus.packaging.build import build_python_fmus
+from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar
 from warmlink.orchestration.system.shipped import SHIPPED, Blueprint
 from warmlink.orchestration.system.write import write_ssp
@@ -20,11 +22,12 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
     if kind not in KINDS:
         raise InputError(f"--fmus {kind}: no such kind; choose {', '.join(KINDS)}")
     built: list[Path] = []
+    everything = list(components().values())
     if kind in ("python", "all"):
         with progress_bar("Python FMUs") as progress:
-            built += build_python_fmus(catalogue(), out / "python", progress)
+            built += build_python_fmus(everything, out / "python", progress)
     if kind in ("native", "all"):
-        built += _build_native(platforms, out)
+        built += _build_native(everything, platforms, out)
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         built.append(_write_system(blueprint, fmus, out))
@@ -36,7 +39,7 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
             answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
 
 
-def _build_native(platforms: str | None, out: Path) -> list[Path]:
+def _build_native(everything: list[Component], platforms: str | None, out: Path) -> list[Path]:
     from warmlink.fmus.packaging.native_fmu import build_native_fmus, platforms_named
 
     chosen = platforms_named(platforms)
@@ -44,13 +47,13 @@ def _build_native(platforms: str | None, out: Path) -> list[Path]:
     for version in ("3.0", "2.0"):
         with progress_bar(f"native FMUs, FMI {version}") as progress:
             folder = out / "native" / f"fmi{version[0]}"
-            built += build_native_fmus(catalogue(), folder, version, chosen, progress)
+            built += build_native_fmus(everything, folder, version, chosen, progress)
     return built
 
 
 def _write_system(blueprint: Blueprint, fmus: dict[str, Path], out: Path) -> Path:
     path = out / f"{blueprint.name}.ssp"
-    write_ssp(blueprint.system(fmus, controller_component(SHOWN_CONTROLLER).name), path)
+    write_ssp(blueprint.system(fmus, controller(SHOWN_CONTROLLER).name), path)
     return path
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.packaging.build import catalogue, controller_catalogue
+from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
 from warmlink.orchestration.master.algorithms import ALGORITHMS
 from warmlink.orchestration.scenarios.scenario import load_scenario, scenario_names
@@ -13,9 +13,9 @@ def list_command(as_json: bool) -> None:
     """Print the catalogue as tables, or as JSON."""
     found = {
         "scenarios": {name: load_scenario(name).title for name in scenario_names()},
-        "controllers": {name: law.description for name, law in sorted(controller_catalogue().items())},
+        "controllers": {name: law.description for name, law in controllers().items()},
         "systems": {name: blueprint.about for name, blueprint in SHIPPED.items()},
-        "components": {component.name: component.description for component in catalogue()},
+        "components": {name: component.description for name, component in components().items()},
         "masters": dict(ALGORITHMS),
     }
     if as_json:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
@@ -35,9 +36,9 @@ def run_command(
     """Run, write and answer; gives the exit code."""
     scenario = _scenario(name, settings, step, stop, master)
     controller = controller or scenario.controller
-    kinds = WARMUP_CELL.components_with(NO_CONTROLLER)
-    needed = [kind for kind in kinds.values() if kind != NO_CONTROLLER]
-    fmu_store = store(_kind(fmus), needed, remark)
+    laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
+    needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
+    fmu_store = store(_kind(fmus), sorted(needed), remark)
     with progress_bar(scenario.title) as progress:
         outcome = run_scenario(scenario, controller, fmu_store, progress)
 

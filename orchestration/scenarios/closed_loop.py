@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms import algorithm_named
 from warmlink.orchestration.master.result import Result
@@ -116,12 +116,8 @@ def run_scenario(
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
-    laws = store.controllers()
-    for name in (controller, NO_CONTROLLER):
-        if name not in laws:
-            raise InputError(f"{name}: no such controller; choose {', '.join(sorted(laws))}")
-    cell = _system(scenario, laws[controller], store)
-    plain = _system(scenario, laws[NO_CONTROLLER], store)
+    cell = _system(scenario, catalogue.controller(controller), store)
+    plain = _system(scenario, catalogue.controller(NO_CONTROLLER), store)
 
     without = _simulate(plain, scenario, 1, lambda share: report(share / 4))
     compensated = _simulate(cell, scenario, 1, lambda share: report((1 + share) / 4))
@@ -139,8 +135,8 @@ def run_scenario(
 
 def _system(scenario: Scenario, controller: Component, store: FmuStore) -> System:
     kinds = WARMUP_CELL.components_with(controller.name)
-    components = {instance: store.component(kind) for instance, kind in kinds.items()}
-    values = start_values(scenario.parameters, components, scenario.name)
+    declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
+    values = start_values(scenario.parameters, declared, scenario.name)
     values.setdefault("duty", {}).update(scenario.duty.parameters())
     if "tolerance" in controller.p.index:
         values.setdefault("compensator", {}).setdefault("tolerance", scenario.tolerance)
