@@ -26,7 +26,8 @@ table { border-collapse: collapse; width: 100%; margin: 0.6rem 0 1.4rem; font-si
 th, td { text-align: left; padding: 0.3em 0.7em; border-bottom: 1px solid #e4ddd8; vertical-align: top; }
 th { background: #f6f3f0; }
 td.number { text-align: right; white-space: nowrap; }
-footer { margin-top: 3rem; padding-top: 0.6rem; border-top: 1px solid #e4ddd8; font-size: 0.85em; color: #666; }
+footer { margin-top: 3rem; padding-top: 0.6rem; border-top: 1px solid #e4ddd8; }
+footer { font-size: 0.85em; color: #666; }
 """
 
 
