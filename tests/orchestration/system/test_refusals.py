@@ -153,7 +153,7 @@ CASES = [
     Case(
         "factor_not_a_number",
         cell(connection("motor.heat_flow", "link.heat_flow", LINEAR.replace("2", "two"))),
-        "motor.heat_flow -> link.heat_flow: factor: 'two' is not a finite number",
+        "motor.heat_flow -> link.heat_flow: factor: 'two' is not a number",
     ),
     Case(
         "unknown_connector",
@@ -414,7 +414,7 @@ CASES = [
             "</ssd:SystemStructureDescription>",
             '<ssd:DefaultExperiment stopTime="soon"/></ssd:SystemStructureDescription>',
         ),
-        "SystemStructure.ssd: stopTime: 'soon' is not a finite number",
+        "SystemStructure.ssd: stopTime: 'soon' is not a number",
     ),
 ]
 
