@@ -181,9 +181,9 @@ class Fmi2Slave:
                 raise SlaveError(self.name, "terminated", time, message)
             self._fail("fmi2DoStep", status)
 
-    def state(self) -> object:
-        """Copy the complete state."""
-        state = c_void_p()
+    def state(self, reuse: object = None) -> object:
+        """Copy the complete state, over an earlier copy where one is given."""
+        state = reuse if isinstance(reuse, c_void_p) else c_void_p()
         self._call("fmi2GetFMUstate", self.component, byref(state))
         return state
 
