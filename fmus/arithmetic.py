@@ -22,16 +22,16 @@ LARGEST = 1e300
 
 def symbolic(*values: Number) -> bool:
     """Whether any of the values is a CasADi expression."""
-    # A loop over types that are known: this is asked for every operation.
+    # A loop and a cache, since this is asked for every operation.
     for value in values:  # noqa: SIM110
-        if _symbolic_type(type(value)):
+        if _from_casadi(type(value).__module__):
             return True
     return False
 
 
 @cache
-def _symbolic_type(kind: type) -> bool:
-    return kind.__module__.startswith("casadi")
+def _from_casadi(module: str) -> bool:
+    return module.startswith("casadi")
 
 
 def real(value: Number) -> Number:
