@@ -78,7 +78,7 @@ def test_the_error_function_is_that_of_the_c_library(x: float) -> None:
 def test_where_keeps_nan_out_of_the_branch_not_taken() -> None:
     x = casadi.SX.sym("x", 3)
     chosen = casadi.Function("f", [x], [ar.where(x > 0, x, math.nan), ar.where(x > 0, 1.0, x)])
-    first, second = (np.ravel(each) for each in chosen([1.0, -1.0, 2.0]))
+    first, second = (each.full().ravel() for each in chosen([1.0, -1.0, 2.0]))
     assert np.array_equal(first, [1.0, math.nan, 2.0], equal_nan=True)
     assert second.tolist() == [1.0, -1.0, 1.0]
     vector = np.array([1.0, -1.0, 2.0])
@@ -98,7 +98,7 @@ def test_vectors_are_built_alike() -> None:
         [3.0, 5.0]
     )
     v = np.array([3.0, 5.0])
-    assert np.ravel(parts[0]).tolist() == ar.stack(1.0, v, v[0]).tolist() == [1, 3, 5, 3]
-    assert np.ravel(parts[1]).tolist() == ar.placed(v[1], 2, 4).tolist() == [0, 0, 5, 0]
+    assert parts[0].full().ravel().tolist() == ar.stack(1.0, v, v[0]).tolist() == [1, 3, 5, 3]
+    assert parts[1].full().ravel().tolist() == ar.placed(v[1], 2, 4).tolist() == [0, 0, 5, 0]
     assert float(parts[2]) == ar.total(v) == 8
     assert ar.placed(1j, 0, 2).tolist() == [1j, 0]

@@ -129,8 +129,8 @@ def in_casadi(name: str) -> dict[str, casadi.Function]:
     return found
 
 
-def same(found: object, expected: np.ndarray, scale: float = 1e-12) -> None:
-    assert np.ravel(found) == pytest.approx(
+def same(found: casadi.DM, expected: np.ndarray, scale: float = 1e-12) -> None:
+    assert found.full().ravel() == pytest.approx(
         np.asarray(expected, dtype=float), rel=1e-12, abs=scale, nan_ok=True
     )
 
@@ -188,13 +188,13 @@ def test_the_complex_step_gives_casadis_jacobians(name: str, seed: int) -> None:
     found = ComplexStepJacobian(np.ones((size, size), dtype=bool))(
         lambda z: component.rates_of(z, u, d, 60.0), x
     )
-    by_state = np.array(by_state)
+    by_state = by_state.full()
     assert found == pytest.approx(by_state, rel=1e-11, abs=1e-12 * np.abs(by_state).max())
     for i in range(component.u.size):
         stepped = u.astype(complex)
         stepped[i] += 1e-30j
         slope = np.imag(component.rates_of(x, stepped, d, 60.0)) / 1e-30
-        assert slope == pytest.approx(np.array(by_input)[:, i], rel=1e-11, abs=1e-14)
+        assert slope == pytest.approx(by_input.full()[:, i], rel=1e-11, abs=1e-14)
 
 
 @pytest.mark.parametrize("name", [name for name, each in ALL.items() if each.sampled])
