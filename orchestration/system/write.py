@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import check_system
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.orchestration.system.assemble import check_system, component
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
 from warmlink.orchestration.system.model import (
@@ -21,12 +21,10 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element, write_whole
+from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.ssp_xml import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.units import Unit, meaning
 
-# The earliest date that a zip can hold: the same system gives the same bytes on any day.
-_DATE = (1980, 1, 1, 0, 0, 0)
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = ParameterSet().name
 
@@ -49,6 +47,7 @@ def write_ssp(system: System, path: Path) -> None:
     InputError
         If the system does not fit its FMUs, or two FMUs define one unit differently.
     """
+    system = _with_connectors(system)
     check_system(system)
     names = _resource_names(system.components.values())
     entries = {"SystemStructure.ssd": to_bytes(_ssd(system, names))}
@@ -56,19 +55,25 @@ def write_ssp(system: System, path: Path) -> None:
         if held.parameters.values:
             entries[_ssv_name(held)] = to_bytes(_ssv(held, system.units))
         entries[names[held.fmu]] = held.fmu.read_bytes()
-    write_whole(path, _zipped(entries))
+    write_archive(path, entries)
 
 
-def _zipped(entries: dict[str, bytes]) -> bytes:
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        for name, data in entries.items():
-            info = zipfile.ZipInfo(name, _DATE)
-            info.create_system = 3
-            info.external_attr = 0o644 << 16
-            # Stored: FMUs are compressed already, and the bytes then do not depend on a zlib version.
-            archive.writestr(info, data, zipfile.ZIP_STORED)
-    return stream.getvalue()
+def _with_connectors(system: System) -> System:
+    """Give the system with connectors everywhere: those who read the file connect nothing else."""
+    parts = {
+        name: held if held.connectors else replace(held, connectors=component(held.name, held.fmu).connectors)
+        for name, held in system.components.items()
+    }
+    for link in system.connections:
+        for name, connector in (
+            (link.source_component, link.source_variable),
+            (link.target_component, link.target_variable),
+        ):
+            if name in parts and connector not in {c.name for c in parts[name].connectors}:
+                raise InputError(
+                    f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
+                )
+    return replace(system, components=parts)
 
 
 def _resource_names(components: Iterable[Component]) -> dict[Path, str]:
