@@ -1,4 +1,4 @@
-"""Everything that can be given wrongly ends in one clear sentence and exit code 2, with nothing left behind."""
+"""Whatever is given wrongly ends in one clear sentence and exit code 2, with nothing left behind."""
 
 from __future__ import annotations
 
