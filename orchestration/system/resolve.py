@@ -114,9 +114,8 @@ class Resolver:
             told = f"{ends[0]} in {_name(unit)} does not convert to {ends[1]} in {_name(target_unit)}"
             raise InputError(f"{between}: {told}; connect two differences or two temperatures")
         if giving.kind != "Real" and not found[0].identity:
-            raise InputError(
-                f"{between}: a linear transformation needs Real variables, these are {giving.kind}"
-            )
+            told = f"a linear transformation needs Real variables, these are {giving.kind}"
+            raise InputError(f"{between}: {told}; remove it")
         names = ".".join(source.path), source.connector, ".".join(target.path), target.connector
         return Connection(*names, found[0].factor, found[0].offset)
 
