@@ -262,6 +262,9 @@ class _Reader:
                 f"{where}: source {source!r} is not a file inside the SSP; put it into resources"
             )
         path = self.base / relative
+        if not path.is_file() and (plain := archive.safe_relative(source)):
+            # Some tools write names as they are, a percent sign included, where a URI should stand.
+            path = self.base / plain
         if not path.is_file():
             raise InputError(f"{where}: the SSP holds no {source}; add the file or correct the source")
         return path
@@ -285,12 +288,15 @@ def _items(element: Any, holder: str, name: str | None = None) -> list[Any]:
 def _experiment(element: Any, where: str) -> DefaultExperiment:
     if element is None:
         return DefaultExperiment()
-    step = next((s for s in element.iter() if local(s) == "FixedStepAlgorithm"), None)
-    return DefaultExperiment(
-        optional_number(element, "startTime", where) or 0.0,
-        optional_number(element, "stopTime", where),
-        None if step is None else optional_number(step, "baseStepSize", where),
-    )
+    start = optional_number(element, "startTime", where) or 0.0
+    stop = optional_number(element, "stopTime", where)
+    if stop is not None and stop <= start:
+        raise InputError(f"{where}: stopTime {stop:g} s is not after startTime {start:g} s; give a later one")
+    algorithm = next((s for s in element.iter() if local(s) == "FixedStepAlgorithm"), None)
+    step = None if algorithm is None else optional_number(algorithm, "baseStepSize", where)
+    if step is not None and step <= 0:
+        raise InputError(f"{where}: baseStepSize {step:g} s is not positive; give a step above 0 s")
+    return DefaultExperiment(start, stop, step)
 
 
 def _bytes(path: Path) -> bytes:

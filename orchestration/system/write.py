@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -49,12 +51,12 @@ def write_ssp(system: System, path: Path) -> None:
     """
     system = _with_connectors(system)
     check_system(system)
-    names = _resource_names(system.components.values())
-    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, names))}
+    files = _Files(system.components.values())
+    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, files))}
     for held in system.components.values():
         if held.parameters.values:
-            entries[_ssv_name(held)] = to_bytes(_ssv(held, system.units))
-        entries[names[held.fmu]] = held.fmu.read_bytes()
+            entries[files.parameters[held.name]] = to_bytes(_ssv(held, system.units))
+        entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
     write_archive(path, entries)
 
 
@@ -76,23 +78,34 @@ def _with_connectors(system: System) -> System:
     return replace(system, components=parts)
 
 
-def _resource_names(components: Iterable[Component]) -> dict[Path, str]:
-    """Give each FMU a name under resources: its own, or with the component's where that is taken."""
-    names: dict[Path, str] = {}
-    for held in components:
-        if held.fmu not in names:
-            name = f"resources/{held.fmu.name}"
-            if name in names.values():
-                name = f"resources/{held.name}-{held.fmu.name}"
-            names[held.fmu] = name
-    return names
+class _Files:
+    """What each FMU and each parameter set is called inside the SSP.
+
+    Only letters, digits, dot, hyphen and underscore, because some readers do not decode a URI, and never
+    two names that differ in capitals alone, because some file systems do not tell them apart.
+    """
+
+    def __init__(self, components: Iterable[Component]) -> None:
+        self.fmus: dict[Path, str] = {}
+        self.parameters: dict[str, str] = {}
+        self._taken: set[str] = set()
+        for held in components:
+            if held.fmu not in self.fmus:
+                self.fmus[held.fmu] = self._free(held.fmu.stem, ".fmu")
+            self.parameters[held.name] = self._free(held.name, ".ssv")
+
+    def _free(self, stem: str, suffix: str) -> str:
+        plain = re.sub(r"[^A-Za-z0-9._-]", "_", stem)
+        names = (
+            f"resources/{plain}{n}{suffix}"
+            for n in itertools.chain([""], (f"-{i}" for i in itertools.count(2)))
+        )
+        name = next(name for name in names if name.casefold() not in self._taken)
+        self._taken.add(name.casefold())
+        return name
 
 
-def _ssv_name(held: Component) -> str:
-    return f"resources/{held.name}.ssv"
-
-
-def _ssd(system: System, names: dict[Path, str]) -> Any:
+def _ssd(system: System, files: _Files) -> Any:
     root = element(
         "ssd", "SystemStructureDescription", version="1.0", name=system.name, generationTool="warmlink"
     )
@@ -101,7 +114,7 @@ def _ssd(system: System, names: dict[Path, str]) -> Any:
     enumerations: dict[str, dict[str, int]] = {}
     units: dict[str, Unit] = {}
     for held in system.components.values():
-        _component(elements, held, names[held.fmu], enumerations, _Units(held, system.units, units))
+        _component(elements, held, files, enumerations, _Units(held, system.units, units))
     if system.connections:
         links = sub_element(top, "ssd", "Connections")
         for link in system.connections:
@@ -147,17 +160,17 @@ class _Units:
 
 
 def _component(
-    elements: Any, held: Component, source: str, enumerations: dict[str, dict[str, int]], units: _Units
+    elements: Any, held: Component, files: _Files, enumerations: dict[str, dict[str, int]], units: _Units
 ) -> None:
     kind = "application/x-fmu-sharedlibrary"
-    child = sub_element(elements, "ssd", "Component", name=held.name, type=kind, source=source)
+    child = sub_element(elements, "ssd", "Component", name=held.name, type=kind, source=files.fmus[held.fmu])
     if held.connectors:
         connectors = sub_element(child, "ssd", "Connectors")
         for connector in held.connectors:
             _connector(connectors, connector, enumerations, units)
     if held.parameters.values:
         bindings = sub_element(child, "ssd", "ParameterBindings")
-        sub_element(bindings, "ssd", "ParameterBinding", source=_ssv_name(held))
+        sub_element(bindings, "ssd", "ParameterBinding", source=files.parameters[held.name])
 
 
 def _connector(

@@ -136,6 +136,12 @@ def test_parameter_files_beside_the_ssd(lab: Lab) -> None:
     assert read.components["link"].parameters.values == {"length": pytest.approx(0.3, rel=1e-15)}
 
 
+def test_a_file_may_be_named_as_a_uri_or_as_it_is(lab: Lab) -> None:
+    odd = lab.entries()["resources/Link.fmu"]
+    for source, name in (("a%20b.fmu", "a b.fmu"), ("a%20b.fmu", "a%20b.fmu"), ("a b.fmu", "a b.fmu")):
+        assert list(lab.read(ssd(system(component("link", source))), {name: odd}).components) == ["link"]
+
+
 def test_a_mapping_may_suppress_the_unit_conversion(lab: Lab) -> None:
     shift = '<ssc:LinearTransformation factor="0.001" offset="0.5"/>'
     inner = parameters("L:Real:30:mm").replace(

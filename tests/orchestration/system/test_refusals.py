@@ -416,6 +416,11 @@ CASES = [
         ),
         "SystemStructure.ssd: stopTime: 'soon' is not a number",
     ),
+    Case(
+        "stop_before_start",
+        ssd(system(), after='<ssd:DefaultExperiment startTime="2" stopTime="1"/>'),
+        "SystemStructure.ssd: stopTime 1 s is not after startTime 2 s; give a later one",
+    ),
 ]
 
 
