@@ -99,7 +99,9 @@ class Compiler:
             units = [file for file in sources if file.endswith(".c")]
             folders = ["-I.", *(f"-I{path}" for path in include)]
             with ThreadPoolExecutor(os.cpu_count()) as pool:
-                for _ in pool.map(lambda unit: self._run(folder, [*folders, "-c", unit, "-o", f"{unit}.o"]), units):
+                for _ in pool.map(
+                    lambda unit: self._run(folder, [*folders, "-c", unit, "-o", f"{unit}.o"]), units
+                ):
                     pass
             target = name + self.platform.suffix
             self._run(folder, ["-shared", *self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
@@ -143,7 +145,9 @@ def platforms_named(names: str | None) -> tuple[Platform, ...]:
     if names is None:
         host = host_platform()
         if host is None:
-            raise InputError(f"this machine is none of {', '.join(PLATFORMS)}; name the platforms to build for")
+            raise InputError(
+                f"this machine is none of {', '.join(PLATFORMS)}; name the platforms to build for"
+            )
         return (host,)
     if names == "all":
         return tuple(PLATFORMS.values())

@@ -67,7 +67,8 @@ def _scenario(
     if step is not None:
         scenario = replace(scenario, step_size=positive(step, "s", "--step"))
     if stop is not None:
-        scenario = replace(scenario, stop_time=positive(stop, "s", "--stop"))
+        duty = replace(scenario.duty, stop_time=positive(stop, "s", "--stop"))
+        scenario = replace(scenario, duty=duty)
     if master is not None:
         scenario = replace(scenario, master=master)
     parameters = dict(scenario.parameters)

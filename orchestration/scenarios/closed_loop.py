@@ -152,7 +152,7 @@ def _system(scenario: Scenario, controller: Component, store: FmuStore) -> Syste
     kinds = WARMUP_CELL.components_with(controller.name)
     declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
     values = start_values(scenario.parameters, declared, scenario.name)
-    values.setdefault("duty", {}).update(scenario.duty.parameters())
+    values.setdefault("duty", {}).update(scenario.duty.component_parameters())
     if "tolerance" in controller.p.index:
         values.setdefault("compensator", {}).setdefault("tolerance", scenario.tolerance)
     return WARMUP_CELL.system(store.files(kinds.values()), controller.name, values)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
+
 from warmlink.fmus.motor_heat_source.component import COMPONENT
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import erf, erfc
+
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
