@@ -111,7 +111,10 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
 
 
 def test_in_steady_state_all_heat_leaves_by_housing_and_joint() -> None:
-    motor = running({"speed": SPEED, "torque": TORQUE, "winding_temperature_coefficient": 0.0})
+    motor = running(
+        {"speed": SPEED, "torque": TORQUE, "winding_temperature_coefficient": 0.0},
+        dataclasses.replace(COMPONENT, micro_step=20.0),
+    )
     motor.step(0.0, 20000.0)
     rise = motor.get("shaft_temperature") - COLD
     assert 2.0 * rise == pytest.approx(COPPER + IRON + FRICTION, rel=1e-9)
