@@ -1,7 +1,6 @@
 """Quasi-static thermo-elasticity: displacement from nodal temperatures.
 
-sigma = 2 mu eps + lambda tr(eps) I - (3 lambda + 2 mu) alpha (T - T_ref) I, div sigma = 0, one boundary
-fixed.
+sigma = 2 mu eps + lambda tr(eps) I - (3 lambda + 2 mu) alpha (T - T_ref) I, div sigma = 0, supports held.
 
 Fully integrated 8-node hexahedra, one through the thickness, lock in bending, so the displacement uses
 20-node serendipity elements on the same mesh by default; they contain pure bending exactly. `order=1` gives
@@ -20,7 +19,7 @@ from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.validation.fea.library import scikit_fem
-from warmlink.orchestration.validation.fea.mesh import Body
+from warmlink.orchestration.validation.fea.mesh import Body, Probe, Support
 
 Array = NDArray[np.float64]
 
@@ -30,7 +29,7 @@ class ThermoElasticity:
 
     Parameters
     ----------
-    body : mesh, materials, the boundary `fixed`
+    body : mesh, materials, supports
     order : 1 for 8-node trilinear, 2 for 20-node serendipity displacement
     """
 
@@ -43,8 +42,8 @@ class ThermoElasticity:
         quadrature = 3 if order == 1 else 5
         self.basis = skfem.Basis(body.mesh, element, intorder=quadrature)
         self._heat_basis = skfem.Basis(body.mesh, skfem.ElementHex1(), intorder=quadrature)
-        fixed = self.basis.get_dofs(body.mesh.boundaries["fixed"]).flatten()
-        self._free = np.setdiff1d(np.arange(self.basis.N), fixed)
+        held = np.concatenate([self._held(support) for support in body.supports])
+        self._free = np.setdiff1d(np.arange(self.basis.N), held)
 
     @cached_property
     def elongation_row(self) -> Array:
@@ -96,13 +95,26 @@ class ThermoElasticity:
             values[cells] = getattr(self.body.materials[region], name)
         return np.broadcast_to(values[:, None], self.basis.dx.shape)
 
-    def _mean_x(self, points: Array) -> Array:
-        """Weights on all displacement unknowns that give the mean x displacement at mesh vertices [m]."""
+    def _mean_x(self, probe: Probe) -> Array:
+        """Weights on all displacement unknowns that give the probe's mean displacement along x [m]."""
         weights = np.zeros(self.basis.N)
+        np.add.at(weights, self.basis.nodal_dofs[0, self._vertices(probe.points)], probe.weights)
+        return weights
+
+    def _held(self, support: Support) -> NDArray[np.int64]:
+        """Unknowns that a support holds."""
+        if isinstance(support.where, str):
+            names = [f"u^{axis + 1}" for axis in support.axes]
+            return np.asarray(self.basis.get_dofs(self.body.mesh.boundaries[support.where]).all(names))
+        vertices = self._vertices(support.where)
+        return np.asarray(self.basis.nodal_dofs[np.ix_(support.axes, vertices)].ravel())
+
+    def _vertices(self, points: Array) -> list[int]:
+        """Mesh vertices at the points, shape (3, n) [m]."""
+        vertices = []
         for point in points.T:
             distance = np.linalg.norm(self.body.mesh.p - point[:, None], axis=0)
-            vertex = int(np.argmin(distance))
-            if distance[vertex] > 1e-6:
-                raise InputError(f"elongation: no mesh vertex at {point} m; choose a point of the mesh")
-            weights[self.basis.nodal_dofs[0, vertex]] += 1 / points.shape[1]
-        return weights
+            vertices.append(int(np.argmin(distance)))
+            if distance[vertices[-1]] > 1e-6:
+                raise InputError(f"no mesh vertex at {point} m; choose a point of the mesh")
+        return vertices

@@ -16,7 +16,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.validation.fea.library import scikit_fem
-from warmlink.orchestration.validation.fea.mesh import Body
+from warmlink.orchestration.validation.fea.mesh import Body, Probe
 
 Array = NDArray[np.float64]
 
@@ -129,9 +129,9 @@ class HeatModel:
         interpolation, area = self._facet_quadrature("heated")
         return np.asarray(interpolation.T @ area) / area.sum()
 
-    def probe(self, points: Array) -> Array:
-        """Row that gives the mean temperature over the points, shape (3, n) [m], from the nodes'."""
-        return np.asarray(self.basis.probes(points).mean(axis=0)).ravel()
+    def probe(self, probe: Probe) -> Array:
+        """Row that gives the probe's mean temperature from the nodes'."""
+        return np.asarray(probe.weights @ self.basis.probes(probe.points)).ravel()
 
     def _facet_quadrature(self, name: str) -> tuple[csr_matrix, Array]:
         facets = scikit_fem().FacetBasis(

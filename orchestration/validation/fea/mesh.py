@@ -23,21 +23,42 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Probe:
+    """A weighted mean over mesh vertices: `points`, shape (3, n) [m]; `weights`, shape (n,), of sum 1."""
+
+    points: Array
+    weights: Array
+
+    @classmethod
+    def mean(cls, points: Array) -> Probe:
+        """Weigh all points, shape (3, n) [m], alike."""
+        return cls(points, np.full(points.shape[1], 1 / points.shape[1]))
+
+
+@dataclass(frozen=True)
+class Support:
+    """Holds the displacement along `axes` (0 to 2), on a named boundary or at vertices, shape (3, n) [m]."""
+
+    where: str | Array
+    axes: tuple[int, ...] = (0, 1, 2)
+
+
+@dataclass(frozen=True)
 class Body:
     """A mesh whose subdomains are materials and whose boundaries carry the boundary conditions.
 
     `mesh` is an `skfem.MeshHex` in metres, with the boundaries `heated` (temperature or heat flow prescribed;
-    facets or a plane inside), `fixed` (no displacement) and `cooled_<subdomain>` (free surfaces).
-    `materials` maps subdomain to material. `probes` maps a name to the points, shape (3, n) [m], whose mean
-    temperature is reported under that name. `elongation` is measured along x from the mean of the points
-    `origin` to the mean of the points `target`, each of shape (3, n) [m].
+    facets or a plane inside) and `cooled_<subdomain>` (free surfaces).
+    `materials` maps subdomain to material. The mean temperature of each of the `probes` is reported under its
+    name. The elongation is measured along x from `origin` to `target`.
     """
 
     mesh: Any
     materials: dict[str, Material]
-    probes: dict[str, Array]
-    origin: Array
-    target: Array
+    probes: dict[str, Probe]
+    origin: Probe
+    target: Probe
+    supports: tuple[Support, ...]
 
 
 @dataclass(frozen=True)
@@ -78,13 +99,15 @@ def bar(
     mesh = mesh.with_subdomains({"link": np.arange(mesh.nelements)})
     end = mesh.facets_satisfying(lambda x: x[0] == 0.0, boundaries_only=True)
     free = np.setdiff1d(mesh.boundary_facets(), end)
-    base, tip = _face_corners(size, 0.0), _face_corners(size, size[0])
+    y, z = np.array([0.0, size[1]]), np.array([0.0, size[2]])
+    base, tip = _section(0.0, y, z), _section(size[0], y, z)
     return Body(
-        mesh=mesh.with_boundaries({"heated": end, "fixed": end, "cooled_link": free}),
+        mesh=mesh.with_boundaries({"heated": end, "cooled_link": free}),
         materials={"link": material},
         probes={"base": base, "tip": tip},
         origin=base,
         target=tip,
+        supports=(Support("heated"),),
     )
 
 
@@ -104,10 +127,14 @@ def bare_link(geometry: Geometry, materials: Materials, refinement: int = 1) -> 
         {"link": np.arange((len(x) - 1) * (len(y) - 1) * (len(z) - 1))}
     )
     plane = mesh.facets_satisfying(lambda p: np.isclose(p[0], g.shaft_centre, atol=MERGE_DISTANCE))
-    names = {"heated": plane, "fixed": plane, "cooled_link": mesh.boundary_facets()}
+    names = {"heated": plane, "cooled_link": mesh.boundary_facets()}
     sections = {"base": g.shaft_centre, "middle": g.shaft_centre + g.span / 2, "tip": g.diode_centre}
-    probes = {name: _section_grid(at, y, z) for name, at in sections.items()}
-    return Body(mesh.with_boundaries(names), {"link": materials.link}, probes, probes["base"], probes["tip"])
+    probes = {name: _section(at, y, z) for name, at in sections.items()}
+    middle = np.array([[g.shaft_centre], [0.0], [0.0]])
+    behind = np.array([[g.diode_centre], [0.0], [0.0]])
+    supports = (Support("heated", (0,)), Support(middle, (1, 2)), Support(behind, (1,)))
+    mesh = mesh.with_boundaries(names)
+    return Body(mesh, {"link": materials.link}, probes, probes["base"], probes["tip"], supports)
 
 
 def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly | None = None) -> Body:
@@ -135,17 +162,18 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
     mesh = _with_names(builder.mesh(), g, options)
     materials_by_name = {name: getattr(materials, name) for name in mesh.subdomains}
     r_s, r_d = g.shaft_diameter / 2, g.diode_diameter / 2
-    base = np.array([[g.shaft_centre], [r_s], [g.thickness]])
-    tip = np.array([[g.diode_centre], [r_d], [g.thickness]])
-    around_base = _ring_points(g.shaft_centre, r_s, through)
-    around_tip = _ring_points(g.diode_centre, r_d, through)
-    middle = np.array([[g.shaft_centre + g.span / 2], [0.0], [g.thickness]])
+    base = _point(g.shaft_centre, r_s, g.thickness)
+    tip = _point(g.diode_centre, r_d, g.thickness)
+    around_base = _ring(g.shaft_centre, r_s, through)
+    around_tip = _ring(g.diode_centre, r_d, through)
+    middle = _point(g.shaft_centre + g.span / 2, 0.0, g.thickness)
     return Body(
         mesh=mesh,
         materials=materials_by_name,
         probes={"base": base, "middle": middle, "tip": tip, "base_ring": around_base, "tip_ring": around_tip},
         origin=around_base,
         target=tip if options.elongation_at == "above" else around_tip,
+        supports=(Support("fixed"),),
     )
 
 
@@ -190,17 +218,26 @@ def _check(g: Geometry, options: Assembly) -> None:
         raise InputError(f"elongation_at: '{options.elongation_at}' is unknown; give 'above' or 'centre'")
 
 
-def _section_grid(x: float, y: Array, z: Array) -> Array:
+def _point(x: float, y: float, z: float) -> Probe:
+    return Probe.mean(np.array([[x], [y], [z]]))
+
+
+def _section(x: float, y: Array, z: Array) -> Probe:
+    """The mean over a section at x, by the trapezoidal rule on its grid lines."""
     yy, zz = np.meshgrid(y, z, indexing="ij")
-    return np.stack([np.full(yy.size, x), yy.ravel(), zz.ravel()])
+    weights = np.outer(_trapezoid(y), _trapezoid(z)).ravel()
+    return Probe(np.stack([np.full(yy.size, x), yy.ravel(), zz.ravel()]), weights / weights.sum())
 
 
-def _face_corners(size: tuple[float, float, float], x: float) -> Array:
-    return _section_grid(x, np.array([0.0, size[1]]), np.array([0.0, size[2]]))
+def _trapezoid(x: Array) -> Array:
+    step = np.diff(x)
+    return np.concatenate([[0.0], step]) + np.concatenate([step, [0.0]])
 
 
-def _ring_points(x: float, radius: float, levels: Array) -> Array:
-    """The eight nodes around a hole on each level."""
+def _ring(x: float, radius: float, levels: Array) -> Probe:
+    """The mean over the eight nodes around a hole, by the trapezoidal rule over the levels."""
     angle = np.arange(8) * np.pi / 4
     circle = np.stack([x + radius * np.cos(angle), radius * np.sin(angle)])
-    return np.concatenate([np.vstack([circle, np.full(8, z)]) for z in levels], axis=1)
+    points = np.concatenate([np.vstack([circle, np.full(8, z)]) for z in levels], axis=1)
+    weights = np.repeat(_trapezoid(levels), 8)
+    return Probe(points, weights / weights.sum())

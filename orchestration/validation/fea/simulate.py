@@ -87,7 +87,7 @@ class Fea:
         received, convected, radiated = np.cumsum(flows, axis=0).T
         return History(
             time=times,
-            temperature={name: fields @ model.probe(points) for name, points in self.body.probes.items()},
+            temperature={name: fields @ model.probe(probe) for name, probe in self.body.probes.items()},
             elongation=rise @ self.elasticity.elongation_row,
             received=received,
             convected=convected,

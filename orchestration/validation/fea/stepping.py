@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 GAMMA = 1 - 1 / np.sqrt(2)
 #: Radiation is iterated until no node changes by more than this [K].
-RADIATION_TOLERANCE = 1e-10
+RADIATION_TOLERANCE = 1e-8
 #: The radiation matrix is taken at the ambient temperature plus this [K], so that the iteration contracts
 #: fast.
 RADIATION_CENTRE = 7.0
