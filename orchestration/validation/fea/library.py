@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from warmlink.fmus.errors import MissingExtra
+from warmlink.fmus.errors import MissingExtraError
 
 
 def scikit_fem() -> ModuleType:
@@ -12,11 +12,11 @@ def scikit_fem() -> ModuleType:
 
     Raises
     ------
-    MissingExtra
+    MissingExtraError
         scikit-fem is not installed.
     """
     try:
         import skfem
     except ImportError as error:
-        raise MissingExtra("the 3-D finite-element model", "fea") from error
+        raise MissingExtraError("the 3-D finite-element model", "fea") from error
     return skfem
