@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,17 +63,16 @@ class LinkModel:
         p = COMPONENT.settled(np.array([instance.get(name) for name in COMPONENT.p.names]))
         u = np.array([instance.get(name) for name in COMPONENT.u.names])
         x = np.asarray(COMPONENT.states_at_start(u, p), dtype=float)
-        jacobian = ComplexStepJacobian(np.ones((x.size, x.size), dtype=bool))
+        full = ComplexStepJacobian(np.ones((x.size, x.size), dtype=bool))
+        first = _Step(self, drive, u, p, grid.start, grid.steps[0], grid.start, grid.steps[0])
+        jacobian = ComplexStepJacobian(full(partial(first.rates, time=grid.start), x) != 0)
         outputs = [COMPONENT.outputs_of(x, u, p, 0.0)]
         for start, size in zip(grid.times[:-1].tolist(), grid.steps, strict=True):
             count = max(1, int(np.ceil(size / self.largest_step - 1e-9)))
             micro = size / count
             for i in range(count):
                 step = _Step(self, drive, u, p, start, size, start + i * micro, micro)
-                if i == 0 and start == grid.times[0]:
-                    full = jacobian(lambda state, step=step: step.rates(state, step.begin), x)
-                    jacobian = ComplexStepJacobian(full != 0)
-                matrix = jacobian(lambda state, step=step: step.rates(state, step.begin), x)
+                matrix = jacobian(partial(step.rates, time=step.begin), x)
                 x = rosenbrock_step(step.rates, matrix, x, step.begin, micro)
             outputs.append(COMPONENT.outputs_of(x, u, p, start + size))
         return _history(grid.times, np.array(outputs))

@@ -67,8 +67,9 @@ class Assembly:
 
     `refinement` divides every element of the paper's mesh into that many along each direction. `pad_gap`
     [m] is the stretch of bare shaft between the link and the heated surface (the paper does not give it).
-    `elongation_at` selects the measured point: `above`, the edge of the diode's hole above the diode ([1]
-    VI.B), or `centre`, the mean around that hole.
+    `elongation_at` selects what is measured: `above`, from the shaft's centre to the edge of the diode's hole
+    above the diode ([1] VI.B); `centre`, to the mean around that hole; `clear`, the link between the two
+    holes.
     """
 
     refinement: int = 1
@@ -167,12 +168,20 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
     around_base = _ring(g.shaft_centre, r_s, through)
     around_tip = _ring(g.diode_centre, r_d, through)
     middle = _point(g.shaft_centre + g.span / 2, 0.0, g.thickness)
+    probes = {"base": base, "middle": middle, "tip": tip, "base_ring": around_base, "tip_ring": around_tip}
+    if options.diode:
+        probes["diode"] = _point(g.diode_centre, 0.0, g.diode_length)
+    origin = around_base
+    target = tip if options.elongation_at == "above" else around_tip
+    if options.elongation_at == "clear":
+        origin = _point(g.shaft_centre + r_s, 0.0, g.thickness)
+        target = _point(g.diode_centre - r_d, 0.0, g.thickness)
     return Body(
         mesh=mesh,
         materials=materials_by_name,
-        probes={"base": base, "middle": middle, "tip": tip, "base_ring": around_base, "tip_ring": around_tip},
-        origin=around_base,
-        target=tip if options.elongation_at == "above" else around_tip,
+        probes=probes,
+        origin=origin,
+        target=target,
         supports=(Support("fixed"),),
     )
 
@@ -214,8 +223,10 @@ def _check(g: Geometry, options: Assembly) -> None:
         raise InputError(
             f"pad_gap: {options.pad_gap} m leaves no shaft to heat; give 0 m up to below {bare:.5g} m"
         )
-    if options.elongation_at not in ("above", "centre"):
-        raise InputError(f"elongation_at: '{options.elongation_at}' is unknown; give 'above' or 'centre'")
+    if options.elongation_at not in ("above", "centre", "clear"):
+        raise InputError(
+            f"elongation_at: '{options.elongation_at}' is unknown; give 'above', 'centre' or 'clear'"
+        )
 
 
 def _point(x: float, y: float, z: float) -> Probe:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +56,13 @@ class Fea:
 
     def __init__(self, body: Body, displacement_order: int = 2) -> None:
         self.body = body
-        self.elasticity = ThermoElasticity(body, displacement_order)
+        self._displacement_order = displacement_order
         self._models: dict[tuple[str, ...] | None, HeatModel] = {}
+
+    @cached_property
+    def elasticity(self) -> ThermoElasticity:
+        """The thermo-elastic model, set up when first asked for."""
+        return ThermoElasticity(self.body, self._displacement_order)
 
     def heat_model(self, cooled: tuple[str, ...] | None = None) -> HeatModel:
         """Return the heat equation's matrices for these cooled boundaries."""
@@ -73,6 +79,36 @@ class Fea:
     ) -> History:
         """Simulate from a uniform temperature [K]; `progress` receives the fraction done."""
         model = self.heat_model(drive.cooled)
+        fields, flows = self._fields(drive, grid, initial_temperature, progress)
+        rise = fields - initial_temperature
+        received, convected, radiated = np.cumsum(flows, axis=0).T
+        return History(
+            time=grid.times,
+            temperature={name: fields @ model.probe(probe) for name, probe in self.body.probes.items()},
+            elongation=rise @ self.elasticity.elongation_row,
+            received=received,
+            convected=convected,
+            radiated=radiated,
+            stored=rise @ np.asarray(model.capacity.sum(axis=0)).ravel(),
+            final=fields[-1],
+            initial_temperature=initial_temperature,
+        )
+
+    def temperatures(self, drive: Drive, grid: TimeGrid, initial_temperature: float) -> dict[str, Array]:
+        """Probe temperatures [K] of such a run, without the elongation and its cost."""
+        model = self.heat_model(drive.cooled)
+        fields, _ = self._fields(drive, grid, initial_temperature, None)
+        return {name: fields @ model.probe(probe) for name, probe in self.body.probes.items()}
+
+    def _fields(
+        self,
+        drive: Drive,
+        grid: TimeGrid,
+        initial_temperature: float,
+        progress: Callable[[float], None] | None,
+    ) -> tuple[Array, Array]:
+        """Temperatures [K], shape (times, nodes), and the heat moved in every step [J], shape (times, 3)."""
+        model = self.heat_model(drive.cooled)
         stepper = HeatStepper(model, drive)
         times, steps = grid.times, grid.steps
         fields = np.empty((len(times), model.size))
@@ -83,16 +119,4 @@ class Fea:
             flows[i + 1] = moved.received, moved.convected, moved.radiated
             if progress:
                 progress((i + 1) / len(steps))
-        rise = fields - initial_temperature
-        received, convected, radiated = np.cumsum(flows, axis=0).T
-        return History(
-            time=times,
-            temperature={name: fields @ model.probe(probe) for name, probe in self.body.probes.items()},
-            elongation=rise @ self.elasticity.elongation_row,
-            received=received,
-            convected=convected,
-            radiated=radiated,
-            stored=rise @ np.asarray(model.capacity.sum(axis=0)).ravel(),
-            final=fields[-1],
-            initial_temperature=initial_temperature,
-        )
+        return fields, flows

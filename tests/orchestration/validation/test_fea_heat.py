@@ -217,7 +217,7 @@ def test_graded_grid_meets_every_breakpoint() -> None:
         (lambda: paper_assembly(GEOMETRY, MATERIALS, Assembly(pad_gap=0.04)), "pad_gap: 0.04 m"),
         (lambda: paper_assembly(GEOMETRY, MATERIALS, Assembly(elongation_at="x")), "elongation_at: 'x'"),
         (lambda: HeatModel(bar(SIZE, (1, 1, 1), LINK), cooled=("roof",)), "no boundary 'roof'"),
-        (lambda: Fea(bar(SIZE, (1, 1, 1), LINK), 3), "order: 3"),
+        (lambda: Fea(bar(SIZE, (1, 1, 1), LINK), 3).elasticity, "order: 3"),
     ],
 )
 def test_wrong_use_is_refused_in_one_sentence(wrong, words: str) -> None:
