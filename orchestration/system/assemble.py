@@ -18,7 +18,7 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.units import Unit, conversion
+from warmlink.orchestration.system.units import QuantityError, Unit, conversion
 
 _OUTGOING = ("output", "calculatedParameter", "local", "constant")
 _LISTED = ("input", "output", "parameter", "calculatedParameter")
@@ -51,7 +51,7 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
         key: checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
         for key, value in (values or {}).items()
     }
-    return Component(name, fmu, connectors, ParameterSet(name, checked))
+    return Component(name, fmu, connectors, ParameterSet(values=checked))
 
 
 def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
@@ -110,7 +110,8 @@ def _check_connector(info: ModelInfo, connector: Connector, where: str) -> None:
         raise InputError(f"{where}: is declared {connector.type}, but the FMU's variable is {variable.type}")
     if connector.unit is not None and variable.unit not in (None, connector.unit):
         raise InputError(
-            f"{where}: is declared in {connector.unit}, but the FMU's variable is in {variable.unit}"
+            f"{where}: is declared in {connector.unit}, but the FMU's variable is in {variable.unit}; "
+            "correct one"
         )
 
 
@@ -139,7 +140,8 @@ def _needed(
     taking, target_unit = _variable(taker, link.target_variable)
     if giving.causality not in _OUTGOING or taking.causality != "input":
         raise InputError(
-            f"{between}: {giving.causality} does not connect to {taking.causality}; connect an output to an input"
+            f"{between}: {giving.causality} does not connect to {taking.causality}; "
+            "connect an output to an input"
         )
     if giving.kind != taking.kind:
         raise InputError(
@@ -149,8 +151,10 @@ def _needed(
         return 1.0, 0.0
     try:
         found = conversion(unit, target_unit, giving.relative and taking.relative)
-    except InputError as fault:
+    except QuantityError as fault:
         raise InputError(f"{between}: {fault}; connect variables of one quantity") from None
+    except InputError as fault:
+        raise InputError(f"{between}: {fault}") from None
     return found.factor, found.offset
 
 

@@ -6,6 +6,7 @@ strangers and quick enough to be done at every start.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,9 +17,9 @@ from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
 from warmlink.orchestration.system.units import Unit, read_unit
 from warmlink.orchestration.system.xml_values import (
+    any_number,
     boolean,
     integer,
-    number,
     optional_integer,
     optional_number,
     required,
@@ -367,7 +368,11 @@ def _items(declared: Any, where: str) -> dict[str, int]:
 
 
 def _bound(text: str | None, kind: ConnectorType | None, where: str) -> float | None:
-    return None if text is None or kind not in ("Real", "Integer", "Enumeration") else number(text, where)
+    """Give a bound; an infinite one bounds nothing."""
+    if text is None or kind not in ("Real", "Integer", "Enumeration"):
+        return None
+    value = any_number(text, where)
+    return value if math.isfinite(value) else None
 
 
 def _start(element: Any, typed: Any, kind: ConnectorType | None, where: str) -> Value | None:
@@ -378,7 +383,7 @@ def _start(element: Any, typed: Any, kind: ConnectorType | None, where: str) -> 
     if text is None or kind is None:
         return None
     if kind == "Real":
-        return number(text, where)
+        return any_number(text, where)
     if kind in ("Integer", "Enumeration"):
         return integer(text, where)
     return boolean(typed, "start", where, default=False) if kind == "Boolean" else text

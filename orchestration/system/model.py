@@ -34,7 +34,7 @@ class Connector:
 class ParameterSet:
     """Named start values of one component, in the units of that component's own variables."""
 
-    name: str
+    name: str = "parameters"
     values: dict[str, Value] = field(default_factory=dict)
 
 
@@ -45,7 +45,7 @@ class Component:
     name: str
     fmu: Path
     connectors: tuple[Connector, ...] = ()
-    parameters: ParameterSet = ParameterSet("parameters")
+    parameters: ParameterSet = ParameterSet()
 
 
 @dataclass(frozen=True)

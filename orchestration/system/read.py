@@ -36,10 +36,15 @@ def read_system(path: Path, workdir: Path) -> System:
     InputError
         If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
     """
-    if path.suffix.lower() == ".ssd":
-        description = read_ssd(path, workdir)
-    else:
-        description = read_ssd(archive.unpack(path, workdir) / "SystemStructure.ssd", workdir)
+    try:
+        return _read(path, workdir)
+    except RecursionError:
+        raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
+
+
+def _read(path: Path, workdir: Path) -> System:
+    ssd = path if path.suffix.lower() == ".ssd" else archive.unpack(path, workdir) / "SystemStructure.ssd"
+    description = read_ssd(ssd, workdir)
     flat = flatten(description.system)
     if not flat.components:
         raise InputError(
@@ -56,7 +61,7 @@ def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, Mo
     values = resolver.values()
     components = {
         name: Component(
-            name, flat.components[place].fmu, connectors[place], ParameterSet(name, values[place])
+            name, flat.components[place].fmu, connectors[place], ParameterSet(values=values[place])
         )
         for place, name in ((place, ".".join(place)) for place in flat.components)
     }

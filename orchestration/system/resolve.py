@@ -18,7 +18,7 @@ from warmlink.orchestration.system.description import ModelInfo, Variable
 from warmlink.orchestration.system.flatten import Edge, Flat, Node, Path
 from warmlink.orchestration.system.model import Connection, Connector, Value
 from warmlink.orchestration.system.parameter_values import Parameter
-from warmlink.orchestration.system.units import Conversion, Unit, conversion
+from warmlink.orchestration.system.units import Conversion, QuantityError, Unit, conversion
 
 
 @dataclass
@@ -88,12 +88,13 @@ class Resolver:
         check_type(variable, declared.type, where)
         unit = own_unit(self.infos[node.path], variable, declared.unit)
         if unit is not None and declared.unit is not None:
-            try:
-                conversion(unit, declared.unit, variable.relative)
-            except InputError as fault:
-                raise InputError(
-                    f"{where}: the FMU's {fault}; declare the connector in a unit of its own"
-                ) from None
+            _step(
+                unit,
+                declared.unit,
+                variable.relative,
+                where,
+                "declare the connector in a unit of its variable",
+            )
         assert variable.kind is not None  # variable_of has seen to it
         return Connector(declared.name, declared.kind, variable.kind, unit.name if unit else None)  # type: ignore[arg-type]
 
@@ -117,10 +118,9 @@ class Resolver:
             for difference in {giving.relative, taking.relative}
         ]
         if any(other != whole[0] for other in whole):
-            raise InputError(
-                f"{between}: one end is a difference and the other is not, and {_name(unit)} and "
-                f"{_name(target_unit)} start from different zeros; a temperature difference is in K"
-            )
+            ends = ["a difference" if v.relative else "a temperature" for v in (giving, taking)]
+            told = f"{ends[0]} in {_name(unit)} does not convert to {ends[1]} in {_name(target_unit)}"
+            raise InputError(f"{between}: {told}; connect two differences or two temperatures")
         if giving.kind != "Real" and not whole[0].identity:
             raise InputError(
                 f"{between}: a linear transformation needs Real variables, these are {giving.kind}"
@@ -261,7 +261,7 @@ class Resolver:
 def _check_types(parameter: Parameter, variable: Variable, where: str) -> None:
     if parameter.type != variable.kind:
         raise InputError(
-            f"{where}: is given a value of type {parameter.type}, but is of type {variable.type}"
+            f"{where}: is given a value of type {parameter.type}, but is of type {variable.type}; correct one"
         )
 
 
@@ -276,15 +276,26 @@ def _hop(
 ) -> tuple[Conversion, Unit | None]:
     """Take a value into the next connector: first its unit, then the transformation (SSP 4.5.2)."""
     if unit is not None and to is not None and not suppress:
-        try:
-            step = conversion(unit, to, difference)
-        except InputError as fault:
-            raise InputError(f"{where}: {fault}; connect variables of one quantity") from None
+        remedy = (
+            "connect variables of one quantity"
+            if "->" in where
+            else "give the value in a unit of its variable"
+        )
+        step = _step(unit, to, difference, where, remedy)
         so_far = so_far.then(step.factor, step.offset)
     if transformation is not None:
         so_far = so_far.then(transformation.factor, transformation.offset)
     # A transformed value is in the unit of the connector it reaches, or in none that is known.
     return so_far, to or (unit if transformation is None else None)
+
+
+def _step(unit: Unit, to: Unit, difference: bool, where: str, remedy: str) -> Conversion:
+    try:
+        return conversion(unit, to, difference)
+    except QuantityError as fault:
+        raise InputError(f"{where}: {fault}; {remedy}") from None
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}") from None
 
 
 def _name(unit: Unit | None) -> str:

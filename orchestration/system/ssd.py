@@ -43,10 +43,11 @@ from warmlink.orchestration.system.xml_values import boolean, optional_number, r
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 DEFINITION_TYPE = "application/x-ssp-definition"
 PACKAGE_TYPE = "application/x-ssp-package"
-_DEEPEST = 32
+# Each level may hold the next one several times over, so few levels can already be many components.
+_DEEPEST = 8
 
 
-def read_ssd(path: Path, workdir: Path, depth: int = 0) -> Description:
+def read_ssd(path: Path, workdir: Path, enclosing: tuple[Path, ...] = ()) -> Description:
     """Read an SSD file that lies in an unpacked SSP, with all that it refers to.
 
     Parameters
@@ -55,27 +56,29 @@ def read_ssd(path: Path, workdir: Path, depth: int = 0) -> Description:
         The .ssd file; relative sources are looked up from its folder, and never outside.
     workdir
         Folder into which packages inside the package are unpacked.
-    depth
-        How many packages enclose this one.
+    enclosing
+        The .ssd files whose systems hold this one.
 
     Raises
     ------
     InputError
         If a file is absent or damaged, or uses what is not supported.
     """
-    if depth > _DEEPEST:
-        raise InputError(f"{path.name}: refers to other systems more than {_DEEPEST} deep, or to itself")
-    return _Reader(path, workdir, depth).read()
+    if path in enclosing:
+        raise InputError(f"{path.name}: holds itself as a component; take it out")
+    if len(enclosing) > _DEEPEST:
+        raise InputError(f"{path.name}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
+    return _Reader(path, workdir, enclosing).read()
 
 
 class _Reader:
     """Where one SSD lies and which units it defines: what all of its parts are read with."""
 
-    def __init__(self, path: Path, workdir: Path, depth: int) -> None:
+    def __init__(self, path: Path, workdir: Path, enclosing: tuple[Path, ...]) -> None:
         self.path = path
         self.base = path.parent
         self.workdir = workdir
-        self.depth = depth
+        self.enclosing = enclosing
         self.where = path.name
         self.units: dict[str, Unit] = {}
 
@@ -109,9 +112,7 @@ class _Reader:
             connectors=self.connectors(element, path),
             bindings=self.bindings(element, where),
             elements=elements,
-            connections=tuple(
-                self.connection(c, where) for c in _items(element, "Connections", "Connection")
-            ),
+            connections=tuple(self.connection(c, path) for c in _items(element, "Connections", "Connection")),
         )
 
     def element(self, element: Any, path: str) -> DeclaredComponent | DeclaredSystem:
@@ -159,7 +160,7 @@ class _Reader:
             path = archive.unpack(path, self.workdir) / (_relative(fragment, where) or "SystemStructure.ssd")
         elif fragment:
             raise InputError(f"{where}: source {source} refers to a part of a document; name the document")
-        inner = read_ssd(path, self.workdir, self.depth + 1).system
+        inner = read_ssd(path, self.workdir, (*self.enclosing, self.path)).system
         missing = sorted(set(connectors) - set(inner.connectors))
         if missing:
             raise InputError(f"{where}: {source} has no connector {missing[0]}; remove it or add it there")

@@ -17,6 +17,7 @@ from warmlink.orchestration.system.model import (
     Connection,
     Connector,
     DefaultExperiment,
+    ParameterSet,
     System,
     Value,
 )
@@ -26,6 +27,8 @@ from warmlink.orchestration.system.units import Unit, meaning
 
 # The earliest date that a zip can hold: the same system gives the same bytes on any day.
 _DATE = (1980, 1, 1, 0, 0, 0)
+# Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
+PARAMETER_SET = ParameterSet().name
 
 
 def write_ssp(system: System, path: Path) -> None:
@@ -217,7 +220,7 @@ def _ssv(held: Component, of_system: dict[str, Unit]) -> Any:
             values[name] = Parameter(name, "Enumeration", _item(variable, value))
         else:
             values[name] = value
-    return parameter_set_element(held.parameters.name, values, {})
+    return parameter_set_element(PARAMETER_SET, values, {})
 
 
 def _item(variable: Variable, value: Value) -> str:
