@@ -55,7 +55,9 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
     )
     stem = f"{carried.package}_slave"
     return {
-        "modelDescription.xml": fmi2_model_description(component, component.name, CAPABILITIES),
+        "modelDescription.xml": fmi2_model_description(
+            component, component.name, CAPABILITIES, implementation=carried.package
+        ),
         **documentation_files(entry),
         **_libraries(component.name),
         "documentation/licenses/pythonfmu.txt": _pythonfmu_license(),

@@ -2,7 +2,7 @@
 
 Whatever goes wrong is logged and answered with `False` from `do_step`, which the host receives as
 fmi2Discard. Nothing is ever raised: pythonfmu's library frees the slave when an exception reaches it, and
-the host's next call then crashes.
+the host's next call then crashes. A host that goes on after a refused step reads NaN, not old values.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance, Snapshot
 
+_TIME_TOLERANCE = 1e-6
+"""Share of a step by which two communication points may differ and be the same."""
+
 
 @dataclass(frozen=True)
 class _State:
@@ -28,6 +31,8 @@ class _State:
     snapshot: Snapshot | None
     unfit: str | None = None
     refused: list[str] = field(default_factory=list)
+    discarded: bool = False
+    lost: bool = False
 
 
 class ComponentSlave(Fmi2Slave):
@@ -46,9 +51,11 @@ class ComponentSlave(Fmi2Slave):
         super().__init__(**kwargs)
         self._instance = Instance(self.component, self.instance_name)
         self._types = {s.reference: s.variable.type for s in self.component.scalars()}
+        self._first_output = self.component.p.size + self.component.u.size
         self._begun = False
         self._unfit: str | None = None
         self._refused: list[str] = []
+        self._discarded = self._lost = False
 
     # The functions below are called by pythonfmu's library and have the names that it expects.
 
@@ -70,7 +77,14 @@ class ComponentSlave(Fmi2Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Step, or log why not and return False, leaving everything as it was."""
         if self._unfit is not None:
+            self._lost = True
             return self._discard(self._unfit)
+        if self._discarded and abs(current_time - self._instance.time) > _TIME_TOLERANCE * step_size:
+            self._lost = True
+            return self._discard(
+                f"{self.instance_name}: a step from {current_time:g} s, but the step from "
+                f"{self._instance.time:g} s was refused; repeat that one or restore a state"
+            )
         if self._refused:
             sentence = "; ".join(self._refused)
             self._refused = []
@@ -79,6 +93,7 @@ class ComponentSlave(Fmi2Slave):
             self._instance.step(current_time, step_size)
         except Exception as error:
             return self._discard(self._sentence(error))
+        self._discarded = self._lost = False
         return True
 
     def get_real(self, vrs: list[int]) -> list[float]:
@@ -115,7 +130,9 @@ class ComponentSlave(Fmi2Slave):
         self._set("String", vrs, values)
 
     def _get_fmu_state(self) -> _State:
-        return _State(self._instance.snapshot(), self._unfit, list(self._refused))
+        return _State(
+            self._instance.snapshot(), self._unfit, list(self._refused), self._discarded, self._lost
+        )
 
     def _set_fmu_state(self, state: _State) -> None:
         if state.snapshot is None:
@@ -124,6 +141,7 @@ class ComponentSlave(Fmi2Slave):
         self._instance.restore(state.snapshot)
         self._begun = state.snapshot.initialized or state.unfit is not None
         self._unfit, self._refused = state.unfit, list(state.refused)
+        self._discarded, self._lost = state.discarded, state.lost
 
     @classmethod
     def _fmu_state_to_bytes(cls, state: _State) -> bytes:
@@ -134,9 +152,9 @@ class ComponentSlave(Fmi2Slave):
     def _fmu_state_from_bytes(cls, state: bytes) -> _State:
         try:
             values = json.loads(state)
-            if values["form"] != cls.form:
+            if values.pop("form") != cls.form:
                 return _State(None, refused=["the serialised state belongs to another version of this FMU"])
-            return _State(Snapshot(**values["snapshot"]), values["unfit"], values["refused"])
+            return _State(Snapshot(**values.pop("snapshot")), **values)
         except (ValueError, TypeError, KeyError):
             return _State(None, refused=["the serialised state cannot be read; give one of this FMU's own"])
 
@@ -145,7 +163,8 @@ class ComponentSlave(Fmi2Slave):
         for reference in references:
             try:
                 self._check_type(kind, reference)
-                values.append(self._instance.get_reference(reference))
+                value = self._instance.get_reference(reference)
+                values.append(math.nan if self._lost and reference >= self._first_output else value)
             except Exception as error:
                 self._refuse(self._sentence(error))
                 values.append(math.nan)
@@ -179,7 +198,9 @@ class ComponentSlave(Fmi2Slave):
             self._refused.append(sentence)
 
     def _discard(self, sentence: str) -> bool:
-        self.log(sentence, Fmi2Status.discard)
+        # With the status of a discard libcosim would show the sentence to those alone who ask for debugging.
+        self.log(sentence, Fmi2Status.warning, "logStatusDiscard")
+        self._discarded = True
         return False
 
     def _sentence(self, error: Exception) -> str:

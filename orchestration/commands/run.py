@@ -39,11 +39,10 @@ def run_command(
     laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
     needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
     fmu_store = store(_kind(fmus), sorted(needed), remark)
-    with progress_bar(scenario.title) as progress:
-        outcome = run_scenario(scenario, controller, fmu_store, progress)
-
     folder = out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
+        with progress_bar(scenario.title) as progress:
+            outcome = run_scenario(scenario, controller, fmu_store, progress)
         (target / "metrics.json").write_text(json.dumps(outcome.to_dict(), indent=2) + "\n")
         write_series(outcome.compensated, target)
         if report:

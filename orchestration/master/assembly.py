@@ -68,6 +68,11 @@ def assemble(system: System) -> Assembly:
 
 def open_slave(component: Component, info: ModelInfo, folder: Path) -> Slave:
     """Instantiate one component's FMU, unpacked under `folder`."""
+    unpacked = unpack(component.fmu, folder)
+    if info.fmi_version == "3.0":
+        from warmlink.orchestration.master.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(component.name, info, unpacked)
     from warmlink.orchestration.master.fmi2 import Fmi2Slave
 
-    return Fmi2Slave(component.name, info, unpack(component.fmu, folder))
+    return Fmi2Slave(component.name, info, unpacked)

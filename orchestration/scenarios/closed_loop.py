@@ -12,7 +12,7 @@ import numpy as np
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
-from warmlink.orchestration.master.algorithms import algorithm_named
+from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
@@ -148,7 +148,7 @@ def _simulate(system: System, scenario: Scenario, refinement: int, progress: Pro
         system,
         scenario.stop_time,
         scenario.step_size / refinement,
-        algorithm_named(scenario.master),
+        algorithm(scenario.master),
         progress=lambda done, count: progress(done / count),
     )
 
