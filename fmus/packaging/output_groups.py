@@ -53,7 +53,9 @@ def _operations(component: Component) -> list[frozenset[int]]:
     """For each operation of the outputs' expressions, the outputs that use its result."""
     import casadi
 
-    x, u, d = (casadi.SX.sym(n, v.size) for n, v in (("x", component.x), ("u", component.u), ("d", component.d)))
+    x, u, d = (
+        casadi.SX.sym(n, v.size) for n, v in (("x", component.x), ("u", component.u), ("d", component.d))
+    )
     time = casadi.SX.sym("time")
     y = casadi.cse(casadi.SX(component.outputs_of(x, u, d, time)))
     function = casadi.Function("outputs", [x, u, d, time], [y])

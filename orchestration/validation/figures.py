@@ -1,4 +1,4 @@
-"""The content of the paper's Figures 2 to 8, computed; the paper's own curves are pictures and are not drawn."""
+"""The content of the paper's Figures 2 to 8, computed; its own curves are pictures and are not drawn."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warmlink.orchestration.report.figures import styled
 from warmlink.orchestration.validation.cases import ZERO_CELSIUS
 from warmlink.orchestration.validation.data import load_geometry, load_paper
 from warmlink.orchestration.validation.results import CaseResult, Reproduction
 from warmlink.orchestration.validation.statements import front_profile
-from warmlink.orchestration.validation.surface import Surface, outer_surface, plan_lines
+from warmlink.orchestration.validation.surface import outer_surface, plan_lines
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 FEA, LINK, ANALYTIC, PAPER, PALE = "#0b5d9c", "#d9730d", "#6b7a86", "#111111", "#c9d2d9"
 #: Displacements are drawn so many times larger, as in Figure 7 of the paper.
 MAGNIFICATION = 100.0
+HEIGHT = 440
 
 
 def figures(result: Reproduction) -> dict[str, Figure]:
@@ -98,10 +100,9 @@ def fringe_plot(moving: CaseResult) -> Figure:
     """Outer surface of link, shaft and diode, coloured in bands of temperature."""
     from plotly import graph_objects as go
 
-    surface: Surface = outer_surface(moving.body.mesh)
     temperature = moving.fea.final - ZERO_CELSIUS
     x, y, z = moving.body.mesh.p * 1e3
-    i, j, k = surface.triangles
+    i, j, k = outer_surface(moving.body.mesh).triangles
     figure = go.Figure(
         go.Mesh3d(
             x=x, y=y, z=z, i=i, j=j, k=k, intensity=temperature, colorscale=_bands(10), flatshading=True,
@@ -109,18 +110,13 @@ def fringe_plot(moving: CaseResult) -> Figure:
             hovertemplate="%{intensity:.1f} °C<extra></extra>",
         )
     )  # fmt: skip
-    lines = surface.edges(moving.body.mesh.p * 1e3)
-    figure.add_scatter3d(
-        x=lines[0], y=lines[1], z=lines[2], mode="lines", hoverinfo="skip", showlegend=False,
-        line={"color": "rgba(20,30,40,0.35)", "width": 1},
-    )  # fmt: skip
     figure.update_layout(
         scene={
             "aspectmode": "data",
             "xaxis": {"title": "x [mm]"},
             "yaxis": {"visible": False},
             "zaxis": {"visible": False},
-            "camera": {"eye": {"x": 0.25, "y": -0.95, "z": 0.75}},
+            "camera": {"eye": {"x": 0.13, "y": -0.85, "z": 0.47}, "projection": {"type": "orthographic"}},
         }
     )
     return _dressed(figure, None, None)
@@ -139,6 +135,7 @@ def deformed_link(moving: CaseResult) -> Figure:
         x, y = plan_lines(mesh, points * 1e3, load_geometry().thickness)
         figure.add_scatter(x=x, y=y, name=name, mode="lines", line={"color": colour, "width": 1})
     figure.update_yaxes(scaleanchor="x", scaleratio=1)
+    figure.update_xaxes(range=[-10, 1e3 * load_geometry().length + 20])
     return _dressed(figure, "x [mm]", "y [mm]")
 
 
@@ -209,13 +206,9 @@ def _bands(count: int) -> list[tuple[float, str]]:
 
 
 def _dressed(figure: Figure, x_title: str | None, y_title: str | None) -> Figure:
-    figure.update_layout(
-        template="plotly_white",
-        height=440,
-        margin={"l": 60, "r": 20, "t": 40, "b": 55},
-        font={"family": "system-ui, sans-serif", "size": 13},
-        legend={"orientation": "h", "y": -0.2},
-    )
+    styled(figure, HEIGHT)
+    # Below, the legend leaves the room above to the titles of several plots in one figure.
+    figure.update_layout(legend={"y": -0.18, "yanchor": "top"}, margin={"l": 70, "r": 20, "t": 40, "b": 50})
     if x_title:
         figure.update_xaxes(title_text=x_title)
     if y_title:

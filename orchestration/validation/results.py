@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.validation.agreement import Agreement
 from warmlink.orchestration.validation.cases import Case
 from warmlink.orchestration.validation.fea.mesh import Body
 from warmlink.orchestration.validation.fea.simulate import History
@@ -94,4 +95,5 @@ class Reproduction:
     consistency: tuple[Consistency, ...]
     findings: tuple[str, ...]
     refinements: tuple[Refinement, ...]
+    agreements: tuple[Agreement, ...]
     cases: dict[str, CaseResult]

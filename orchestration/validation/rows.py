@@ -51,7 +51,7 @@ def _steady_row(result: CaseResult, attempts: list[Attempt]) -> Row:
     return Row(
         place=steady.place,
         case="stationary",
-        quantity="elongation steady after",
+        quantity="steady elongation after",
         unit="s",
         measured=steady.value,
         predicted=None,
@@ -62,7 +62,7 @@ def _steady_row(result: CaseResult, attempts: list[Attempt]) -> Row:
         note=(
             f"Radiation makes it {tried['radiation']:.0f} s, joint resistance "
             f"{tried['joint resistance']:.0f} s, heater lag {tried['heater lag']:.0f} s, all together "
-            f"{tried['all of these together']:.0f} s; the rest stays unexplained. Eq. (4) approaches no steady state."
+            f"{tried['all of these together']:.0f} s; the rest stays unexplained. Eq. (4) has none."
         ),
     )
 
@@ -76,7 +76,7 @@ def _temperature_row(result: CaseResult, attempts: list[Attempt], where: str) ->
     return Row(
         place=paper[f"{where}_measured"].place,
         case="moving",
-        quantity=f"link above the {'shaft' if where == 'base' else 'laser diode'}",
+        quantity=f"link above the {'shaft' if where == 'base' else 'diode'}",
         unit="degC",
         measured=paper[f"{where}_measured"].value,
         predicted=paper[f"{where}_predicted"].value,
@@ -106,7 +106,7 @@ def _tip_steady_row(result: CaseResult) -> Row:
     return Row(
         place=steady.place,
         case="moving",
-        quantity="tip temperature steady after",
+        quantity="steady tip after",
         unit="s",
         measured=None,
         predicted=steady.value,

@@ -91,7 +91,7 @@ def findings(attempts: list[Attempt], gaps: dict[str, float], consistent: list[C
         f"{fea.base:.1f} and {fea.tip:.1f}) but {best.elongation:.1f} um (paper's FEA {fea.printed:.1f}, "
         f"measured {measured.printed:.1f}).",
         f"The measured temperatures {measured.base:.1f} and {measured.tip:.1f} degC by themselves imply "
-        f"{measured.implied:.1f} um, however large the loss, if it is even, against {measured.printed:.1f} um "
+        f"{measured.implied:.1f} um, however large the loss, if it is even; {measured.printed:.1f} um were "
         "measured. Only if the infrared camera read its full tolerance too high do they imply "
         f"{shifted.implied:.1f} um.",
         f"The temperatures of the paper's own FEA imply {fea.implied:.1f} um with the expansion coefficient "

@@ -25,7 +25,7 @@ class Surface:
         return np.concatenate([np.stack([a, b, c]), np.stack([a, c, d])], axis=1)
 
     def edges(self, points: Array) -> Array:
-        """Outlines as one broken line, shape (3, m), with NaN between the pieces; `points` of shape (3, nodes)."""
+        """Outlines as one line, shape (3, m), broken by NaN; `points` of shape (3, nodes)."""
         around = points[:, self.quadrilaterals[[0, 1, 2, 3, 0]]]
         gaps = np.full((3, 1, around.shape[2]), np.nan)
         return np.concatenate([around, gaps], axis=1).transpose(0, 2, 1).reshape(3, -1)
@@ -37,7 +37,7 @@ def outer_surface(mesh: Any) -> Surface:
 
 
 def plan_lines(mesh: Any, points: Array, level: float) -> tuple[Array, Array]:
-    """Element edges of the mesh's face at z = `level` [m], drawn at `points`, shape (3, nodes), as a broken line.
+    """Element edges on the face z = `level` [m], drawn at `points`, shape (3, nodes), as a broken line.
 
     Returns
     -------
@@ -49,10 +49,13 @@ def plan_lines(mesh: Any, points: Array, level: float) -> tuple[Array, Array]:
 
 
 def _around(mesh: Any, facets: Integers) -> Integers:
-    """Nodes of facets in order around: the one farthest from the first lies opposite to it."""
+    """Nodes of facets in order around: of the three ways to pair them, the diagonals span the most."""
     nodes = mesh.facets[:, facets]
-    distance = np.linalg.norm(mesh.p[:, nodes] - mesh.p[:, nodes[0]][:, None], axis=0)
-    opposite = distance.argmax(axis=0)
-    rest = np.array([[r for r in (1, 2, 3) if r != o] for o in opposite]).T.reshape(2, -1)
-    column = np.arange(nodes.shape[1])
-    return np.stack([nodes[0], nodes[rest[0], column], nodes[opposite, column], nodes[rest[1], column]])
+    p = mesh.p[:, nodes]
+    ways = [(0, 1, 2, 3), (0, 2, 1, 3), (0, 1, 3, 2)]
+    spans = [
+        np.linalg.norm(np.cross(p[:, way[2]] - p[:, way[0]], p[:, way[3]] - p[:, way[1]], axis=0), axis=0)
+        for way in ways
+    ]
+    best = np.array(ways).T[:, np.argmax(spans, axis=0)]
+    return np.asarray(np.take_along_axis(nodes, best, axis=0))

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.validation.fea.library import scikit_fem
-from warmlink.orchestration.validation.fea.mesh import Body, Probe, Support
+from warmlink.orchestration.validation.fea.mesh import Body, Probe, Support, vertices_at
 
 Array = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class ThermoElasticity:
     def _mean_x(self, probe: Probe) -> Array:
         """Weights on all displacement unknowns that give the probe's mean displacement along x [m]."""
         weights = np.zeros(self.basis.N)
-        np.add.at(weights, self.basis.nodal_dofs[0, self._vertices(probe.points)], probe.weights)
+        np.add.at(weights, self.basis.nodal_dofs[0, vertices_at(self.body.mesh, probe.points)], probe.weights)
         return weights
 
     def _held(self, support: Support) -> NDArray[np.int64]:
@@ -106,15 +106,5 @@ class ThermoElasticity:
         if isinstance(support.where, str):
             names = [f"u^{axis + 1}" for axis in support.axes]
             return np.asarray(self.basis.get_dofs(self.body.mesh.boundaries[support.where]).all(names))
-        vertices = self._vertices(support.where)
-        return np.asarray(self.basis.nodal_dofs[np.ix_(support.axes, vertices)].ravel())
-
-    def _vertices(self, points: Array) -> list[int]:
-        """Mesh vertices at the points, shape (3, n) [m]."""
-        vertices = []
-        for point in points.T:
-            distance = np.linalg.norm(self.body.mesh.p - point[:, None], axis=0)
-            vertices.append(int(np.argmin(distance)))
-            if distance[vertices[-1]] > 1e-6:
-                raise InputError(f"no mesh vertex at {point} m; choose a point of the mesh")
-        return vertices
+        vertices = vertices_at(self.body.mesh, support.where)
+        return np.asarray(self.basis.nodal_dofs[list(support.axes)][:, vertices].ravel())

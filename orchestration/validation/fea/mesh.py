@@ -61,6 +61,22 @@ class Body:
     supports: tuple[Support, ...]
 
 
+def vertices_at(mesh: Any, points: Array) -> NDArray[np.int64]:
+    """Numbers of the mesh vertices at the points, shape (3, n) [m].
+
+    Raises
+    ------
+    InputError
+        No vertex lies within a micrometre of a point.
+    """
+    distance = np.linalg.norm(mesh.p[:, :, None] - points[:, None, :], axis=0)
+    nearest = distance.argmin(axis=0)
+    for point, gap in zip(points.T, distance.min(axis=0), strict=True):
+        if gap > 1e-6:
+            raise InputError(f"no mesh vertex at {point} m, the nearest is {gap:.3g} m off; choose a vertex")
+    return np.asarray(nearest)
+
+
 @dataclass(frozen=True)
 class Assembly:
     """What is built around the link, beyond the geometry.
@@ -167,7 +183,7 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
     tip = _point(g.diode_centre, r_d, g.thickness)
     around_base = _ring(g.shaft_centre, r_s, through)
     around_tip = _ring(g.diode_centre, r_d, through)
-    middle = _point(g.shaft_centre + g.span / 2, 0.0, g.thickness)
+    middle = _on_front(mesh, g.shaft_centre + g.span / 2, g.thickness)
     probes = {"base": base, "middle": middle, "tip": tip, "base_ring": around_base, "tip_ring": around_tip}
     if options.diode:
         probes["diode"] = _point(g.diode_centre, 0.0, g.diode_length)
@@ -231,6 +247,16 @@ def _check(g: Geometry, options: Assembly) -> None:
 
 def _point(x: float, y: float, z: float) -> Probe:
     return Probe.mean(np.array([[x], [y], [z]]))
+
+
+def _on_front(mesh: Any, x: float, z: float) -> Probe:
+    """The point at x on the middle line of the front, between the two vertices beside it."""
+    on_line = np.flatnonzero((np.abs(mesh.p[1]) < MERGE_DISTANCE) & (np.abs(mesh.p[2] - z) < MERGE_DISTANCE))
+    on_line = on_line[np.argsort(mesh.p[0, on_line])]
+    after = int(np.searchsorted(mesh.p[0, on_line], x))
+    pair = mesh.p[:, on_line[after - 1 : after + 1]]
+    share = (x - pair[0, 0]) / (pair[0, 1] - pair[0, 0])
+    return Probe(pair, np.array([1 - share, share]))
 
 
 def _section(x: float, y: Array, z: Array) -> Probe:
