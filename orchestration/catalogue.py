@@ -1,34 +1,35 @@
-"""The components and controllers that there are: every folder that declares one, with no list to keep."""
+"""Components and controllers by the names that people give them."""
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
-import pkgutil
 from functools import cache
-from types import ModuleType
 
-import warmlink.controllers
-import warmlink.fmus
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.catalogue import Entry, catalogue
 from warmlink.fmus.packaging.component import Component
+
+CONTROLLERS = "warmlink.controllers"
 
 
 @cache
-def plants() -> dict[str, Component]:
-    """Plant and instrument components by folder, as `thermal_link`."""
-    return _declared(warmlink.fmus)
+def entries() -> dict[str, Entry]:
+    """Every component with the place of its declaration, by its own name, as `ThermalLink`."""
+    return {entry.component.name: entry for entry in catalogue()}
+
+
+def components() -> dict[str, Component]:
+    """Every component by its own name."""
+    return {name: entry.component for name, entry in entries().items()}
 
 
 @cache
 def controllers() -> dict[str, Component]:
-    """Compensating controllers by folder, which is the controller's name on the command line."""
-    return _declared(warmlink.controllers)
-
-
-def components() -> dict[str, Component]:
-    """All components by their own name, as `ThermalLink`."""
-    return {each.name: each for each in (*plants().values(), *controllers().values())}
+    """Compensating controllers by the name of their folder, as `lag`."""
+    return {
+        entry.module.split(".")[-2]: entry.component
+        for entry in entries().values()
+        if entry.home == CONTROLLERS
+    }
 
 
 def controller(name: str) -> Component:
@@ -42,16 +43,3 @@ def controller(name: str) -> Component:
     if name not in controllers():
         raise InputError(f"{name}: no such controller; choose {', '.join(controllers())}")
     return controllers()[name]
-
-
-def _declared(package: ModuleType) -> dict[str, Component]:
-    found = {}
-    for entry in pkgutil.iter_modules(package.__path__):
-        if not entry.ispkg:
-            continue
-        module = f"{package.__name__}.{entry.name}.component"
-        if importlib.util.find_spec(module) is not None:
-            declared = getattr(importlib.import_module(module), "COMPONENT", None)
-            if declared is not None:
-                found[entry.name] = declared
-    return found

@@ -13,8 +13,8 @@ from typing import Literal
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.build import build_python_fmus
-from warmlink.fmus.packaging.component import Component
-from warmlink.orchestration.catalogue import components
+from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]
 FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
@@ -46,21 +46,20 @@ class FmuStore:
             If native FMUs are asked for and nothing on this machine can compile them.
         """
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
-        missing = [components()[name] for name, path in wanted.items() if not path.is_file()]
+        missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
         if missing:
             if remark is not None:
                 remark(f"building {len(missing)} {self.kind} FMUs, once for this version")
             self._build(missing)
         return wanted
 
-    def _build(self, components: list[Component]) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
+    def _build(self, missing: list[Entry]) -> None:
         if self.kind == "python":
-            build_python_fmus(components, self.folder)
+            build_python_fmus(missing, self.folder.parent)
             return
         from warmlink.fmus.packaging.native_fmu import build_native_fmus
 
-        build_native_fmus(components, self.folder)
+        build_native_fmus(missing, self.folder)
 
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:

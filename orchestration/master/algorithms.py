@@ -1,31 +1,39 @@
-"""The master algorithms by name: the one place where a name becomes an algorithm."""
+"""All master algorithms by name: the one place that a new one is entered in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm
+from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
 
-_MAKERS: Mapping[str, Callable[[], Algorithm]] = {"jacobi": Jacobi, "gauss_seidel": GaussSeidel}
+ALGORITHMS: dict[str, Callable[[], Algorithm]] = {
+    "jacobi": Jacobi,
+    "jacobi_linear": lambda: Jacobi(extrapolation=1),
+    "jacobi_quadratic": lambda: Jacobi(extrapolation=2),
+    "gauss_seidel": GaussSeidel,
+    "fixed_point": FixedPoint,
+    "interface_newton": InterfaceNewton,
+}
 
-ALGORITHMS: Mapping[str, str] = MappingProxyType(
-    {name: (maker.__doc__ or "").partition("\n")[0].rstrip(".") for name, maker in _MAKERS.items()}
-)
-"""What each algorithm does, by its name."""
 
-
-def algorithm_named(name: str) -> Algorithm:
-    """Algorithm with its default settings.
+def algorithm(name: str) -> Algorithm:
+    """Give an algorithm by its name, with its default settings.
 
     Raises
     ------
     InputError
-        If there is none of that name.
+        Where there is none of that name.
     """
-    if name not in _MAKERS:
-        raise InputError(f"{name}: no such master algorithm; choose {', '.join(_MAKERS)}")
-    return _MAKERS[name]()
+    if name not in ALGORITHMS:
+        raise InputError(f"master: {name!r} is not known; choose one of {', '.join(ALGORITHMS)}")
+    return ALGORITHMS[name]()
+
+
+def about(name: str) -> str:
+    """Say in a line what an algorithm does."""
+    return (type(algorithm(name)).__doc__ or "").partition("\n")[0].rstrip(".")

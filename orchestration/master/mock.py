@@ -158,7 +158,7 @@ class MockSlave:
         self._time = time + step_size
         self.steps += 1
 
-    def state(self) -> object:
+    def state(self, reuse: object = None) -> object:
         """Copy state, inputs and time."""
         return copy.deepcopy((self._state, self.inputs, self._time))
 

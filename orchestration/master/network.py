@@ -89,6 +89,7 @@ class Network:
         self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
         self.time = 0.0
         self.steps = 0
+        self.rejected = 0
 
     def locate(self, name: str) -> tuple[int, str]:
         """Give slave index and variable of a full name.
@@ -207,12 +208,16 @@ class Network:
         self.time = time + step_size
         self.steps += 1
 
-    def snapshot(self, members: Sequence[int] | None = None) -> Snapshot:
-        """Copy the states of some slaves (default: all) and all exchanged values."""
+    def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:
+        """Copy the states of some slaves (default: all) and all exchanged values.
+
+        A snapshot of the same members that is no longer needed may be given for reuse.
+        """
         chosen = tuple(range(len(self.slaves)) if members is None else members)
+        old = (None,) * len(chosen) if reuse is None else reuse.states
         return Snapshot(
             chosen,
-            tuple(self.slaves[k].state() for k in chosen),
+            tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True)),
             tuple(list(values) for values in self.outputs),
             tuple(list(values) for values in self.inputs),
         )

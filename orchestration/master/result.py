@@ -26,6 +26,8 @@ class Statistics:
         Macro steps done.
     slave_steps : int
         Steps of single slaves, repeated ones included.
+    rejected_steps : int
+        Macro steps, or parts of them, that were undone and repeated with a smaller step.
     initialization_sweeps : int
         Sweeps until the feedthrough loops had settled.
     wall_seconds : float
@@ -34,6 +36,7 @@ class Statistics:
 
     communication_steps: int = 0
     slave_steps: int = 0
+    rejected_steps: int = 0
     initialization_sweeps: int = 0
     wall_seconds: float = 0.0
 
@@ -52,6 +55,8 @@ class Result:
         Why it stopped, in one sentence.
     error : SlaveError or None
         The failure behind it: slave, variable, status and time.
+    remarks : tuple of str
+        What the slaves did not allow the algorithm, and what was done instead.
     audits : tuple of Audit
         One for each balance.
     """
@@ -61,6 +66,7 @@ class Result:
     reason: str | None = None
     error: SlaveError | None = None
     audits: tuple[Audit, ...] = ()
+    remarks: tuple[str, ...] = ()
     statistics: Statistics = field(default_factory=Statistics)
 
     @property

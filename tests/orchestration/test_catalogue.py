@@ -1,13 +1,13 @@
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.catalogue import components, controller, controllers, plants
+from warmlink.orchestration.catalogue import components, controller, controllers
 
 
 def test_every_folder_that_declares_a_component_is_found() -> None:
-    assert {"thermal_link", "motor_heat_source", "duty_cycle", "heater"} <= set(plants())
+    assert {"ThermalLink", "MotorHeatSource", "DutyCycle", "Heater"} <= set(components())
     assert {"none", "analytic", "lag"} <= set(controllers())
-    assert "packaging" not in plants()
+    assert "ThermalLink" not in {law.name for law in controllers().values()}
 
 
 def test_controllers_are_interchangeable() -> None:
@@ -16,10 +16,6 @@ def test_controllers_are_interchangeable() -> None:
         for law in controllers().values()
     }
     assert len(interfaces) == 1
-
-
-def test_names_are_unique_across_plants_and_controllers() -> None:
-    assert len(components()) == len(plants()) + len(controllers())
 
 
 def test_an_unknown_controller_names_those_there_are() -> None:
