@@ -159,6 +159,10 @@ class Network:
                 positions.append(position)
         return tuple(positions)
 
+    def checked(self, k: int) -> tuple[int, ...]:
+        """Give the positions of a slave's outputs that must be finite."""
+        return self._checked[k]
+
     def read(self, k: int) -> None:
         """Read a slave's outputs.
 
