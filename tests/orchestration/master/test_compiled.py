@@ -12,6 +12,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master import fmi
 from warmlink.orchestration.master.algorithm import Algorithm
+from warmlink.orchestration.master.checkpoint import LongRun
 from warmlink.orchestration.master.compiled import PAYS_WHEN_LOADED_FROM, prepare
 from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -129,3 +130,15 @@ def test_failures_of_slaves_that_cannot_go_back(trivial2: Path, tmp_path: Path, 
     for name in ("slave", "status", "variable", "time"):
         assert getattr(plain.error, name) == getattr(compiled.error, name)
     np.testing.assert_array_equal(plain.table.values, compiled.table.values)
+
+
+def test_compiled_runs_stream_and_resume_as_plain_ones(
+    trivial2: Path, trivial3: Path, tmp_path: Path
+) -> None:
+    system = loop(trivial2, trivial3, trivial2)
+    whole = simulate(system, 800.0, 0.1, GaussSeidel(), stepping="plain")
+    for stop in (300.0, 800.0):
+        long_run = LongRun(tmp_path / "run", every=700, resume=True)
+        part = simulate(system, stop, 0.1, GaussSeidel(), stepping="compiled", long_run=long_run)
+        assert part.statistics.compiled
+    np.testing.assert_array_equal(whole.table.values, part.table.values)
