@@ -8,7 +8,7 @@ class InputError(ValueError):
     """
 
 
-class MissingExtra(InputError):
+class MissingExtraError(InputError):
     """An optional part is not installed; the message gives the command that installs it."""
 
     def __init__(self, purpose: str, extra: str) -> None:

@@ -32,3 +32,8 @@ def algorithm(name: str) -> Algorithm:
     if name not in ALGORITHMS:
         raise InputError(f"master: {name!r} is not known; choose one of {', '.join(ALGORITHMS)}")
     return ALGORITHMS[name]()
+
+
+def about(name: str) -> str:
+    """Say in a line what an algorithm does."""
+    return (type(algorithm(name)).__doc__ or "").partition("\n")[0].rstrip(".")

@@ -128,7 +128,7 @@ def test_different_quantities_do_not_convert() -> None:
 def test_there_and_back_is_where_it_was(f: float, o: float, g: float, q: float, x: float) -> None:
     one, two = Unit("a", exponents(K=1), f, o), Unit("b", exponents(K=1), g, q)
     there = conversion(one, two)(x)
-    scale = abs(x) + (abs(o) + abs(q)) / f
+    scale = 1e-9 + abs(x) + (abs(o) + abs(q)) / f
     assert conversion(two, one)(there) == pytest.approx(x, abs=1e-12 * scale)
 
 

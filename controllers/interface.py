@@ -1,0 +1,66 @@
+"""The connectors that every compensating controller has, so that one may stand in for another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from warmlink.fmus.packaging.component import Input, Output, Parameter
+from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, temperature_input
+
+SENSED = (
+    "shaft_temperature",
+    "winding_temperature",
+    "base_temperature",
+    "middle_temperature",
+    "tip_temperature",
+)
+"""Temperatures that a cell may measure, in the order of the sensors' channels 1 to 5."""
+
+_PLACES = {
+    "shaft_temperature": "motor's shaft",
+    "winding_temperature": "motor's winding",
+    "base_temperature": "link at base position",
+    "middle_temperature": "link half-way between base and tip position",
+    "tip_temperature": "link at tip position",
+}
+
+INPUTS = (
+    *(
+        replace(temperature_input(name, f"measured temperature of the {_PLACES[name]}"), accepts_nan=True)
+        for name in SENSED
+    ),
+    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+    Input("torque", "N.m", "rms torque at the joint", nominal=2.5),
+    AMBIENT_TEMPERATURE,
+    Input(
+        "measured_drift",
+        "m",
+        "the camera's last reading of elongation minus correction",
+        display="um",
+        nominal=5e-5,
+        accepts_nan=True,
+    ),
+    Input(
+        "drift_valid", "1", "whether the last reading of the camera is good", type="Boolean", discrete=True
+    ),
+)
+
+OUTPUTS = (
+    Output("correction", "m", "what the tool point is moved back by", display="um", nominal=5e-5),
+    Output("predicted_elongation", "m", "elongation as the controller sees it", display="um", nominal=5e-5),
+    Output("correction_std", "m", "standard deviation of the correction's error", display="um", nominal=1e-6),
+    Output("ready", "1", "whether the remaining error is within tolerance", type="Boolean", discrete=True),
+    Output("distrusted", "1", "whether a signal is left out as not credible", type="Boolean", discrete=True),
+)
+
+SAMPLE_TIME = Parameter("sample_time", "s", 1.0, "time between two corrections", positive=True)
+
+TOLERANCE = Parameter(
+    "tolerance",
+    "m",
+    5e-6,
+    "largest error of the tool point in production",
+    display="um",
+    positive=True,
+    nominal=5e-6,
+)

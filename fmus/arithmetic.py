@@ -1,0 +1,171 @@
+"""One arithmetic for floats, complex numbers, NumPy arrays and CasADi expressions.
+
+Equations written with these functions serve the Python FMU (floats), its Jacobian (a complex step) and
+the native FMU (CasADi, hence C). Comparisons and clips look at the real part alone, so that the derivative
+carried in the imaginary part passes through them unchanged.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+Number = Any
+"""A float, a complex number, an array of either, or a CasADi expression."""
+
+LARGEST = 1e300
+"""Beyond this a number is taken for not finite; IEEE comparisons with NaN are false."""
+
+
+def symbolic(*values: Number) -> bool:
+    """Whether any of the values is a CasADi expression."""
+    return any(type(value).__module__.startswith("casadi") for value in values)
+
+
+def real(value: Number) -> Number:
+    """Real part; a CasADi expression is returned as it is."""
+    return value if symbolic(value) else np.real(value)
+
+
+def where(condition: Number, then: Number, otherwise: Number) -> Number:
+    """`then` where the condition holds, else `otherwise`; the branch not taken may be NaN.
+
+    A condition on complex numbers is to be made on `real(...)`.
+    """
+    if symbolic(condition, then, otherwise):
+        import casadi
+
+        return casadi.if_else(condition, then, otherwise)
+    if np.ndim(condition) == 0:
+        return then if condition else otherwise
+    return np.where(condition, then, otherwise)
+
+
+def absolute(value: Number) -> Number:
+    """Absolute value that lets a complex step through."""
+    if symbolic(value):
+        import casadi
+
+        return casadi.fabs(value)
+    return where(np.real(value) < 0, -value, value)
+
+
+def minimum(a: Number, b: Number) -> Number:
+    """The value whose real part is the smaller; `b` where they are equal or one is NaN.
+
+    Every arithmetic decides alike, derivatives at a tie included, which C's fmin would not.
+    """
+    return where(real(a) < real(b), a, b)
+
+
+def maximum(a: Number, b: Number) -> Number:
+    """The value whose real part is the larger; `b` where they are equal or one is NaN."""
+    return where(real(a) > real(b), a, b)
+
+
+def clip(value: Number, lower: Number, upper: Number) -> Number:
+    """The value held between two bounds."""
+    return minimum(maximum(value, lower), upper)
+
+
+def floor(value: Number) -> Number:
+    """Largest whole number not above the real part; its derivative is zero."""
+    if symbolic(value):
+        import casadi
+
+        return casadi.floor(value)
+    return np.floor(np.real(value))
+
+
+def finite(value: Number) -> Number:
+    """Whether a number is neither NaN nor infinite."""
+    if symbolic(value):
+        import casadi
+
+        return casadi.fabs(value) < LARGEST
+    return np.abs(value) < LARGEST
+
+
+def exp(value: Number) -> Number:
+    """Exponential."""
+    return _elementary("exp", value)
+
+
+def log(value: Number) -> Number:
+    """Natural logarithm."""
+    return _elementary("log", value)
+
+
+def sqrt(value: Number) -> Number:
+    """Square root."""
+    return _elementary("sqrt", value)
+
+
+def cos(value: Number) -> Number:
+    """Cosine of an angle in rad."""
+    return _elementary("cos", value)
+
+
+def sin(value: Number) -> Number:
+    """Sine of an angle in rad."""
+    return _elementary("sin", value)
+
+
+def erf(value: Number) -> Number:
+    """Error function.
+
+    A complex step is carried by the first-order term, erf(a + ib) = erf(a) + ib 2/sqrt(pi) exp(-a^2):
+    exact to double precision for the tiny b of a complex step.
+    """
+    if symbolic(value):
+        import casadi
+
+        return casadi.erf(value)
+    a = np.real(value)
+    if np.ndim(a) == 0:
+        result: Number = math.erf(a)
+    else:
+        result = np.array([math.erf(each) for each in a])
+    if np.iscomplexobj(value):
+        return result + 1j * np.imag(value) * 2 / math.sqrt(math.pi) * np.exp(-(a**2))
+    return result
+
+
+def stack(*parts: Number) -> Number:
+    """One vector of the given scalars and vectors, in order."""
+    if symbolic(*parts):
+        import casadi
+
+        return casadi.vertcat(*parts)
+    return np.concatenate([np.atleast_1d(part) for part in parts]) if parts else np.zeros(0)
+
+
+def placed(value: Number, index: int, size: int) -> Number:
+    """Vector of a size that is zero but for one element."""
+    if symbolic(value):
+        import casadi
+
+        result: Number = casadi.SX.zeros(size)
+    else:
+        result = np.zeros(size, dtype=np.result_type(value, float))
+    result[index] = value
+    return result
+
+
+def total(values: Number) -> Number:
+    """Sum of a vector."""
+    if symbolic(values):
+        import casadi
+
+        return casadi.sum1(values)
+    return np.sum(values)
+
+
+def _elementary(name: str, value: Number) -> Number:
+    if symbolic(value):
+        import casadi
+
+        return getattr(casadi, name)(value)
+    return getattr(np, name)(value)

@@ -1,0 +1,102 @@
+"""The motor as a source of heat, as a component."""
+
+from __future__ import annotations
+
+from warmlink.fmus.motor_heat_source import equations
+from warmlink.fmus.packaging.component import Component, Input, Output, Parameter, State
+from warmlink.fmus.packaging.quantities import (
+    AMBIENT_ERROR,
+    AMBIENT_TEMPERATURE,
+    temperature_input,
+    temperature_output,
+    temperature_parameter,
+)
+
+_INPUTS = (
+    Input(
+        "pad_mode",
+        "1",
+        "heating pad: 0 none, 1 a given power, 2 held at a temperature",
+        type="Integer",
+        minimum=0,
+        maximum=2,
+        discrete=True,
+    ),
+    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+    Input("torque", "N.m", "rms torque at the joint", nominal=2.5),
+    Input("current", "A", "rms current, instead of the torque", nominal=2),
+    temperature_input("pad_temperature", "temperature the pad is held at (mode 2)"),
+    Input("pad_power", "W", "power of the pad (mode 1)", nominal=20),
+    AMBIENT_TEMPERATURE,
+    temperature_input("link_base_temperature", "temperature of the link at base position"),
+    temperature_input("neighbour_temperature", "temperature of the neighbouring joint"),
+)
+
+_PARAMETERS = (
+    Parameter("winding_heat_capacity", "J/K", 200, "heat capacity of the winding", positive=True),
+    Parameter("shaft_heat_capacity", "J/K", 1500, "heat capacity of shaft and gear", positive=True),
+    Parameter("winding_conductance", "W/K", 0.8, "thermal conductance from winding to shaft", minimum=0),
+    Parameter("housing_conductance", "W/K", 1.0, "thermal conductance from shaft to surroundings", minimum=0),
+    Parameter("joint_conductance", "W/K", 1.0, "thermal conductance from shaft to link", minimum=0),
+    Parameter(
+        "joint_resistance",
+        "K/W",
+        0,
+        "further thermal resistance of the joint, in series",
+        minimum=0,
+        nominal=0.1,
+    ),
+    Parameter("neighbour_conductance", "W/K", 0, "thermal conductance to the neighbouring joint", minimum=0),
+    Parameter("winding_resistance", "Ohm", 2.0, "resistance of the winding at 293.15 K", minimum=0),
+    Parameter(
+        "winding_temperature_coefficient",
+        "1/K",
+        0.0039,
+        "relative change of resistance a kelvin (copper)",
+        minimum=0,
+        nominal=0.004,
+    ),
+    Parameter("torque_constant", "N.m/A", 1.2, "torque constant at the joint", positive=True),
+    Parameter("iron_loss_coefficient", "W.s2/rad2", 0.15, "iron loss a squared speed", minimum=0),
+    Parameter("coulomb_friction", "N.m", 1.5, "Coulomb friction torque", minimum=0),
+    Parameter("viscous_friction", "N.m.s/rad", 0.6, "viscous friction torque a speed", minimum=0),
+    Parameter("friction_factor", "1", 1, "factor on both friction torques", minimum=0),
+    Parameter(
+        "friction_temperature_coefficient",
+        "1/K",
+        0,
+        "relative fall of friction a kelvin above 295.15 K",
+        minimum=-0.1,
+        maximum=0.1,
+        nominal=0.01,
+    ),
+    Parameter("standby_power", "W", 0, "heat into the shaft at all times", nominal=1),
+    Parameter("pad_gain", "W/K", 20, "gain of the pad's temperature control", minimum=0),
+    Parameter("pad_power_limit", "W", 60, "largest power of the pad", minimum=0),
+    *AMBIENT_ERROR,
+    temperature_parameter("initial_winding_temperature", "temperature of the winding at the start"),
+    temperature_parameter("initial_shaft_temperature", "temperature of the shaft at the start"),
+)
+
+_OUTPUTS = (
+    Output("heat_flow", "W", "heat flow into the link", nominal=5),
+    Output("neighbour_heat_flow", "W", "heat flow to the neighbouring joint", nominal=5),
+    temperature_output("shaft_temperature", "temperature of the shaft"),
+    temperature_output("winding_temperature", "temperature of the winding"),
+    Output("heat_delivered", "J", "heat delivered to the link since the start", nominal=1e4),
+)
+
+COMPONENT = Component(
+    name="MotorHeatSource",
+    description="Servo motor as a source of heat: winding and shaft, their losses and heat paths",
+    inputs=_INPUTS,
+    parameters=_PARAMETERS,
+    states=(
+        State("winding_temperature", "K", start="initial_winding_temperature"),
+        State("shaft_temperature", "K", start="initial_shaft_temperature"),
+        State("heat_delivered", "J"),
+    ),
+    outputs=_OUTPUTS,
+    rates=equations.rates,
+    observe=equations.outputs,
+)

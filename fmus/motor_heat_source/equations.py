@@ -1,0 +1,95 @@
+"""Two lumps, winding and shaft, the losses that heat them, and the paths by which heat leaves.
+
+    C_w dT_w/dt = P_cu + P_fe - G_ws (T_w - T_s)
+    C_s dT_s/dt = G_ws (T_w - T_s) + P_fr + P_pad + P_standby - G_sh (T_s - T_a) - Q - Q_n
+
+The usual two-node thermal model of a servo motor: copper loss by Joule's law with a resistance linear in
+temperature, iron loss with the square of speed, Coulomb and viscous friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.fmus.arithmetic import Number, absolute, clip, real, where
+from warmlink.fmus.packaging.component import Record
+
+RESISTANCE_TEMPERATURE = 293.15
+"""K, at which the winding has its stated resistance."""
+
+FRICTION_TEMPERATURE = 295.15
+"""K, at which friction has its stated level."""
+
+PAD_POWER, PAD_TEMPERATURE = 1, 2
+"""Values of `pad_mode` besides 0, no pad."""
+
+
+def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Time derivatives of the states: temperatures in K/s, heat delivered in W."""
+    winding, shaft = x.winding_temperature, x.shaft_temperature
+    ambient = u.ambient_temperature + p.ambient_offset + p.ambient_drift * time
+    inward = p.winding_conductance * (winding - shaft)
+    to_link = heat_flow(shaft, u, p)
+    into_shaft = (
+        inward
+        + friction_loss(shaft, u, p)
+        + pad_heat(shaft, u, p)
+        + p.standby_power
+        - p.housing_conductance * (shaft - ambient)
+        - to_link
+        - neighbour_heat_flow(shaft, u, p)
+    )
+    return {
+        "winding_temperature": (copper_loss(winding, u, p) + iron_loss(u, p) - inward)
+        / p.winding_heat_capacity,
+        "shaft_temperature": into_shaft / p.shaft_heat_capacity,
+        "heat_delivered": to_link,
+    }
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Heat flows in W, temperatures in K, heat in J."""
+    return {
+        "heat_flow": heat_flow(x.shaft_temperature, u, p),
+        "neighbour_heat_flow": neighbour_heat_flow(x.shaft_temperature, u, p),
+        "shaft_temperature": x.shaft_temperature,
+        "winding_temperature": x.winding_temperature,
+        "heat_delivered": x.heat_delivered,
+    }
+
+
+def heat_flow(shaft: Number, u: Record, p: Record) -> Number:
+    """Heat flow in W through the joint into the link; the joint's resistance lies in series."""
+    conductance = p.joint_conductance / (1 + p.joint_conductance * p.joint_resistance)
+    return conductance * (shaft - u.link_base_temperature)
+
+
+def neighbour_heat_flow(shaft: Number, u: Record, p: Record) -> Number:
+    """Heat flow in W to the neighbouring joint."""
+    return p.neighbour_conductance * (shaft - u.neighbour_temperature)
+
+
+def copper_loss(winding: Number, u: Record, p: Record) -> Number:
+    """Joule loss in W; the current is given, or follows from the torque."""
+    current = u.current + u.torque / p.torque_constant
+    warmth = 1 + p.winding_temperature_coefficient * (winding - RESISTANCE_TEMPERATURE)
+    return p.winding_resistance * warmth * current**2
+
+
+def iron_loss(u: Record, p: Record) -> Number:
+    """Loss in W in the iron."""
+    return p.iron_loss_coefficient * u.speed**2
+
+
+def friction_loss(shaft: Number, u: Record, p: Record) -> Number:
+    """Loss in W in bearings and gear."""
+    speed = absolute(u.speed)
+    level = p.friction_factor * (1 - p.friction_temperature_coefficient * (shaft - FRICTION_TEMPERATURE))
+    return level * (p.coulomb_friction + p.viscous_friction * speed) * speed
+
+
+def pad_heat(shaft: Number, u: Record, p: Record) -> Number:
+    """Heat in W from the pad around the shaft: off, a power, or held at a temperature."""
+    mode = real(u.pad_mode)
+    held = clip(p.pad_gain * (u.pad_temperature - shaft), 0.0, p.pad_power_limit)
+    return where(mode == PAD_TEMPERATURE, held, where(mode == PAD_POWER, u.pad_power, 0.0))

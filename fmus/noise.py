@@ -1,0 +1,92 @@
+"""Random numbers whose generator is part of a component's state.
+
+The combined multiplicative congruential generator of P. L'Ecuyer, "Efficient and portable combined random
+number generators", Communications of the ACM 31 (1988) 742-774. Every product stays below 2^53, so doubles
+carry it exactly: the Python and the native form, and every restored state, draw the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from warmlink.fmus.arithmetic import Number, cos, floor, log, sqrt, stack, where
+
+_MODULUS_A, _FACTOR_A = 2147483563.0, 40014.0
+_MODULUS_B, _FACTOR_B = 2147483399.0, 40692.0
+
+_MIXING_MODULUS = 16777213.0
+"""A prime small enough for the quotient of its squares to be exact in doubles."""
+
+STATE_SIZE = 2
+"""Doubles in the generator's state."""
+
+
+def start(seed: Number, channel: int = 0) -> Number:
+    """State of a generator, shape (2,), for a seed (a whole number) and a channel of its own."""
+    return stack(*starts(seed, (channel,)))
+
+
+def advance(state: Number) -> Number:
+    """Next state of the generator, shape (2,)."""
+    return stack(*_next(state[0], state[1]))
+
+
+def uniform(state: Number) -> Number:
+    """Number in (0, 1) that belongs to a state."""
+    return _share(state[0], state[1])
+
+
+def normal(state: Number) -> tuple[Number, Number]:
+    """Draw from the standard normal distribution (Box and Muller): the number, and the next state."""
+    number, a, b = normals(state[0], state[1])
+    return number, stack(a, b)
+
+
+def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
+    """First and second halves of the states of one generator a channel, each of shape (channels,).
+
+    Seed and channel are squared into the state: were they put in as they are, the sequences of two seeds
+    would differ by the same numbers whatever the seeds, the generator being linear.
+    """
+    whole = floor(seed)
+    a = stack(*(_mixed(1e6 * whole + 15485863.0 * channel + 12345.0) for channel in channels))
+    b = stack(*(_mixed(9e5 * whole + 32452843.0 * channel + 67890.0) for channel in channels))
+    for _ in range(4):
+        a, b = _next(a, b)
+    return a, b
+
+
+def normals(a: Number, b: Number) -> tuple[Number, Number, Number]:
+    """Draw once from each of many generators, given as the halves of their states.
+
+    Returns
+    -------
+    tuple
+        The numbers, and the halves of the next states, each of the shape of `a`.
+    """
+    first = _next(a, b)
+    second = _next(*first)
+    number = sqrt(-2.0 * log(_share(*first))) * cos(2.0 * math.pi * _share(*second))
+    return number, *second
+
+
+def _next(a: Number, b: Number) -> tuple[Number, Number]:
+    return _remainder(_FACTOR_A * a, _MODULUS_A), _remainder(_FACTOR_B * b, _MODULUS_B)
+
+
+def _share(a: Number, b: Number) -> Number:
+    difference = a - b
+    return where(difference < 1, difference + (_MODULUS_A - 1.0), difference) / _MODULUS_A
+
+
+def _mixed(number: Number) -> Number:
+    """Whole number from 1 to 127 times the mixing modulus, which stays below either generator's modulus."""
+    mixed = _remainder(number, _MIXING_MODULUS)
+    for _ in range(3):
+        mixed = _remainder(mixed * mixed + 31337.0, _MIXING_MODULUS)
+    return 127.0 * mixed + 1.0
+
+
+def _remainder(value: Number, modulus: float) -> Number:
+    return value - modulus * floor(value / modulus)

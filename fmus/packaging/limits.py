@@ -1,0 +1,80 @@
+"""What a component's parameters and inputs may be, and the sentence for what they may not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+
+
+def problems(component: Component, instance: str, values: Sequence[float]) -> Iterator[str]:
+    """Sentences on parameters out of range, none where all are well.
+
+    Parameters
+    ----------
+    component : the declaration
+    instance : name of the instance, put before the variable's
+    values : flat parameters in SI units, shape (component.p.size,)
+    """
+    scalars = [s for s in component.scalars() if isinstance(s.variable, Parameter)]
+    found = False
+    for scalar, value in zip(scalars, values, strict=True):
+        sentence = problem(scalar, value)
+        if sentence is not None:
+            found = True
+            yield f"{instance}.{sentence}"
+    if not found:
+        record = component.p.read(values)
+        named = _Named(zip(component.p.names, values, strict=True))
+        for check in component.checks:
+            margin = check.margin(record)
+            if not margin >= 0:
+                yield f"{instance}.{check.sentence.format_map(named)}"
+
+
+def problem(scalar: Scalar, value: float) -> str | None:
+    """Sentence on one value out of its range, None where it is well."""
+    variable, name = scalar.variable, scalar.name
+    shown = f"{name}: {value:.6g}{_unit(scalar)}"
+    if math.isnan(value):
+        if isinstance(variable, Input) and variable.accepts_nan:
+            return None
+        return f"{shown} is not a number; give a value"
+    if math.isinf(value):
+        return f"{shown} is not finite; give a finite value"
+    if isinstance(variable, Parameter) and variable.positive and value <= 0:
+        return f"{shown} is not positive; give a value above 0{_unit(scalar)}"
+    if variable.minimum is not None and value < variable.minimum:
+        return f"{shown} is too low; give at least {variable.minimum:g}{_unit(scalar)}"
+    if variable.maximum is not None and value > variable.maximum:
+        return f"{shown} is too high; give at most {variable.maximum:g}{_unit(scalar)}"
+    if variable.type != "Real" and value != round(value):
+        return f"{shown} is not a whole number; give one"
+    return None
+
+
+def _unit(scalar: Scalar) -> str:
+    return "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
+
+
+class _Named(Mapping[str, float]):
+    """Values under names that str.format can spell: `{length}` and `{sensor_position[0]}`."""
+
+    def __init__(self, values: Iterator[tuple[str, float]]) -> None:
+        self._values: dict[str, float | list[float]] = {}
+        for name, value in values:
+            stem, bracket, _ = name.partition("[")
+            if bracket:
+                self._values.setdefault(stem, []).append(value)  # type: ignore[union-attr]
+            else:
+                self._values[stem] = value
+
+    def __getitem__(self, name: str) -> float:
+        return self._values[name]  # type: ignore[return-value]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)

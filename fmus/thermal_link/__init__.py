@@ -1,0 +1,1 @@
+"""A slender link that conducts, loses and stores heat, and grows."""

@@ -1,0 +1,172 @@
+"""The thermal link as a component."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from warmlink.fmus.packaging.component import Check, Component, Derived, Input, Output, Parameter, State
+from warmlink.fmus.packaging.quantities import (
+    AMBIENT_ERROR,
+    AMBIENT_TEMPERATURE,
+    temperature_input,
+    temperature_output,
+    temperature_parameter,
+)
+from warmlink.fmus.thermal_link import equations
+
+CELLS = 40
+SENSORS = equations.SENSORS
+
+_INPUTS = (
+    Input("heat_flow", "W", "heat flow into the link at base position", nominal=5),
+    Input("tip_heat_flow", "W", "heat flow into the link at tip position", nominal=5),
+    temperature_input("tip_sink_temperature", "temperature behind the tip conductance"),
+    AMBIENT_TEMPERATURE,
+    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+)
+
+_PARAMETERS = (
+    Parameter("length", "m", 0.3302, "length of the link", display="mm", positive=True),
+    Parameter("width", "m", 0.0254, "width of the link", display="mm", positive=True),
+    Parameter("thickness", "m", 0.00635, "thickness of the link", display="mm", positive=True),
+    Parameter("cross_section", "m2", 0, "cross-section; 0: width times thickness", display="mm2", minimum=0),
+    Parameter(
+        "perimeter", "m", 0, "perimeter of the cross-section; 0: of the rectangle", display="mm", minimum=0
+    ),
+    Parameter(
+        "base_position", "m", 0.0254, "where heat enters, from the proximal end", display="mm", minimum=0
+    ),
+    Parameter("tip_position", "m", 0.3170, "the tool point, from the proximal end", display="mm", minimum=0),
+    Parameter("conductivity", "W/(m.K)", 167, "thermal conductivity at 295.15 K", positive=True),
+    Parameter(
+        "conductivity_temperature_coefficient",
+        "1/K",
+        0,
+        "relative change of conductivity a kelvin above 295.15 K",
+        minimum=-0.01,
+        maximum=0.01,
+        nominal=1e-3,
+    ),
+    Parameter("density", "kg/m3", 2713, "density", positive=True),
+    Parameter("specific_heat", "J/(kg.K)", 892, "specific heat capacity", positive=True),
+    Parameter(
+        "expansion_coefficient",
+        "1/K",
+        23.6e-6,
+        "linear coefficient of thermal expansion",
+        positive=True,
+        nominal=2e-5,
+    ),
+    Parameter("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
+    Parameter(
+        "convection_per_speed",
+        "W.s/(m3.K)",
+        6.4,
+        "convection coefficient gained a m/s of the link's mean speed",
+        minimum=0,
+    ),
+    Parameter("emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1),
+    Parameter("absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10),
+    Parameter(
+        "hub_conductance",
+        "W/K",
+        0,
+        "heat loss from base position to the surroundings",
+        minimum=0,
+        nominal=0.1,
+    ),
+    Parameter("tip_heat_capacity", "J/K", 0, "heat capacity of what the tip carries", minimum=0, nominal=10),
+    Parameter("tip_conductance", "W/K", 0, "heat loss from tip position to its sink", minimum=0, nominal=0.1),
+    *AMBIENT_ERROR,
+    temperature_parameter("initial_temperature", "temperature at the start"),
+    Parameter(
+        "initial_temperature_rise",
+        "K",
+        0,
+        "rise above the initial temperature at each sensor, linear between them",
+        size=SENSORS,
+        nominal=1,
+    ),
+    Parameter(
+        "reference_temperature",
+        "K",
+        0,
+        "temperature of no elongation; 0: the initial temperature",
+        nominal=300,
+        minimum=0,
+    ),
+    Parameter(
+        "sensor_position",
+        "m",
+        -1,
+        "place of each sensor from the proximal end; -1: base, middle, tip, then evenly between",
+        size=SENSORS,
+        display="mm",
+        minimum=-1,
+    ),
+)
+
+_OUTPUTS = (
+    temperature_output("base_temperature", "temperature at base position"),
+    temperature_output("tip_temperature", "temperature at tip position"),
+    temperature_output("sensor_temperature", "temperature at each sensor", size=SENSORS),
+    Output("elongation", "m", "growth between base and tip position", display="um", nominal=5e-5),
+    Output("surface_heat_loss", "W", "heat lost by the surface", nominal=5),
+    Output("heat_received", "J", "heat received at base position since the start", nominal=1e4),
+    Output(
+        "discretisation_error",
+        "m",
+        "estimate of the elongation's error from the finite grid",
+        display="um",
+        nominal=1e-7,
+    ),
+)
+
+
+def _sensor_on_link(sensor: int) -> Check:
+    name = f"sensor_position[{sensor}]"
+    return Check(
+        lambda p: p.length - p.sensor_position[sensor],
+        f"sensor_position[{sensor + 1}]: {{{name}}} m lies beyond the link's end; "
+        "keep it within length ({length} m)",
+    )
+
+
+_CHECKS = (
+    Check(
+        lambda p: p.length - p.tip_position,
+        "tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)",
+    ),
+    Check(
+        lambda p: p.tip_position - p.base_position - 1e-3 * p.length,
+        "base_position: {base_position} m leaves no stretch before tip_position ({tip_position} m); "
+        "put it nearer the proximal end",
+    ),
+    *(_sensor_on_link(i) for i in range(SENSORS)),
+)
+
+
+def thermal_link(cells: int = CELLS) -> Component:
+    """Declare a link of so many finite-volume cells (at least 8)."""
+    return Component(
+        name="ThermalLink",
+        description="Slender robot link: conducts, stores and loses heat, and grows",
+        inputs=_INPUTS,
+        parameters=_PARAMETERS,
+        derived=(
+            Derived("conductance", "W/K", size=cells - 1),
+            Derived("heat_capacity", "J/K", size=cells),
+            Derived("surface_area", "m2", size=cells),
+            Derived("sensor_weight", "1", size=SENSORS * cells),
+        ),
+        states=(State("temperature", "K", size=cells), State("heat_received", "J")),
+        outputs=_OUTPUTS,
+        derive=partial(equations.derive, cells=cells),
+        begin=partial(equations.begin, cells=cells),
+        rates=equations.rates,
+        observe=equations.outputs,
+        checks=_CHECKS,
+    )
+
+
+COMPONENT = thermal_link()

@@ -1,0 +1,203 @@
+"""Heat in a slender link, and its growth: one-dimensional conduction with loss to the surroundings.
+
+    rho c A dT/dt = d/dx(k A dT/dx) - P (h (T - T_a) + e s (T^4 - T_a^4)) + sources at base and tip
+
+by finite volumes centred on nodes, two of which lie at base and tip position. Equation and loss terms:
+J. P. Holman, *Heat Transfer*, 9th ed., McGraw-Hill 2002, chapters 2 and 4 (fins, transient conduction).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+from warmlink.fmus.arithmetic import Number, absolute, clip, maximum, placed, stack, total, where
+from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.thermal_link.grid import (
+    control_widths,
+    interpolation_weights,
+    positions,
+    spacings,
+    stretches,
+)
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""W/(m2.K4), CODATA 2018."""
+
+REFERENCE_TEMPERATURE = 295.15
+"""K, at which temperature-dependent conductivity has its stated value."""
+
+SENSORS = 8
+
+
+def derive(p: Record, cells: int) -> Mapping[str, Number]:
+    """What the parameters alone settle: conductances in W/K, capacities in J/K, areas in m2, weights."""
+    step = spacings(p, cells)
+    width = control_widths(step)
+    section = cross_section(p)
+    faces = placed(section, 0, cells) + placed(section, cells - 1, cells)
+    tip = placed(p.tip_heat_capacity, stretches(cells).tip_node, cells)
+    return {
+        "conductance": p.conductivity * section / step,
+        "heat_capacity": p.density * p.specific_heat * section * width + tip,
+        "surface_area": perimeter(p) * width + faces,
+        "sensor_weight": stack(*(interpolation_weights(p, cells, s) for s in sensor_positions(p))),
+    }
+
+
+def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Time derivatives of the states: temperatures in K/s, heat received in W."""
+    temperature = x.temperature
+    cells = temperature.shape[0]
+    parts = stretches(cells)
+    base, tip = parts.base_node, parts.tip_node
+    ambient = ambient_temperature(u, p, time)
+
+    between = _conducted(temperature, p)
+    at_base = u.heat_flow - p.hub_conductance * (temperature[base] - ambient)
+    at_tip = u.tip_heat_flow - p.tip_conductance * (temperature[tip] - u.tip_sink_temperature)
+    gain = (
+        stack(0.0, between)
+        - stack(between, 0.0)
+        - surface_loss(temperature, u, p, ambient)
+        + placed(at_base, base, cells)
+        + placed(at_tip, tip, cells)
+    )
+    return {"temperature": gain / p.heat_capacity, "heat_received": u.heat_flow}
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Temperatures in K, elongation in m, heat in W and J."""
+    temperature = x.temperature
+    cells = temperature.shape[0]
+    parts = stretches(cells)
+    weights = [p.sensor_weight[i * cells : (i + 1) * cells] for i in range(SENSORS)]
+    loss = surface_loss(temperature, u, p, ambient_temperature(u, p, time))
+    return {
+        "base_temperature": temperature[parts.base_node],
+        "tip_temperature": temperature[parts.tip_node],
+        "sensor_temperature": stack(*(total(weight * temperature) for weight in weights)),
+        "elongation": elongation(temperature, p),
+        "surface_heat_loss": total(loss),
+        "heat_received": x.heat_received,
+        "discretisation_error": discretisation_error(temperature, p),
+    }
+
+
+def begin(u: Record, p: Record, cells: int) -> Mapping[str, Number]:
+    """States at the start: the initial temperature, raised as the sensors' initial rises say."""
+    places = positions(p, cells)
+    rise = initial_rise(p, places)
+    return {
+        "temperature": p.initial_temperature + stack(*rise),
+        "heat_received": 0.0,
+    }
+
+
+def cross_section(p: Record) -> Number:
+    """Cross-section in m2: as given, else width times thickness."""
+    return where(p.cross_section > 0, p.cross_section, p.width * p.thickness)
+
+
+def perimeter(p: Record) -> Number:
+    """Perimeter in m: as given, else that of the rectangle."""
+    return where(p.perimeter > 0, p.perimeter, 2 * (p.width + p.thickness))
+
+
+def convection_coefficient(u: Record, p: Record) -> Number:
+    """Coefficient in W/(m2.K): still air, and the mean speed of the stretch from base to tip."""
+    speed = absolute(u.speed) * (p.tip_position - p.base_position) / 2
+    return p.convection_still + p.convection_per_speed * speed
+
+
+def ambient_temperature(u: Record, p: Record, time: Number) -> Number:
+    """Temperature in K of the surroundings: as logged, and what the log misses."""
+    return u.ambient_temperature + p.ambient_offset + p.ambient_drift * time
+
+
+def surface_loss(temperature: Number, u: Record, p: Record, ambient: Number) -> Number:
+    """Heat in W that each node loses by its surface, shape (cells,)."""
+    flux = (
+        convection_coefficient(u, p) * (temperature - ambient)
+        + p.emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4)
+        - p.absorbed_flux
+    )
+    return p.surface_area * flux
+
+
+def elongation(temperature: Number, p: Record) -> Number:
+    """Growth in m between base and tip position: expansion times the integral of the rise.
+
+    The trapezoidal rule with Gregory's first end correction, so that the integral is of third order in
+    the node distance.
+    """
+    rise = _rise_between(temperature, p)
+    count = rise.shape[0] - 1
+    step = (p.tip_position - p.base_position) / count
+    inner = total(rise) - (rise[0] + rise[count]) / 2
+    ends = (rise[1] - rise[0]) - (rise[count] - rise[count - 1])
+    return p.expansion_coefficient * step * (inner + ends / 12)
+
+
+def discretisation_error(temperature: Number, p: Record) -> Number:
+    """Estimate in m of what the grid costs the elongation.
+
+    The size of the end correction: what the trapezoidal rule alone would miss, which bounds the error of
+    the corrected rule and of the second-order temperatures.
+    """
+    rise = _rise_between(temperature, p)
+    count = rise.shape[0] - 1
+    step = (p.tip_position - p.base_position) / count
+    ends = absolute(rise[1] - rise[0]) + absolute(rise[count] - rise[count - 1])
+    return p.expansion_coefficient * step * ends / 12
+
+
+def sensor_positions(p: Record) -> list[Number]:
+    """Places of the sensors in m; -1 stands for base, middle, tip, then evenly spaced in between."""
+    shares = [0.0, 0.5, 1.0, *((i + 1) / (SENSORS - 2) for i in range(SENSORS - 3))]
+    span = p.tip_position - p.base_position
+    return [
+        where(p.sensor_position[i] < 0, p.base_position + share * span, p.sensor_position[i])
+        for i, share in enumerate(shares)
+    ]
+
+
+def initial_rise(p: Record, places: list[Number]) -> list[Number]:
+    """Rise in K above the initial temperature at each place, linear between the sensors."""
+    known = _sorted_pairs(
+        [(place, p.initial_temperature_rise[i]) for i, place in enumerate(sensor_positions(p))]
+    )
+    rises = []
+    for place in places:
+        rise = known[0][1]
+        for (left, low), (right, high) in pairwise(known):
+            share = (place - left) / maximum(right - left, 1e-12)
+            rise = rise + clip(share, 0.0, 1.0) * (high - low)
+        rises.append(rise)
+    return rises
+
+
+def _conducted(temperature: Number, p: Record) -> Number:
+    """Heat in W from each node to the next, shape (cells - 1,)."""
+    middle = (temperature[1:] + temperature[:-1]) / 2
+    change = 1 + p.conductivity_temperature_coefficient * (middle - REFERENCE_TEMPERATURE)
+    return p.conductance * change * (temperature[:-1] - temperature[1:])
+
+
+def _rise_between(temperature: Number, p: Record) -> Number:
+    """Rise in K above the reference at the nodes from base to tip."""
+    parts = stretches(temperature.shape[0])
+    reference = where(p.reference_temperature > 0, p.reference_temperature, p.initial_temperature)
+    return temperature[parts.base_node : parts.tip_node + 1] - reference
+
+
+def _sorted_pairs(pairs: list[tuple[Number, Number]]) -> list[tuple[Number, Number]]:
+    """Pairs by rising first member, by a network of comparisons that expressions can pass through."""
+    result = list(pairs)
+    for end in range(len(result) - 1, 0, -1):
+        for i in range(end):
+            (a, low), (b, high) = result[i], result[i + 1]
+            swap = a > b
+            result[i] = (where(swap, b, a), where(swap, high, low))
+            result[i + 1] = (where(swap, a, b), where(swap, low, high))
+    return result

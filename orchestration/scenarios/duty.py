@@ -1,0 +1,110 @@
+"""Duty cycles: what a joint is asked to do, segment by segment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.duty_cycle.component import SEGMENTS
+from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
+
+NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
+"""Values of `pad_mode`."""
+
+UNITS = {
+    "duration": "s",
+    "speed": "rad/s",
+    "torque": "N.m",
+    "ambient_temperature": "K",
+    "pad_temperature": "K",
+    "pad_power": "W",
+}
+"""SI unit of every quantity of a segment."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Constant demands over a time: s, rad/s, N.m, K, pad mode, K, W."""
+
+    duration: float
+    speed: float = 0.0
+    torque: float = 0.0
+    ambient_temperature: float = ROOM_TEMPERATURE
+    pad_mode: int = NO_PAD
+    pad_temperature: float = ROOM_TEMPERATURE
+    pad_power: float = 0.0
+
+    @property
+    def demands(self) -> tuple[float, ...]:
+        """Demands in the order of `DEMANDS`."""
+        return tuple(getattr(self, name) for name in DEMANDS)
+
+
+@dataclass(frozen=True)
+class Duty:
+    """A duty cycle.
+
+    Attributes
+    ----------
+    name, title, reason : what it is called, in short and in a line, and why it is as it is
+    stop_time : in s
+    segments : one after the other; the last one holds, or all begin again where `repeat` is set
+    """
+
+    name: str
+    title: str
+    reason: str
+    stop_time: float
+    segments: tuple[Segment, ...]
+    repeat: bool = False
+
+    @property
+    def fits_component(self) -> bool:
+        """Whether the DutyCycle component can hold it; a finer one is fed by the master as a table."""
+        return len(self.segments) <= SEGMENTS
+
+    def component_parameters(self) -> dict[str, float | bool]:
+        """Parameters of the DutyCycle component, by scalar name.
+
+        Raises
+        ------
+        InputError
+            There are more segments than the component has.
+        """
+        if not self.fits_component:
+            raise InputError(
+                f"{self.name}: {len(self.segments)} segments are more than the {SEGMENTS} that the DutyCycle "
+                "component holds; use longer ones, or repeat"
+            )
+        values: dict[str, float | bool] = {"repeat": self.repeat}
+        for i in range(SEGMENTS):
+            segment = self.segments[i] if i < len(self.segments) else Segment(0.0)
+            values[f"duration[{i + 1}]"] = segment.duration
+            for name, value in zip(DEMANDS, segment.demands, strict=True):
+                values[f"segment_{name}[{i + 1}]"] = value
+        return values
+
+    def table(self, step: float, stop_time: float | None = None) -> NDArray[np.float64]:
+        """Demands at the communication points, as the DutyCycle component gives them.
+
+        Parameters
+        ----------
+        step : communication step size in s
+        stop_time : in s, that of the duty cycle by default
+
+        Returns
+        -------
+        numpy.ndarray
+            One row of `DEMANDS` a communication point, the start included, shape (n + 1, 6).
+        """
+        count = round((self.stop_time if stop_time is None else stop_time) / step)
+        time = step * np.arange(count + 1) + EARLY
+        ends = np.cumsum([segment.duration for segment in self.segments])
+        if self.repeat:
+            time = time % ends[-1]
+        which = np.minimum(np.searchsorted(ends, time, side="right"), len(self.segments) - 1)
+        return np.array([segment.demands for segment in self.segments])[which]
