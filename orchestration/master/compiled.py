@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.errors import InputError, MissingExtra
+from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master import fmi
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -46,7 +46,7 @@ def prepare() -> None:
     if _KERNEL in sys.modules:
         return
     if importlib.util.find_spec("numba") is None:
-        raise MissingExtra("compiled stepping", "studies")
+        raise MissingExtraError("compiled stepping", "studies")
     if fmi.LOADED:
         raise InputError(
             "compiled stepping: an FMU was loaded in this process before the loop was compiled; call "

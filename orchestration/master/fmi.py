@@ -57,7 +57,7 @@ class Batch:
 
     def load(self, values: Sequence[Value]) -> None:
         """Fill the array from the values of the whole set."""
-        chosen = [values[p] for p in self.positions]
+        chosen = values if self.count == len(values) else [values[p] for p in self.positions]
         if self.base == "String":
             self.values[:] = [str(value).encode() for value in chosen]
         elif self.base in ("Real", "Float32", "Float64"):

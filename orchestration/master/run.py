@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly, assemble
@@ -15,7 +16,6 @@ from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, finge
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, obstacle
 from warmlink.orchestration.master.initialization import initialize
-from warmlink.orchestration.master.isolation import Isolation
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
@@ -26,6 +26,9 @@ from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.master.stores import Folder, Memory
 from warmlink.orchestration.system.model import System
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.isolation import Isolation
 
 Progress = Callable[[int, int], None]
 
