@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -38,30 +37,56 @@ class Symbols:
         return cls(**vectors, time=casadi.SX.sym("time"), step=casadi.SX.sym("step"))
 
 
-def generate(component: Component, token: str) -> dict[str, str]:
-    """Write the generated C files of a component.
+def generate(component: Component) -> dict[str, str]:
+    """Write the generated C files of a component, all but `component.h`.
+
+    Returns
+    -------
+    dict
+        Texts of `starting.c` and `running.c` (by CasADi: what runs once and what runs all the time) and
+        of `variables.c` (a table).
+    """
+    groups = output_groups(component)
+    name = component.name
+    running = _functions_file(f"{name}_running", running_functions(component, groups))
+    return {
+        "starting.c": _functions_file(f"{name}_starting", starting_functions(component)),
+        "running.c": running + _output_dispatcher(len(groups)),
+        "variables.c": _variables_file(component, groups),
+    }
+
+
+def header(component: Component, token: str, state: str) -> str:
+    """Write `component.h`: names and sizes.
 
     Parameters
     ----------
     component : the declaration
     token : GUID or instantiation token that the FMU answers to
-
-    Returns
-    -------
-    dict
-        Texts of `component.h` (sizes and names), `starting.c` and `running.c` (by CasADi: what runs once
-        and what runs all the time) and `variables.c`.
+    state : what a serialised state must have been made by
     """
     groups = output_groups(component)
-    files = {
-        "starting.c": _functions_file(f"{component.name}_starting", starting_functions(component)),
-        "running.c": _functions_file(
-            f"{component.name}_running", running_functions(component, groups), _output_dispatcher(len(groups))
-        ),
-        "variables.c": _variables_file(component, groups),
+    sizes = {
+        "PARAMETERS": component.p.size,
+        "INPUTS": component.u.size,
+        "OUTPUTS": component.y.size,
+        "STATES": component.x.size,
+        "SETTLED": component.d.size,
+        "CHECKS": len(component.checks),
+        "GROUPS": len(groups),
+        "LARGEST_GROUP": max(map(len, groups), default=0),
+        "SAMPLED": int(component.sampled),
+        "SAMPLE_TIME": component.p.index["sample_time"] if component.sampled else -1,
     }
-    state = hashlib.sha256("\n".join((token, *files.values())).encode()).hexdigest()[:32]
-    return {"component.h": _header(component, token, state, groups)} | files
+    lines = [
+        f"#define WL_NAME {_string(component.name)}",
+        f"#define WL_PREFIX {component.name}_",
+        f"#define WL_TOKEN {_string(token)}",
+        f"#define WL_STATE_ID {_string(state)}",
+        f"#define WL_MICRO_STEP {float(component.micro_step)!r}",
+        *(f"#define WL_{name} {value}" for name, value in sizes.items()),
+    ]
+    return "/* Names and sizes of one component; generated. */\n" + "\n".join(lines) + "\n"
 
 
 def starting_functions(component: Component) -> Iterator[Any]:
@@ -132,7 +157,7 @@ def _function(name: str, arguments: list[Expression], result: Expression) -> Any
     return casadi.Function(name, arguments, [casadi.cse(casadi.densify(casadi.SX(result)))])
 
 
-def _functions_file(prefix: str, functions: Iterable[Any], after: str = "") -> str:
+def _functions_file(prefix: str, functions: Iterable[Any]) -> str:
     import casadi
 
     # CasADi takes the names of its helper functions from the file's.
@@ -142,7 +167,7 @@ def _functions_file(prefix: str, functions: Iterable[Any], after: str = "") -> s
         generator.add(function, False)
         wrappers.append(_wrapper(function.name(), function.n_in()))
     head = '#include "model.h"\n\n#define CASADI_SYMBOL_EXPORT static\n\n'
-    return head + generator.dump() + "".join(wrappers) + after
+    return head + generator.dump() + "".join(wrappers)
 
 
 def _wrapper(name: str, inputs: int) -> str:
@@ -165,31 +190,6 @@ def _output_dispatcher(groups: int) -> str:
         "                 const double *time, double *result)\n{\n"
         f"    switch (group) {{\n{cases}    }}\n}}\n"
     )
-
-
-def _header(component: Component, token: str, state: str, groups: Sequence[Sequence[int]]) -> str:
-    period = component.p.index["sample_time"] if component.sampled else -1
-    sizes = {
-        "PARAMETERS": component.p.size,
-        "INPUTS": component.u.size,
-        "OUTPUTS": component.y.size,
-        "STATES": component.x.size,
-        "SETTLED": component.d.size,
-        "CHECKS": len(component.checks),
-        "GROUPS": len(groups),
-        "LARGEST_GROUP": max(map(len, groups), default=0),
-        "SAMPLED": int(component.sampled),
-        "SAMPLE_TIME": period,
-    }
-    lines = [
-        f"#define WL_NAME {_string(component.name)}",
-        f"#define WL_PREFIX {component.name}_",
-        f"#define WL_TOKEN {_string(token)}",
-        f"#define WL_STATE_ID {_string(state)}",
-        f"#define WL_MICRO_STEP {float(component.micro_step)!r}",
-        *(f"#define WL_{name} {value}" for name, value in sizes.items()),
-    ]
-    return "/* Names and sizes of one component; generated. */\n" + "\n".join(lines) + "\n"
 
 
 def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> str:

@@ -27,7 +27,7 @@ def output_groups(component: Component) -> list[list[int]]:
     users = _operations(component)
     count = component.y.size
     own = [sum(1 for outputs in users if i in outputs) for i in range(count)]
-    shared = {pair: 0 for pair in combinations(range(count), 2)}
+    shared = dict.fromkeys(combinations(range(count), 2), 0)
     for outputs in users:
         for pair in combinations(sorted(outputs), 2):
             shared[pair] += 1

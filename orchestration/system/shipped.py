@@ -53,7 +53,8 @@ class Blueprint:
         Raises
         ------
         InputError
-            If a value is meant for an instance that the system does not have.
+            If a value is meant for an instance that the system does not have, or an end, a value or a
+            unit does not fit the FMUs.
         """
         values = values or {}
         for instance in values:

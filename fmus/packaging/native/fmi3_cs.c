@@ -187,6 +187,27 @@ NOT_HERE(fmi3UpdateDiscreteStates,
           fmi3Float64 *f),
          ((void)a, (void)b, (void)c, (void)d, (void)e, (void)f), WL_NAME " has no event mode")
 
+/* Hosts look for the functions of the other interface types too. */
+#define ONLY_COSIMULATION WL_NAME " is for co-simulation alone"
+NOT_HERE(fmi3EnterContinuousTimeMode, (fmi3Instance instance), (void)0, ONLY_COSIMULATION)
+NOT_HERE(fmi3CompletedIntegratorStep, (fmi3Instance instance, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *c),
+         ((void)a, (void)b, (void)c), ONLY_COSIMULATION)
+NOT_HERE(fmi3SetTime, (fmi3Instance instance, fmi3Float64 t), (void)t, ONLY_COSIMULATION)
+NOT_HERE(fmi3SetContinuousStates, (fmi3Instance instance, const fmi3Float64 x[], size_t n), ((void)x, (void)n),
+         ONLY_COSIMULATION)
+NOT_HERE(fmi3GetContinuousStates, (fmi3Instance instance, fmi3Float64 x[], size_t n), ((void)x, (void)n),
+         ONLY_COSIMULATION)
+NOT_HERE(fmi3GetContinuousStateDerivatives, (fmi3Instance instance, fmi3Float64 x[], size_t n),
+         ((void)x, (void)n), ONLY_COSIMULATION)
+NOT_HERE(fmi3GetNominalsOfContinuousStates, (fmi3Instance instance, fmi3Float64 x[], size_t n),
+         ((void)x, (void)n), ONLY_COSIMULATION)
+NOT_HERE(fmi3GetEventIndicators, (fmi3Instance instance, fmi3Float64 x[], size_t n), ((void)x, (void)n),
+         ONLY_COSIMULATION)
+NOT_HERE(fmi3GetNumberOfEventIndicators, (fmi3Instance instance, size_t *n), (void)n, ONLY_COSIMULATION)
+NOT_HERE(fmi3GetNumberOfContinuousStates, (fmi3Instance instance, size_t *n), (void)n, ONLY_COSIMULATION)
+NOT_HERE(fmi3ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t),
+         ((void)r, (void)t), ONLY_COSIMULATION)
+
 /* ---- step ---- */
 
 static void between(void *host, double time, int finished, double *until)
