@@ -87,7 +87,9 @@ def dependencies(subject: Subject) -> Outcome:
                 }
             host.set({variable.name: value})
     host.close()
-    hidden = sorted(pair for pair in seen if declared[pair[0]] is not None and pair[1] not in declared[pair[0]])  # type: ignore[operator]
+    hidden = sorted(
+        pair for pair in seen if declared[pair[0]] is not None and pair[1] not in declared[pair[0]]
+    )  # type: ignore[operator]
     if hidden:
         output, known = hidden[0]
         return "fail", f"{output} moves with {known}, which it does not declare"
@@ -120,7 +122,10 @@ def directional_derivatives(subject: Subject) -> Outcome:
                 differences = _central_difference(host, output, variable, values[variable.name])
                 error = abs(given - differences) / max(abs(given), abs(differences), 1e-12)
                 if not error <= _DERIVATIVE_TOLERANCE:
-                    return "fail", f"d {output} / d {variable.name}: {given:g}, by differences {differences:g}"
+                    return (
+                        "fail",
+                        f"d {output} / d {variable.name}: {given:g}, by differences {differences:g}",
+                    )
                 compared, worst = compared + 1, max(worst, error)
     host.close()
     if not compared:
