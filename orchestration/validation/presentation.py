@@ -111,11 +111,12 @@ _CONVERGENCE = (
 )
 
 _AGREEMENT = (
-    "Largest difference over an hour, 1-D minus 3-D; the elongation relative to its largest value. The paper's "
-    "cases hold a temperature, the duty cycles give the heat flow that motor and link exchange. With the same "
-    "boundary conditions, the link alone, both agree. With shaft and diode the difference under a given heat flow "
-    "is the heat that the shaft stores; the cell counts that in the motor. Where the shaft stores none, the "
-    "holes are left, which is little. At a held temperature base differs at first only, while the shaft warms."
+    "Largest difference over an hour, 1-D minus 3-D; the elongation relative to its largest value. The "
+    "paper's cases hold a temperature, the duty cycles give the heat flow that motor and link exchange. With "
+    "the same boundary conditions, the link alone, both agree. With shaft and diode the difference under a "
+    "given heat flow is the heat that the shaft stores, which the cell counts in the motor. Where the shaft "
+    "stores none, the holes are left, which is little. At a held temperature the base differs at first, "
+    "while the rim of the shaft's hole warms."
 )
 
 
