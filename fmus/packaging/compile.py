@@ -62,6 +62,9 @@ FLAGS = (
     "-fvisibility=hidden",
 )
 
+ONCE_RUN = ("starting.c",)
+"""Units whose code runs once an instance: large, and not worth a compiler's long thought."""
+
 _SYSTEM_NAMES = {"linux": "linux", "darwin": "darwin", "win32": "windows"}
 
 
@@ -210,7 +213,8 @@ def _object(compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], i
         folder = Path(work)
         for file, text in texts:
             (folder / file).write_text(text, encoding="utf-8")
-        compiler.run(folder, ["-I.", *(f"-I{path}" for path in include), "-c", unit, "-o", "unit.o"])
+        quick = ["-O1"] if unit in ONCE_RUN else []
+        compiler.run(folder, ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"])
         return (folder / "unit.o").read_bytes()
 
 
