@@ -194,9 +194,7 @@ def _wrapper(name: str, inputs: int) -> str:
 def _output_dispatcher(groups: int) -> str:
     if groups == 0:
         return ""
-    cases = "".join(
-        f"    case {i}: group_{i}(x, u, d, time, result); break;\n" for i in range(groups)
-    )
+    cases = "".join(f"    case {i}: group_{i}(x, u, d, time, result); break;\n" for i in range(groups))
     return (
         "\nvoid WL(outputs)(int group, const double *x, const double *u, const double *d,\n"
         "                 const double *time, double *result)\n{\n"
@@ -211,7 +209,9 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
         for number, group in enumerate(groups)
         for position, output in enumerate(group)
     }
-    rows = "".join(f"    {_row(scalar, place.get(scalar.reference, (0, 0)))},\n" for scalar in component.scalars())
+    rows = "".join(
+        f"    {_row(scalar, place.get(scalar.reference, (0, 0)))},\n" for scalar in component.scalars()
+    )
     sentences = "".join(
         f"    {_string(_numbered(component, check.sentence))},\n" for check in component.checks
     )

@@ -156,7 +156,9 @@ def platforms_named(names: str | None) -> tuple[Platform, ...]:
     if names is None:
         host = host_platform()
         if host is None:
-            raise InputError(f"this machine is none of {', '.join(PLATFORMS)}; name the platforms to build for")
+            raise InputError(
+                f"this machine is none of {', '.join(PLATFORMS)}; name the platforms to build for"
+            )
         return (host,)
     if names == "all":
         return tuple(PLATFORMS.values())

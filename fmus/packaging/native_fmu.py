@@ -145,7 +145,10 @@ def _binaries(
     libraries = {each.platform: each.library(sources, name, [header_folder()]) for each in chosen}
     if fmi_version == "2.0":
         merged = merged_libraries(libraries)
-        return {f"binaries/{place.rpartition('/')[0]}/{name}{place.rpartition('/')[2]}": merged[place] for place in merged}
+        return {
+            f"binaries/{place.rpartition('/')[0]}/{name}{place.rpartition('/')[2]}": merged[place]
+            for place in merged
+        }
     return {f"binaries/{each.name}/{name}{each.suffix}": library for each, library in libraries.items()}
 
 

@@ -27,7 +27,7 @@ def output_groups(component: Component) -> list[list[int]]:
     users = _operations(component)
     count = component.y.size
     own = [sum(1 for outputs in users if i in outputs) for i in range(count)]
-    shared = {pair: 0 for pair in combinations(range(count), 2)}
+    shared = dict.fromkeys(combinations(range(count), 2), 0)
     for outputs in users:
         for pair in combinations(sorted(outputs), 2):
             shared[pair] += 1
@@ -53,7 +53,9 @@ def _operations(component: Component) -> list[frozenset[int]]:
     """For each operation of the outputs' expressions, the outputs that use its result."""
     import casadi
 
-    x, u, d = (casadi.SX.sym(n, v.size) for n, v in (("x", component.x), ("u", component.u), ("d", component.d)))
+    x, u, d = (
+        casadi.SX.sym(n, v.size) for n, v in (("x", component.x), ("u", component.u), ("d", component.d))
+    )
     time = casadi.SX.sym("time")
     y = casadi.cse(casadi.SX(component.outputs_of(x, u, d, time)))
     function = casadi.Function("outputs", [x, u, d, time], [y])

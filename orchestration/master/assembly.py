@@ -6,12 +6,14 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
+from warmlink.orchestration.master.isolation import IsolatedSlave, Isolation
 from warmlink.orchestration.master.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Component, Connection, System, Value
+from warmlink.orchestration.system.model import Connection, System, Value
 
 
 @dataclass
@@ -41,8 +43,15 @@ class Assembly:
             shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def assemble(system: System) -> Assembly:
+def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
     """Unpack and instantiate every FMU of a system.
+
+    Parameters
+    ----------
+    system : System
+        Its components become the slaves.
+    isolation : Isolation, optional
+        Give every FMU a process of its own, with these time limits.
 
     Raises
     ------
@@ -56,7 +65,12 @@ def assemble(system: System) -> Assembly:
     slaves: list[Slave] = []
     try:
         for name, component in system.components.items():
-            slaves.append(open_slave(component, infos[name], folder))
+            unpacked = unpack(component.fmu, folder)
+            opener = partial(open_slave, name, infos[name], unpacked)
+            slaves.append(opener() if isolation is None else IsolatedSlave(name, opener, isolation))
+        for slave in slaves:
+            if isinstance(slave, IsolatedSlave):
+                slave.connect()
     except BaseException:
         for slave in slaves:
             slave.terminate()
@@ -66,8 +80,12 @@ def assemble(system: System) -> Assembly:
     return Assembly(slaves, system.connections, values, folder)
 
 
-def open_slave(component: Component, info: ModelInfo, folder: Path) -> Slave:
-    """Instantiate one component's FMU, unpacked under `folder`."""
+def open_slave(name: str, info: ModelInfo, folder: Path) -> Slave:
+    """Instantiate an FMU that was unpacked into `folder`."""
+    if info.fmi_version == "3.0":
+        from warmlink.orchestration.master.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(name, info, folder)
     from warmlink.orchestration.master.fmi2 import Fmi2Slave
 
-    return Fmi2Slave(component.name, info, unpack(component.fmu, folder))
+    return Fmi2Slave(name, info, folder)

@@ -119,6 +119,10 @@ class Table:
             raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
         return self.values[:, self._column[name]]
 
+    def head(self, rows: int) -> Table:
+        """Give the first rows."""
+        return Table(self.names, self.units, self.times[:rows], self.values[:rows])
+
     def heading(self, name: str) -> str:
         """Give a column's heading, as `link.elongation [m]`."""
         return f"{name} [{self.units[name] or '1'}]"

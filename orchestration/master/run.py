@@ -12,6 +12,7 @@ from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.initialization import initialize
+from warmlink.orchestration.master.isolation import Isolation
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recorder import Recorder, Table, outputs_of, times_of
@@ -33,6 +34,7 @@ def simulate(
     start_time: float = 0.0,
     record: Sequence[str] | None = None,
     balances: Sequence[Balance] | None = None,
+    isolation: Isolation | None = None,
     progress: Progress | None = None,
 ) -> Result:
     """Run a system from start to stop time.
@@ -50,6 +52,8 @@ def simulate(
         Variables as `slave.variable`; default: every output.
     balances : sequence of Balance, optional
         Default: every heat balance found in the system; both ends are recorded.
+    isolation : Isolation, optional
+        One process for each FMU: a crash or an endless step then ends the run, not the program.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
 
@@ -64,7 +68,7 @@ def simulate(
         Where what was asked for cannot be run.
     """
     points = CommunicationPoints.between(start_time, stop_time, step_size)
-    assembly = assemble(system) if isinstance(system, System) else system
+    assembly = assemble(system, isolation) if isinstance(system, System) else system
     try:
         return _simulate(assembly, points, algorithm or Jacobi(), record, balances, progress)
     finally:
