@@ -121,7 +121,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
     json: Json = False,
 ) -> None:
-    """Compute the paper's tables and figures again: Eq. (4), the 1-D link and 3-D finite elements beside them."""
+    """Compute the paper's tables and figures: Eq. (4), the 1-D link and 3-D finite elements beside them."""
     from warmlink.orchestration.commands.reproduce import reproduce_command
 
     reproduce_command(out, json)

@@ -1,4 +1,4 @@
-"""The 1-D link against the 3-D finite elements: where both are given the same, and why they differ else."""
+"""The 1-D link against the 3-D finite elements: alike where given the same, and why not elsewhere."""
 
 import numpy as np
 import pytest
