@@ -59,7 +59,7 @@ class FmuStore:
             return
         from warmlink.fmus.packaging.native_fmu import build_native_fmus
 
-        build_native_fmus(missing, self.folder.parent)
+        build_native_fmus(missing, self.folder)
 
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:

@@ -42,7 +42,7 @@ class Capabilities:
     directional_derivatives : fmi2GetDirectionalDerivative or fmi3GetDirectionalDerivative works
     interpolates_inputs : FMI 2.0: input derivatives act within the step
     output_derivative_order : highest order of output derivatives
-    intermediate_update : FMI 3.0: continuous inputs may be set within the step
+    intermediate_update : FMI 3.0: continuous inputs may be set within the step, and the step ended early
     own_memory_only : FMI 2.0: the host's memory callbacks are not used
     """
 
@@ -162,6 +162,7 @@ def fmi3_model_description(
         "canSerializeFMUState": True,
         "providesDirectionalDerivatives": capabilities.directional_derivatives,
         "providesIntermediateUpdate": capabilities.intermediate_update,
+        "canReturnEarlyAfterIntermediateUpdate": capabilities.intermediate_update,
     }
     ET.SubElement(root, "CoSimulation", _simulation(identifier, capabilities, flags))
     _common_head(root, component)

@@ -40,14 +40,18 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
 
 
 def _build_native(everything: list[Entry], platforms: str | None, out: Path) -> list[Path]:
-    from warmlink.fmus.packaging.native_fmu import build_native_fmus, platforms_named
+    from warmlink.fmus.packaging.compile import platforms_named
+    from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
 
     chosen = platforms_named(platforms)
     built: list[Path] = []
-    for version in ("3.0", "2.0"):
+    versions: tuple[FmiVersion, ...] = ("3.0", "2.0")
+    for version in versions:
         with progress_bar(f"native FMUs, FMI {version}") as progress:
             folder = out / "native" / f"fmi{version[0]}"
-            built += build_native_fmus(everything, folder, version, chosen, progress)
+            built += build_native_fmus(
+                everything, folder, version, chosen, counted(progress, len(everything))
+            )
     return built
 
 

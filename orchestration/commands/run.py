@@ -39,11 +39,10 @@ def run_command(
     laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
     needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
     fmu_store = store(_kind(fmus), sorted(needed), remark)
-    with progress_bar(scenario.title) as progress:
-        outcome = run_scenario(scenario, controller, fmu_store, progress)
-
     folder = out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
+        with progress_bar(scenario.title) as progress:
+            outcome = run_scenario(scenario, controller, fmu_store, progress)
         (target / "metrics.json").write_text(json.dumps(outcome.to_dict(), indent=2) + "\n")
         write_series(outcome.compensated, target)
         if report:
@@ -68,7 +67,8 @@ def _scenario(
     if step is not None:
         scenario = replace(scenario, step_size=positive(step, "s", "--step"))
     if stop is not None:
-        scenario = replace(scenario, stop_time=positive(stop, "s", "--stop"))
+        duty = replace(scenario.duty, stop_time=positive(stop, "s", "--stop"))
+        scenario = replace(scenario, duty=duty)
     if master is not None:
         scenario = replace(scenario, master=master)
     parameters = dict(scenario.parameters)
@@ -94,16 +94,12 @@ def _answer(outcome: ClosedLoop) -> str:
     tolerance = 1e6 * scenario.tolerance
     removed = outcome.to_dict()["reduction_percent"]
     share = "" if removed is None else _removed(removed)
+    coupling = "unknown" if outcome.coupling_error_um is None else f"±{outcome.coupling_error_um:.2g} µm"
     rows = [
         ("", NO_CONTROLLER, outcome.controller, ""),
         ("largest error", f"{before.max_abs_um:.1f} µm", f"{after.max_abs_um:.1f} µm", share),
         (f"within ±{tolerance:g} µm from", _settled(before), _settled(after), ""),
-        (
-            "coupling error",
-            f"±{outcome.coupling_error_um:.2g} µm",
-            f"±{outcome.coupling_error_um:.2g} µm",
-            "",
-        ),
+        ("coupling error", coupling, coupling, ""),
     ]
     head = (
         f"{scenario.name} · {_duration(scenario.stop_time)} · {outcome.fmus} FMUs · "

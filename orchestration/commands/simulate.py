@@ -29,6 +29,8 @@ def simulate_command(
     chosen = algorithm(master)
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         system = read_system(path, Path(work))
+        for told in system.remarks:
+            remark(told)
         experiment = _experiment(system.default_experiment, stop, step, path)
         assert experiment.stop_time is not None
         assert experiment.step_size is not None

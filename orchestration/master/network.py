@@ -84,6 +84,7 @@ class Network:
         self.writes: list[Names] = []
         self.wires: list[list[Wire]] = []
         self._lay(connections)
+        self._sources = [[self._source(wire) for wire in wires] for wires in self.wires]
         self.outputs: list[list[Value]] = [[] for _ in self.slaves]
         self.inputs: list[list[Value]] = [[] for _ in self.slaves]
         self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
@@ -140,6 +141,12 @@ class Network:
             self.writes.append(tuple(named))
             self.wires.append(list(named.values()))
 
+    def _source(self, wire: Wire) -> tuple[int, int, Wire | None]:
+        """Give where a wire begins, and the wire itself where it converts anything."""
+        source = self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
+        bare = (wire.factor, wire.offset) == (1.0, 0.0) and (source.kind == "Real" or not wire.real)
+        return wire.slave, wire.position, None if bare else wire
+
     def _finite_positions(self, k: int) -> tuple[int, ...]:
         """Give the positions of the Real outputs of a slave that must be finite.
 
@@ -159,6 +166,10 @@ class Network:
                 positions.append(position)
         return tuple(positions)
 
+    def checked(self, k: int) -> tuple[int, ...]:
+        """Give the positions of a slave's outputs that must be finite."""
+        return self._checked[k]
+
     def read(self, k: int) -> None:
         """Read a slave's outputs.
 
@@ -175,7 +186,11 @@ class Network:
 
     def check(self, k: int, values: Sequence[Value]) -> None:
         """Refuse values of a slave's outputs that are not finite."""
-        for position in self._checked[k]:
+        checked = self._checked[k]
+        # One sum instead of many questions; where it overflows, they are asked after all.
+        if len(checked) == len(values) and math.isfinite(sum(values)):  # type: ignore[arg-type]
+            return
+        for position in checked:
             value = values[position]
             if not math.isfinite(value):  # type: ignore[arg-type]
                 raise SlaveError(
@@ -189,7 +204,10 @@ class Network:
     def gather(self, k: int) -> list[Value]:
         """Give the values that a slave's inputs should have, from the outputs last read."""
         outputs = self.outputs
-        return [wire.convert(outputs[wire.slave][wire.position]) for wire in self.wires[k]]
+        return [
+            outputs[slave][position] if wire is None else wire.convert(outputs[slave][position])
+            for slave, position, wire in self._sources[k]
+        ]
 
     def write(self, k: int) -> None:
         """Set a slave's inputs from the outputs last read."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.description import FMI3_TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.model import ConnectorType, Value
+from warmlink.orchestration.system.model_info import FMI3_TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.units import Unit
 
 _SSP_TYPES: dict[str, ConnectorType] = {"Real": "Real", "Integer": "Integer", **FMI3_TYPES}

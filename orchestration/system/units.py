@@ -7,6 +7,7 @@ name itself is read, in Modelica's notation or any that pint knows.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from dataclasses import dataclass
@@ -14,9 +15,9 @@ from functools import lru_cache
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.units import BASE_UNITS
+from warmlink.fmus.packaging.units import unit as modelica_unit
 from warmlink.orchestration.system.xml_values import optional_integer, optional_number, required
-
-BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.
@@ -168,7 +169,16 @@ def parse_unit(name: str) -> Unit:
         return Unit(name, (0,) * len(BASE_UNITS))
     if not _WRITTEN.fullmatch(text):
         raise InputError(f"{name!r} is not a unit; define it with a BaseUnit, or write it as in W/(m2.K)")
+    with contextlib.suppress(ValueError):
+        return _declared(name)
     return _from_pint(name, text)
+
+
+def _declared(name: str) -> Unit:
+    """Give a unit of those that components are declared in, without loading pint."""
+    known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
+    exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
+    return Unit(name, exponents, float(known.factor), float(known.offset))
 
 
 def _from_pint(name: str, text: str) -> Unit:

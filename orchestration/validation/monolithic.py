@@ -6,14 +6,17 @@ the equations, integrated by scipy's BDF to a tight tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.arithmetic import Number
 from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.integrator import ComplexStepJacobian
 
 Wire = tuple[str, str]
 """Source and target of a connection, as `("motor.heat_flow", "link.heat_flow")`."""
@@ -96,20 +99,21 @@ class Monolithic:
         times: list[NDArray[np.float64]] = []
         rows: dict[str, list[float]] = {name: [] for name in record}
         z, begun = None, 0.0
+        inputs = self._inputs
         for phase in phases:
-            inputs = self._with(phase.inputs)
+            inputs = self._with(inputs, phase.inputs)
             if z is None:
                 z = self._start(inputs)
             grid: NDArray[np.float64] = begun + every * np.arange(round(phase.duration / every) + 1.0)
             found = solve_ivp(
-                self._rates,
+                partial(self._rates, inputs=inputs),
                 (begun, grid[-1]),
                 z,
                 "BDF",
                 t_eval=grid,
                 rtol=tolerance,
                 atol=tolerance,
-                args=(inputs,),
+                jac=_SparseJacobian(partial(self._rates, inputs=inputs), begun, z),
             )
             if not found.success:
                 raise RuntimeError(f"no integration beyond {found.t[-1]:g} s: {found.message}")
@@ -128,11 +132,14 @@ class Monolithic:
         instance, _, variable = name.partition(".")
         return instance, getattr(self._components[instance], kind).index[variable]
 
-    def _with(self, values: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
+    def _with(
+        self, old: Mapping[str, NDArray[np.float64]], values: Mapping[str, float]
+    ) -> dict[str, NDArray[np.float64]]:
+        new = {name: inputs.copy() for name, inputs in old.items()}
         for name, value in values.items():
             instance, index = self._place(name, "u")
-            self._inputs[instance][index] = value
-        return {name: inputs.copy() for name, inputs in self._inputs.items()}
+            new[instance][index] = value
+        return new
 
     def _start(self, inputs: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
         parts = [c.states_at_start(inputs[n], self._settled[n]) for n, c in self._components.items()]
@@ -169,6 +176,24 @@ class Monolithic:
         return np.concatenate(
             [c.rates_of(x[n], u[n], self._settled[n], time) for n, c in self._components.items()]
         )
+
+
+class _SparseJacobian:
+    """Jacobian by complex step, with the structure that it has at a point."""
+
+    def __init__(
+        self, rates: Callable[[float, Number], Number], time: float, state: NDArray[np.float64]
+    ) -> None:
+        size = len(state)
+        every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
+        structure = every(partial(rates, time), state) != 0
+        self._jacobian = ComplexStepJacobian(structure | np.eye(size, dtype=bool))
+        self._rates = rates
+
+    def __call__(self, time: float, state: NDArray[np.float64]) -> Any:
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix(self._jacobian(partial(self._rates, time), state))
 
 
 def _instance(name: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.model import Connection, DefaultExperiment
 from warmlink.orchestration.system.read import read_system
 
@@ -26,6 +27,7 @@ from .ssp_text import (
     system,
     write_zip,
 )
+from .test_description import FMI3
 
 LINEAR = '<ssc:LinearTransformation factor="2" offset="1"/>'
 
@@ -132,6 +134,12 @@ def test_parameter_files_beside_the_ssd(lab: Lab) -> None:
     }
     read = lab.read(lab.cell(link=bound), more)
     assert read.components["link"].parameters.values == {"length": pytest.approx(0.3, rel=1e-15)}
+
+
+def test_a_file_may_be_named_as_a_uri_or_as_it_is(lab: Lab) -> None:
+    odd = lab.entries()["resources/Link.fmu"]
+    for source, name in (("a%20b.fmu", "a b.fmu"), ("a%20b.fmu", "a%20b.fmu"), ("a b.fmu", "a b.fmu")):
+        assert list(lab.read(ssd(system(component("link", source))), {name: odd}).components) == ["link"]
 
 
 def test_a_mapping_may_suppress_the_unit_conversion(lab: Lab) -> None:
@@ -290,3 +298,57 @@ def test_an_fmu_without_units_takes_those_of_the_ssd(lab: Lab) -> None:
     assert link.factor * 300.0 + link.offset == pytest.approx(26.85, abs=1e-12)
     assert read.components["bare"].connectors[0].unit == "degC"
     assert read.units["degC"].offset == 273.15
+
+
+def test_a_difference_reaches_its_variable_through_systems_without_the_zero_of_a_scale(lab: Lab) -> None:
+    rise = connector("rise", "input", '<ssc:Real unit="degC"/>')
+    inner = system(
+        component("link", "resources/Link.fmu", LINK_CONNECTORS),
+        connection("rise", "link.difference"),
+        "arm",
+        before=f"<ssd:Connectors>{rise}</ssd:Connectors>",
+    )
+    motor = component("motor", "resources/Motor.fmu", MOTOR_CONNECTORS)
+    given = f"<ssd:ParameterBindings>{parameters('arm.rise:Real:5:degC')}</ssd:ParameterBindings>"
+    read = lab.read(ssd(system(motor + inner, connection("motor.rise", "arm.rise"), before=given)))
+    assert read.components["arm.link"].parameters.values == {"difference": 5.0}
+    assert read.connections == (Connection("motor", "rise", "arm.link", "difference"),)
+
+
+def test_components_of_fmi_three_and_two_mix(lab: Lab) -> None:
+    connectors = connector("ambient", "input", '<ssc:Float64 unit="K"/>') + connector("temperature", "output")
+    third = component("third", "resources/Link3.fmu", connectors, parameters("cells:UInt8:10"))
+    text = ssd(
+        system(
+            third + component("link", "resources/Link.fmu", LINK_CONNECTORS),
+            connection("link.temperature", "third.ambient") + connection("third.temperature", "link.ambient"),
+        ),
+        version="2.0",
+    )
+    read = lab.read(text, {"resources/Link3.fmu": lab.fmu("Link3", FMI3).read_bytes()})
+    assert [link.target for link in read.connections] == ["third.ambient", "link.ambient"]
+    assert read.components["third"].parameters.values == {"cells": 10}
+
+
+@pytest.mark.parametrize(
+    ("connected", "sentence"),
+    [
+        (
+            connector("field", "input"),
+            "third.field: is an array in Link3.fmu, which is not supported; use scalars",
+        ),
+        (
+            connector("image", "output"),
+            "third.image: is of type Binary, which is not supported; use numbers",
+        ),
+        (
+            connector("length", "parameter", "<ssc:Float64/>"),
+            "third.length: is declared Float64, but the FMU's variable is Float32; correct one",
+        ),
+    ],
+)
+def test_what_fmi_three_has_and_we_do_not_is_refused(lab: Lab, connected: str, sentence: str) -> None:
+    text = ssd(system(component("third", "resources/Link3.fmu", connected)))
+    with pytest.raises(InputError) as refusal:
+        lab.read(text, {"resources/Link3.fmu": lab.fmu("Link3", FMI3).read_bytes()})
+    assert str(refusal.value) == sentence

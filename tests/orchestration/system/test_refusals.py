@@ -133,7 +133,7 @@ CASES = [
     Case(
         "transformed_integer",
         cell(connection("motor.steps", "link.mode", LINEAR)),
-        "motor.steps -> link.mode: a linear transformation needs Real variables, these are Integer",
+        "motor.steps -> link.mode: a linear transformation needs Real variables, these are Integer; remove it",
     ),
     Case(
         "mapping_transformation",
@@ -316,7 +316,7 @@ CASES = [
     Case(
         "value_type",
         cell(link=parameters("length:String:long")),
-        "link.length: is given a value of type String, but is of type Real; correct one",
+        "link.length: is given a value of type String, but is of type Real; give a value of that type",
     ),
     Case(
         "value_not_finite",
@@ -376,12 +376,12 @@ CASES = [
     Case(
         "mapping_target",
         cell(link=mapped(entry("L", "lenght"), "L:Real:1")),
-        "link: ParameterSet: its mapping names lenght, which does not exist",
+        "link: ParameterSet: its mapping names lenght, which does not exist; correct it",
     ),
     Case(
         "mapping_integer",
         cell(link=mapped(entry("n", "cells", LINEAR), "n:Integer:10")),
-        "link.cells: a linear transformation needs a Real, this is Integer",
+        "link.cells: a linear transformation needs a Real, this is Integer; remove it",
     ),
     Case(
         "binding_type",
@@ -415,6 +415,11 @@ CASES = [
             '<ssd:DefaultExperiment stopTime="soon"/></ssd:SystemStructureDescription>',
         ),
         "SystemStructure.ssd: stopTime: 'soon' is not a number",
+    ),
+    Case(
+        "stop_before_start",
+        ssd(system(), after='<ssd:DefaultExperiment startTime="2" stopTime="1"/>'),
+        "SystemStructure.ssd: stopTime 1 s is not after startTime 2 s; give a later one",
     ),
 ]
 

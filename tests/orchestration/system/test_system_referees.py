@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.referees import ecos, libcosim
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
@@ -58,52 +57,12 @@ class {name}(Fmi2Slave):
         self.result = self.gain * self.seen * (-1 if self.negated else 1) + 1000 * self.number
         return True
 """
-LIBCOSIM = """
-import json, sys
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimObserver import CosimObserver
-
-execution = CosimExecution.from_ssp_file(sys.argv[1])
-observer = CosimObserver.create_last_value()
-execution.add_observer(observer)
-rows = []
-for _ in range(4):
-    assert execution.step()
-    row = []
-    for name, variable in (("ramp", 0), ("scale", 2)):
-        row += observer.last_real_values(execution.slave_index_from_instance_name(name), [variable])
-    rows.append(row)
-print("ROWS", json.dumps(rows))
-"""
-ECOS = """
-import ctypes, json, sys
-from importlib.metadata import files
-
-# ecospy finds the library of its dependency tbb only if that is loaded already.
-library = next(f for f in files("tbb") if f.name.startswith("libtbb.so."))
-ctypes.CDLL(str(library.locate()), mode=ctypes.RTLD_GLOBAL)
-from ecospy import EcosSimulation
-
-with EcosSimulation(ssp_path=sys.argv[1], step_size=0.5) as simulation:
-    simulation.init(parameter_set=sys.argv[2])
-    rows = []
-    for _ in range(4):
-        simulation.step()
-        rows.append([simulation.get_real(name) for name in ("ramp::height", "scale::result")])
-print("ROWS", json.dumps(rows))
-"""
-
-
-def needed(*packages: str) -> None:
-    absent = [name for name in packages if importlib.util.find_spec(name) is None]
-    if absent:
-        pytest.skip(f"{', '.join(absent)} is not installed")
 
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give an SSP of a ramp that drives a scale, with start values, a transformation and a step size."""
-    needed("pythonfmu")
+    pytest.importorskip("pythonfmu")
     folder = tmp_path_factory.mktemp("referees")
     fmus = {}
     for name, text in (("RefereeRamp", RAMP), ("RefereeScale", SCALE)):
@@ -129,21 +88,12 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
 EXPECTED = [[1.5 * n, -5.0 * (2.0 * 1.5 * (n - 1) + 0.25) + 1000.0 * (n - 1)] for n in range(1, 5)]
 
 
-def run(script: str, *arguments: str) -> np.ndarray:
-    done = subprocess.run(
-        [sys.executable, "-c", script, *arguments], capture_output=True, text=True, timeout=120, check=False
-    )
-    assert "ROWS" in done.stdout, done.stdout[-2000:] + done.stderr[-2000:]
-    # libcosim logs to standard output as well.
-    rows: list[list[float]] = json.loads(done.stdout.split("ROWS", 1)[1].splitlines()[0])
-    return np.array(rows)
+WATCHED = (("ramp.height", 0), ("scale.result", 2))
 
 
 def test_libcosim_runs_it(cell: Path) -> None:
-    needed("libcosimpy")
-    np.testing.assert_allclose(run(LIBCOSIM, str(cell)), EXPECTED, rtol=1e-14)
+    np.testing.assert_allclose(libcosim(cell, 4, WATCHED), EXPECTED, rtol=1e-14)
 
 
 def test_ecos_runs_it(cell: Path) -> None:
-    needed("ecospy")
-    np.testing.assert_allclose(run(ECOS, str(cell), PARAMETER_SET), EXPECTED, rtol=1e-14)
+    np.testing.assert_allclose(ecos(cell, 4, 0.5, PARAMETER_SET, WATCHED), EXPECTED, rtol=1e-14)

@@ -119,6 +119,22 @@ def test_two_fmus_of_one_file_name_stay_apart(lab: Lab, tmp_path: Path) -> None:
     assert [read_description(c.fmu).model_name for c in read.components.values()] == ["Link", "Other"]
 
 
+def test_names_that_are_no_file_names_and_names_that_differ_in_capitals(lab: Lab, tmp_path: Path) -> None:
+    fmu = lab.fmu("a Link, 100%", fmi2("Link", LINK))
+    parts = {name: component(name, fmu, {"length": 1.0}) for name in ("../x", "a/b", "Rod", "rod")}
+    write_ssp(System("cell", parts), tmp_path / "cell.ssp")
+    with zipfile.ZipFile(tmp_path / "cell.ssp") as archive:
+        assert archive.namelist() == [
+            "SystemStructure.ssd",
+            "resources/.._x.ssv",
+            "resources/Rod.ssv",
+            "resources/a_Link__100_.fmu",
+            "resources/a_b.ssv",
+            "resources/rod-2.ssv",
+        ]
+    assert list(read_system(tmp_path / "cell.ssp", tmp_path / "work").components) == list(parts)
+
+
 def test_a_unit_that_no_fmu_defines_is_kept(lab: Lab, tmp_path: Path) -> None:
     bare = lab.fmu("Bare", fmi2("Bare", tuple(v.replace('unit="m"', "") for v in LINK)))
     held = Component("bare", bare, (Connector("elongation", "output", "Real", "mil"),))
