@@ -52,7 +52,9 @@ def test_the_library_exports_fmi_alone_and_needs_the_c_library_alone(
     assert [each for each in defined if not each.startswith("fmi")] == []
     # Nothing of Python or of CasADi's library.
     allowed = r"[a-z_]\w*|_ITM_\w+|__\w+"
-    assert [each for each in undefined if not re.fullmatch(allowed, each) or "Py" in each or "casadi" in each] == []
+    assert [
+        each for each in undefined if not re.fullmatch(allowed, each) or "Py" in each or "casadi" in each
+    ] == []
 
 
 def elf_symbols(content: bytes) -> tuple[list[str], list[str]]:
@@ -107,7 +109,15 @@ def test_any_tool_can_recompile_the_sources_inside(
         archive.extractall(tmp_path)
     description = read_model_description(str(tmp_path))
     listed = description.buildConfigurations[0].sourceFileSets[0].sourceFiles
-    command = [*c_compiler.command, "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-Wno-unused"]
+    command = [
+        *c_compiler.command,
+        "-std=c99",
+        "-pedantic-errors",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-Wno-unused",
+    ]
     done = subprocess.run(
         [*command, "-fPIC", "-shared", f"-I{header_folder()}", *listed, "-o", "again.so", "-lm"],
         cwd=tmp_path / "sources",
@@ -161,10 +171,14 @@ def test_without_any_compiler_the_sentence_says_what_to_install(monkeypatch: pyt
     )
     host = host_platform()
     assert host is not None
-    with pytest.raises(InputError, match=r"no C compiler here: install one .* or pip install \"warmlink\[cross\]\""):
+    with pytest.raises(
+        InputError, match=r"no C compiler here: install one .* or pip install \"warmlink\[cross\]\""
+    ):
         compilers([host])
     other = next(each for each in PLATFORMS.values() if each != host)
-    with pytest.raises(InputError, match=rf"building for {other.name} needs zig: pip install \"warmlink\[cross\]\""):
+    with pytest.raises(
+        InputError, match=rf"building for {other.name} needs zig: pip install \"warmlink\[cross\]\""
+    ):
         compilers([other])
 
 
@@ -184,7 +198,10 @@ def test_a_compiler_that_fails_is_quoted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("asked", "answer"),
-    [("vax-vms", "vax-vms: no such platform; choose among x86_64-linux"), ("x86_64-linux,", ": no such platform")],
+    [
+        ("vax-vms", "vax-vms: no such platform; choose among x86_64-linux"),
+        ("x86_64-linux,", ": no such platform"),
+    ],
 )
 def test_an_unknown_platform(asked: str, answer: str) -> None:
     with pytest.raises(InputError, match=answer):
@@ -192,7 +209,10 @@ def test_an_unknown_platform(asked: str, answer: str) -> None:
 
 
 def test_platforms_by_name() -> None:
-    assert [each.name for each in platforms_named("x86_64-windows,aarch64-linux")] == ["x86_64-windows", "aarch64-linux"]
+    assert [each.name for each in platforms_named("x86_64-windows,aarch64-linux")] == [
+        "x86_64-windows",
+        "aarch64-linux",
+    ]
     assert platforms_named("all") == tuple(PLATFORMS.values())
 
 
