@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
@@ -252,10 +253,11 @@ class Network:
         self.inputs = [list(values) for values in snapshot.inputs]
 
     def release(self) -> None:
-        """Free all copied states."""
+        """Free all copied states; slaves that can no longer do so do not keep the others from it."""
         while self._copies:
             k, state = self._copies.pop()
-            self.slaves[k].free(state)
+            with contextlib.suppress(SlaveError):
+                self.slaves[k].free(state)
 
     def unable_to_restore(self) -> tuple[str, ...]:
         """Name the slaves that cannot be rolled back."""

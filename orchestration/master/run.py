@@ -178,8 +178,7 @@ class Run:
         )
         remarks = (*self.stepper.remarks, *self._stability(failure))
         table = recorder.table()
-        with contextlib.suppress(SlaveError):
-            network.release()
+        network.release()
         return Result(
             table,
             "completed" if failure is None else "stopped",
