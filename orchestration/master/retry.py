@@ -8,7 +8,7 @@ and then, and after a discard the steps since are done again, which gives the sa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import ClassVar, cast
 
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -84,6 +84,8 @@ class Unrepeatable:
 
 class RetryStepper(SubSteps):
     """Steps with keyframes to go back to."""
+
+    locates_jumps: ClassVar[bool] = False
 
     def __init__(self, network: Network, inner: Stepper, levels: int) -> None:
         super().__init__(network, inner, levels, growth=-1.0)

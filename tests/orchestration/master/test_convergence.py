@@ -16,11 +16,13 @@ from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.mock import MockSlave, real
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.system.description import Capabilities
 
 from .motor_link import monolithic, motor_link
+from .pairs import assembly, counter, wire
 
 
 @lru_cache(maxsize=128)
@@ -143,6 +145,25 @@ def test_step_doubling_makes_an_unstable_step_stable() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [10.0, 3.0])
+def test_a_jump_within_a_step_is_located() -> None:
+    # y' = u, and u jumps at 1/3 of a communication step, where no comparison of two results shows it.
+    def duty() -> MockSlave:
+        return MockSlave(
+            "duty",
+            outputs={"y": lambda x, u, t: 0.0 if t < 30.0 + 10.0 / 3 else 1.0},
+            variables=[real("y", "output", variability="discrete")],
+        )
+
+    exact = 10.0 - 10.0 / 3
+    wires = (wire("duty.y -> x.u"),)
+    plain = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, FixedPoint())
+    assert abs(plain["x.y"][4] - exact) > 1.0
+    chosen = StepDoubling(FixedPoint(), {"x.y": 0.01}, minimum_step=0.001)
+    located = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, chosen)
+    assert located["x.y"][4] == pytest.approx(exact, abs=0.01)
+    assert located.statistics.slave_steps < 500
+
+
 def test_control_by_the_heat_balance_keeps_the_balance(tolerance: float) -> None:
     balance = Balance("motor.heat_delivered", "link.heat_received")
     chosen = BalanceControl(GaussSeidel(), balance, tolerance, minimum_step=1e-3)
