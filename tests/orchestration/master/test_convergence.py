@@ -144,7 +144,6 @@ def test_step_doubling_makes_an_unstable_step_stable() -> None:
     assert result.statistics.rejected_steps > 0
 
 
-@pytest.mark.parametrize("tolerance", [10.0, 3.0])
 def test_a_jump_within_a_step_is_located() -> None:
     # y' = u, and u jumps at 1/3 of a communication step, where no comparison of two results shows it.
     def duty() -> MockSlave:
@@ -164,6 +163,7 @@ def test_a_jump_within_a_step_is_located() -> None:
     assert located.statistics.slave_steps < 500
 
 
+@pytest.mark.parametrize("tolerance", [10.0, 3.0])
 def test_control_by_the_heat_balance_keeps_the_balance(tolerance: float) -> None:
     balance = Balance("motor.heat_delivered", "link.heat_received")
     chosen = BalanceControl(GaussSeidel(), balance, tolerance, minimum_step=1e-3)
