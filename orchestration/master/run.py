@@ -15,10 +15,11 @@ from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded, obstacle
+from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.layout import obstacle
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
 from warmlink.orchestration.master.recorder import Recorder, outputs_of
