@@ -1,0 +1,279 @@
+"""Elongation from a Kalman filter on a few modes of motor and link.
+
+    dz/dt = diag(mode_rate) z + |speed| M z + B_w P_w + B_s (P_s + d_1) + B_l d_2 + (B_a + |speed| B_av) (T_a - T_0)
+    y_j   = c_j z + T_0 + noise,        elongation = e z - e_1 (T_ref - T_0)
+
+P_w and P_s are the motor's losses by its own equations; d_1 and d_2 are heat in W that no input tells of,
+into the shaft (a pad, say) and into the link, each with exponentially fading correlation. Readings enter one
+after the other, so any may be left out. See README.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
+from warmlink.controllers.matrices import (
+    blocks,
+    diagonal,
+    diagonal_of,
+    matrix,
+    outer,
+    product,
+    symmetric,
+    upper,
+)
+from warmlink.controllers.verdict import ready
+from warmlink.fmus.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    exp,
+    finite,
+    maximum,
+    placed,
+    stack,
+    total,
+    where,
+)
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
+from warmlink.fmus.packaging.component import Record
+
+MODES = 7
+"""Modes of motor and link that the filter carries."""
+
+HEATS = 2
+"""Unknown heats: into the shaft, into the link."""
+
+STATES = MODES + HEATS
+
+SENSORS = len(SENSED)
+
+_WINDING = SENSED.index("winding_temperature")
+_SHAFT = SENSED.index("shaft_temperature")
+
+EVIDENCE_SIGMAS = 3.0
+"""Standard deviations beyond which an estimated disturbance counts as seen."""
+
+LARGEST_EVIDENCE = 4.0
+"""Bound on the squared ratio of disturbances seen to disturbances designed for."""
+
+
+class _Duty(NamedTuple):
+    """What the motor's loss equations ask of the inputs."""
+
+    speed: Number
+    torque: Number
+    current: Number
+
+
+def begin(u: Record, p: Record) -> Mapping[str, Number]:
+    """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
+    start, readings = first_belief(u, p, STATES), sensed(u)
+    trust = fail_safe.at_start(readings)
+    belief, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    return {
+        **named(belief, trust, 0.0),
+        "correction": 0.0,
+        "predicted_elongation": elongation(belief.mean, p),
+        "distrusted": distrusted(trust, readings, p),
+    }
+
+
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    """States after a sample: carried over by the model, corrected by the readings, limited."""
+    belief = predict(belief_of(x, STATES), u, p, step)
+    readings = sensed(u)
+    news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
+    belief, trust = sense(belief, trust, readings, news, x.evidence, p, step)
+    wanted = elongation(belief.mean, p)
+    correction = fail_safe.limited(x.correction, wanted, p, step)
+    return {
+        **named(belief, trust, evidence(x.evidence, belief, p, step)),
+        "correction": correction,
+        "predicted_elongation": wanted,
+        "distrusted": distrusted(trust, readings, p),
+    }
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Correction and its uncertainty in m."""
+    belief = belief_of(x, STATES)
+    row = stack(p.elongation_row, *[0.0] * HEATS)
+    std = correction_std(x, belief, row)
+    return {
+        "correction": x.correction,
+        "predicted_elongation": x.predicted_elongation,
+        "correction_std": std,
+        "ready": ready(std, p.tolerance),
+        "distrusted": x.distrusted,
+        "warning": fail_safe.warning(x.correction, x.predicted_elongation, p),
+    }
+
+
+def sensed(u: Record) -> Number:
+    """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
+    return stack(*(getattr(u, name) for name in SENSED))
+
+
+def belief_of(x: Record, size: int) -> Belief:
+    """The belief as it lies in the states."""
+    return Belief(x.estimate, symmetric(x.spread, size), symmetric(x.noise_spread, size))
+
+
+def named(belief: Belief, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
+    """What the filter remembers, under the names of the law's states."""
+    return {
+        "estimate": belief.mean,
+        "spread": upper(belief.spread),
+        "noise_spread": upper(belief.noise_spread),
+        "evidence": seen,
+        **fail_safe.trust_named(trust),
+    }
+
+
+def first_belief(u: Record, p: Record, size: int) -> Belief:
+    """Belief before any reading.
+
+    Everything is at the surroundings' temperature. How sure that is, the readings tell: by how much the
+    farthest lies beyond its noise is how warm the cell may be, with profiles that heat in the shaft leaves.
+    """
+    start = where(p.initial_temperature > 0, p.initial_temperature, u.ambient_temperature)
+    warmth: Number = 0.0
+    for name, std in zip(SENSED, [p.sensor_std[i] for i in range(SENSORS)], strict=True):
+        beyond = absolute(getattr(u, name) - start) - 3.0 * std
+        warmth = maximum(warmth, where(std > 0, where(finite(beyond), beyond, 0.0), 0.0))
+    uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
+    profile = diagonal(p.profile_std**2)
+    warm = symmetric(p.warm_spread, MODES) * warmth**2
+    rest = stack(*[0.0] * (size - MODES))
+    doubt = diagonal(p.disturbance_std**2)
+    none = outer(p.uniform_profile, rest) * 0.0
+    mean = stack(p.uniform_profile * (start - p.linearisation_temperature), rest)
+    return Belief(
+        mean,
+        blocks(uniform + warm + profile, none, doubt),
+        blocks(uniform + warm, none, 0.0 * doubt),
+    )
+
+
+def predict(belief: Belief, u: Record, p: Record, step: Number) -> Belief:
+    """Belief a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
+    modes, disturbances = belief.mean[:MODES], belief.mean[MODES:]
+    extra = disturbances.shape[0] - HEATS
+    decay = exp(p.mode_rate * step)
+    reach = (decay - 1.0) / p.mode_rate
+    fade = exp(-step / p.disturbance_time)
+    convection = matrix(p.convection, MODES)
+    speed = absolute(u.speed)
+
+    drive = (
+        known_heat(modes, u, p)
+        + p.shaft_heat_gain * disturbances[0]
+        + p.link_heat_gain * disturbances[1]
+        + speed * product(convection, modes)
+    )
+    mean = stack(decay * modes + reach * drive, fade * disturbances)
+    by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
+        reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
+    )
+    # Of convection's effect on errors the diagonal is kept: the rest is a hundredth of it.
+    own = decay + reach * speed * diagonal_of(convection)
+    transition = blocks(diagonal(own), by_heat, diagonal(fade))
+    unknown = stack(*[0.0] * MODES, p.disturbance_std**2 * (1.0 - fade**2))
+    model = stack(p.profile_std**2 * (1.0 - decay**2), *[0.0] * (HEATS + extra))
+    return carried(belief, transition, mean, diagonal(unknown + model))
+
+
+def known_heat(modes: Number, u: Record, p: Record) -> Number:
+    """What losses and surroundings do to the modes, in K/s, shape (7,)."""
+    duty = _Duty(u.speed, u.torque, 0.0)
+    winding = temperature(_WINDING, modes, p)
+    shaft = temperature(_SHAFT, modes, p)
+    ambient = u.ambient_temperature - p.linearisation_temperature
+    return (
+        p.winding_heat_gain * (copper_loss(winding, duty, p) + iron_loss(duty, p))
+        + p.shaft_heat_gain * (friction_loss(shaft, duty, p) + p.standby_power)
+        + (p.ambient_gain + absolute(u.speed) * p.ambient_convection_gain) * ambient
+    )
+
+
+def sense(
+    belief: Belief,
+    trust: fail_safe.Trust,
+    readings: Number,
+    news: Number,
+    seen: Number,
+    p: Record,
+    step: Number,
+) -> tuple[Belief, fail_safe.Trust]:
+    """Belief and trust after the readings, taken one after the other."""
+    extra = belief.mean.shape[0] - MODES
+    means, calm, out = [], [], []
+    for i in range(SENSORS):
+        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
+        variance = where(used > 0, p.sensor_std[i] ** 2, 1.0)
+        row = stack(sensor_row(i, p), *[0.0] * extra)
+        innovation = readings[i] - temperature(i, belief.mean[:MODES], p)
+        widest = variance_along(belief.spread, row)
+        sure = variance_along(believed_spread(belief, seen), row)
+        news_here = used * news[i]
+        verdict = fail_safe.judged(
+            trust, i, news_here, innovation, widest + variance, sure + variance, p, step
+        )
+        belief = corrected(belief, row, innovation, variance, verdict.use)
+        means.append(verdict.mean)
+        calm.append(verdict.calm_for)
+        out.append(used * verdict.out)
+    return belief, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+
+
+def temperature(sensor: int, modes: Number, p: Record) -> Number:
+    """Temperature in K at a sensor."""
+    return total(sensor_row(sensor, p) * modes) + p.linearisation_temperature
+
+
+def sensor_row(sensor: int, p: Record) -> Number:
+    """Derivative of a sensor's temperature by the modes, shape (7,)."""
+    return p.sensor_rows[sensor * MODES : (sensor + 1) * MODES]
+
+
+def elongation(mean: Number, p: Record) -> Number:
+    """Elongation in m that the modes make."""
+    shift = p.elongation_per_kelvin * (p.reference_temperature - p.linearisation_temperature)
+    return total(p.elongation_row * mean[:MODES]) - shift
+
+
+def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
+    """How strong the disturbances are seen to be: squared, relative to those designed for.
+
+    An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
+    remembered while it fades.
+    """
+    doubt = diagonal_of(belief.noise_spread)[MODES:]
+    disturbances = belief.mean[MODES:]
+    excess = (disturbances**2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std**2
+    seen: Number = before * exp(-step / p.disturbance_time[0])
+    for i in range(disturbances.shape[0]):
+        seen = maximum(seen, excess[i])
+    return clip(seen, 0.0, LARGEST_EVIDENCE)
+
+
+def believed_spread(belief: Belief, seen: Number) -> Number:
+    """Covariance of the error with disturbances as strong as they are seen to be."""
+    return belief.noise_spread + seen * (belief.spread - belief.noise_spread)
+
+
+def correction_std(x: Record, belief: Belief, row: Number) -> Number:
+    """Standard deviation in m of the correction's error; what a limit holds back counts in full."""
+    held_back = x.predicted_elongation - x.correction
+    return (maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0) + held_back**2) ** 0.5
+
+
+def distrusted(trust: fail_safe.Trust, readings: Number, p: Record) -> Number:
+    """1 where a signal that the law goes by is missing, or left out as not credible, else 0."""
+    missing = 1.0 - fail_safe.present(readings)
+    return where(total(where(p.sensor_std > 0, trust.out + missing, 0.0)) > 0, 1.0, 0.0)
