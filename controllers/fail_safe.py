@@ -109,6 +109,11 @@ def trust_named(trust: Trust) -> dict[str, Number]:
     return {f"trust_{name}": value for name, value in trust._asdict().items()}
 
 
+def gates_of(p: Record) -> Gates:
+    """The bounds as a law's parameters give them."""
+    return Gates(p.gate, p.mean_gate, p.mean_time, p.return_time)
+
+
 def at_start(readings: Number) -> Trust:
     """The memory of signals that are trusted until they show otherwise."""
     none = readings * 0.0
@@ -130,6 +135,15 @@ def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Numb
     return there * moving, trust._replace(last=last, same_for=same_for)
 
 
+class Gates(NamedTuple):
+    """Bounds of the innovation tests; the parameters of the same names say what they are."""
+
+    gate: Number
+    mean_gate: Number
+    mean_time: Number
+    return_time: Number
+
+
 class Judgement(NamedTuple):
     """Verdict on one reading: whether to use it, and what is remembered after it."""
 
@@ -146,7 +160,7 @@ def judged(
     innovation: Number,
     variance: Number,
     sure_variance: Number,
-    p: Record,
+    gates: Gates,
     step: Number,
 ) -> Judgement:
     """Judge one reading by its innovation.
@@ -158,19 +172,20 @@ def judged(
     innovation : reading minus prediction
     variance : its variance, unknown heat included: what a sound signal may show at most
     sure_variance : its variance by the law's own account of its error: what a signal must show to come back
+    gates : bounds of the tests
     step : time in s since the last reading
     """
     size = innovation / variance**0.5
-    share = 1.0 - exp(-step / p.mean_time)
-    bounded = clip(size, -p.gate, p.gate)
+    share = 1.0 - exp(-step / gates.mean_time)
+    bounded = clip(size, -gates.gate, gates.gate)
     mean = where(news > 0, trust.mean[i] + share * (bounded - trust.mean[i]), trust.mean[i])
     # A reading that repeats itself is judged as well: far off, it is a fault and not a steady state.
-    jumped = where(absolute(size) > p.gate, present(innovation), 0.0)
-    biased = where(absolute(mean) > p.mean_gate, 1.0, 0.0)
+    jumped = where(absolute(size) > gates.gate, present(innovation), 0.0)
+    biased = where(absolute(mean) > gates.mean_gate, 1.0, 0.0)
 
     small = where(absolute(innovation) < RETURN_GATE * sure_variance**0.5, news, 0.0)
-    settled = where(absolute(mean) < 0.5 * p.mean_gate, small, 0.0)
+    settled = where(absolute(mean) < 0.5 * gates.mean_gate, small, 0.0)
     calm_for = where(settled > 0, trust.calm_for[i] + step, 0.0)
-    back = where(calm_for >= p.return_time, 1.0, 0.0)
+    back = where(calm_for >= gates.return_time, 1.0, 0.0)
     out = where(trust.out[i] > 0, 1.0 - back, maximum(jumped, biased))
     return Judgement(news * (1.0 - out), mean, calm_for, out)

@@ -38,7 +38,9 @@ def carried(belief: Belief, transition: Number, mean: Number, disturbance: Numbe
     return Belief(mean, spread + disturbance, noise_spread)
 
 
-def corrected(belief: Belief, row: Number, innovation: Number, variance: Number, use: Number) -> Belief:
+def corrected(
+    belief: Belief, row: Number, innovation: Number, variance: Number, use: Number, teaches: Number = 1.0
+) -> Belief:
     """Belief after one scalar measurement; unchanged where `use` is 0.
 
     Parameters
@@ -47,21 +49,24 @@ def corrected(belief: Belief, row: Number, innovation: Number, variance: Number,
     innovation : measured minus predicted; of no effect, and may be NaN, where it is not used
     variance : variance of the measurement's noise
     use : 1 to use the measurement, 0 to leave it out
+    teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,)
     """
     across = product(belief.spread, row)
-    gain = across * (use / (dot(row, across) + variance))
-    noise_across = product(belief.noise_spread, row)
-    noise_variance = dot(row, noise_across) + variance
+    gain = teaches * across * (use / (dot(row, across) + variance))
     return Belief(
         belief.mean + gain * where(use > 0, innovation, 0.0),
-        belief.spread - outer(gain, across),
-        belief.noise_spread
-        - outer(gain, noise_across)
-        - outer(noise_across, gain)
-        + noise_variance * outer(gain, gain),
+        _after(belief.spread, row, gain, variance),
+        _after(belief.noise_spread, row, gain, variance),
     )
 
 
 def variance_along(covariance: Number, row: Number) -> Number:
     """Variance of a quantity whose derivative by the state is `row`."""
     return dot(row, product(covariance, row))
+
+
+def _after(covariance: Number, row: Number, gain: Number, variance: Number) -> Number:
+    """Covariance after a scalar measurement taken with any gain: Joseph's form, multiplied out."""
+    across = product(covariance, row)
+    change = outer(gain, across)
+    return covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain)

@@ -121,6 +121,7 @@ def design_controller(
         "profile_std": _listed(unknown.profile / np.abs(reduced.C[:-1]).max(axis=0)),
         "disturbance_std": [unknown.shaft_heat, unknown.link_heat],
         "disturbance_time": [unknown.shaft_heat_time, unknown.link_heat_time],
+        "disturbance_start": [1.0, 1.0],
     }
     if law == "observer_drift":
         values["disturbance_std"] = [unknown.shaft_heat, unknown.link_heat, unknown.expansion, unknown.offset]
@@ -130,6 +131,8 @@ def design_controller(
             unknown.expansion_time,
             unknown.offset_time,
         ]
+        # The camera's zero is where the run starts, so there is no offset yet.
+        values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
         values["camera_std"] = camera_std
     return Design(values, reduced, names)
 

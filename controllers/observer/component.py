@@ -84,6 +84,15 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             positive=True,
             nominal=1000,
         ),
+        Parameter(
+            "disturbance_start",
+            "1",
+            1,
+            "doubt about each of these at the start, as a share of its variance",
+            size=disturbances,
+            minimum=0,
+            maximum=1,
+        ),
         *_MODEL,
     )
 

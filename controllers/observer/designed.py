@@ -230,4 +230,8 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
         1200.0,
         2400.0,
     ),
+    "disturbance_start": (
+        1.0,
+        1.0,
+    ),
 }

@@ -103,15 +103,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     """Correction and its uncertainty in m."""
     belief = belief_of(x, STATES)
     row = stack(p.elongation_row, *[0.0] * HEATS)
-    std = correction_std(x, belief, row)
-    return {
-        "correction": x.correction,
-        "predicted_elongation": x.predicted_elongation,
-        "correction_std": std,
-        "ready": ready(std, p.tolerance),
-        "distrusted": x.distrusted,
-        "warning": fail_safe.warning(x.correction, x.predicted_elongation, p),
-    }
+    return reported(x, belief, row, p)
 
 
 def sensed(u: Record) -> Number:
@@ -150,7 +142,7 @@ def first_belief(u: Record, p: Record, size: int) -> Belief:
     profile = diagonal(p.profile_std**2)
     warm = symmetric(p.warm_spread, MODES) * warmth**2
     rest = stack(*[0.0] * (size - MODES))
-    doubt = diagonal(p.disturbance_std**2)
+    doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
     none = outer(p.uniform_profile, rest) * 0.0
     mean = stack(p.uniform_profile * (start - p.linearisation_temperature), rest)
     return Belief(
@@ -212,6 +204,7 @@ def sense(
 ) -> tuple[Belief, fail_safe.Trust]:
     """Belief and trust after the readings, taken one after the other."""
     extra = belief.mean.shape[0] - MODES
+    gates = fail_safe.gates_of(p)
     means, calm, out = [], [], []
     for i in range(SENSORS):
         used = where(p.sensor_std[i] > 0, 1.0, 0.0)
@@ -222,7 +215,7 @@ def sense(
         sure = variance_along(believed_spread(belief, seen), row)
         news_here = used * news[i]
         verdict = fail_safe.judged(
-            trust, i, news_here, innovation, widest + variance, sure + variance, p, step
+            trust, i, news_here, innovation, widest + variance, sure + variance, gates, step
         )
         belief = corrected(belief, row, innovation, variance, verdict.use)
         means.append(verdict.mean)
@@ -267,10 +260,22 @@ def believed_spread(belief: Belief, seen: Number) -> Number:
     return belief.noise_spread + seen * (belief.spread - belief.noise_spread)
 
 
-def correction_std(x: Record, belief: Belief, row: Number) -> Number:
-    """Standard deviation in m of the correction's error; what a limit holds back counts in full."""
+def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
+    """The outputs, given the derivative of the elongation by the state.
+
+    `correction_std` is that of the correction's error; what a limit holds back counts in full.
+    """
     held_back = x.predicted_elongation - x.correction
-    return (maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0) + held_back**2) ** 0.5
+    variance = maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0)
+    std = (variance + held_back**2) ** 0.5
+    return {
+        "correction": x.correction,
+        "predicted_elongation": x.predicted_elongation,
+        "correction_std": std,
+        "ready": ready(std, p.tolerance),
+        "distrusted": x.distrusted,
+        "warning": fail_safe.warning(x.correction, x.predicted_elongation, p),
+    }
 
 
 def distrusted(trust: fail_safe.Trust, readings: Number, p: Record) -> Number:

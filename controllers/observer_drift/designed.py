@@ -234,5 +234,11 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
         1000000.0,
         1800.0,
     ),
+    "disturbance_start": (
+        1.0,
+        1.0,
+        1.0,
+        0.0,
+    ),
     "camera_std": 3e-07,
 }
