@@ -14,6 +14,7 @@ from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.law import MODES
+from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
@@ -51,13 +52,13 @@ class Unknown:
 
     shaft_heat: float = 15.0
     shaft_heat_time: float = 1200.0
-    link_heat: float = 1.5
+    link_heat: float = 0.5
     link_heat_time: float = 2400.0
     profile: float = 0.03
     expansion: float = 0.03
     expansion_time: float = 1e6
-    offset: float = 2e-6
-    offset_time: float = 1800.0
+    offset: float = 1e-6
+    offset_time: float = 3600.0
     uniform: float = 0.03
 
 
@@ -83,7 +84,7 @@ def design_controller(
     sample_time: float = 1.0,
     plant: Plant | None = None,
     unknown: Unknown | None = None,
-    camera_std: float = 0.3e-6,
+    camera_std: float | None = None,
 ) -> Design:
     """Work out the parameter set of `observer` or `observer_drift`.
 
@@ -96,7 +97,8 @@ def design_controller(
     sample_time : time in s between two corrections
     plant : parameters of motor and link that differ from nominal
     unknown : what is unknown, by default what suits a cell with a heating pad
-    camera_std : standard deviation in m of a camera reading, for `observer_drift`
+    camera_std : standard deviation in m of a camera reading, for `observer_drift`; by default that of the
+        DriftCamera component
 
     Raises
     ------
@@ -133,7 +135,7 @@ def design_controller(
         ]
         # The camera's zero is where the run starts, so there is no offset yet.
         values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
-        values["camera_std"] = camera_std
+        values["camera_std"] = camera_noise() if camera_std is None else camera_std
     return Design(values, reduced, names)
 
 
@@ -156,6 +158,12 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
         "elongation_row": _listed(reduced.C[OUTPUTS.index("elongation")]),
         "elongation_per_kelvin": reduced.elongation_per_kelvin,
     }
+
+
+def camera_noise() -> float:
+    """Standard deviation in m of a reading of the DriftCamera component as it is declared."""
+    camera = CAMERA.p.read(parameter_vector(CAMERA, {}, "camera"))
+    return float(camera.pixel_size * camera.centroid_noise)
 
 
 def uniform_profile(reduced: ReducedPlant) -> Array:

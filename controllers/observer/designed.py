@@ -224,7 +224,7 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
     ),
     "disturbance_std": (
         15.0,
-        1.5,
+        0.5,
     ),
     "disturbance_time": (
         1200.0,

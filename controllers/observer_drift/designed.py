@@ -224,15 +224,15 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
     ),
     "disturbance_std": (
         15.0,
-        1.5,
+        0.5,
         0.03,
-        2e-06,
+        1e-06,
     ),
     "disturbance_time": (
         1200.0,
         2400.0,
         1000000.0,
-        1800.0,
+        3600.0,
     ),
     "disturbance_start": (
         1.0,
@@ -240,5 +240,5 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
         1.0,
         0.0,
     ),
-    "camera_std": 3e-07,
+    "camera_std": 1.72e-07,
 }
