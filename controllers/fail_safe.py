@@ -179,13 +179,16 @@ def judged(
     share = 1.0 - exp(-step / gates.mean_time)
     bounded = clip(size, -gates.gate, gates.gate)
     mean = where(news > 0, trust.mean[i] + share * (bounded - trust.mean[i]), trust.mean[i])
-    # A reading that repeats itself is judged as well: far off, it is a fault and not a steady state.
-    jumped = where(absolute(size) > gates.gate, present(innovation), 0.0)
+    near = absolute(innovation) < RETURN_GATE * sure_variance**0.5
+    there = present(innovation)
+    jumped = where(absolute(size) > gates.gate, there, 0.0)
+    # A reading that repeats itself off the prediction is a fault; near it, it is a steady state.
+    stuck = there * (1.0 - news) * where(near, 0.0, 1.0)
     biased = where(absolute(mean) > gates.mean_gate, 1.0, 0.0)
 
-    small = where(absolute(innovation) < RETURN_GATE * sure_variance**0.5, news, 0.0)
+    small = where(near, news, 0.0)
     settled = where(absolute(mean) < 0.5 * gates.mean_gate, small, 0.0)
     calm_for = where(settled > 0, trust.calm_for[i] + step, 0.0)
     back = where(calm_for >= gates.return_time, 1.0, 0.0)
-    out = where(trust.out[i] > 0, 1.0 - back, maximum(jumped, biased))
+    out = where(trust.out[i] > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
     return Judgement(news * (1.0 - out), mean, calm_for, out)

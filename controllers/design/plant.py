@@ -79,6 +79,11 @@ class LinearPlant:
         """Growth in m for a uniform rise by 1 K."""
         return float(np.sum(self.C[OUTPUTS.index("elongation")]))
 
+    def link_loss(self, into: Array) -> float:
+        """Conductance in W/K from the link's nodes to the surroundings that an input matrix holds."""
+        link = slice(len(_TEMPERATURES["motor"]), None)
+        return float(self.heat_capacity[link] @ into[link, INPUTS.index("ambient_temperature")])
+
 
 def plant_model(plant: Plant | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
     """Linear state space of motor and link, joined as in the warm-up cell.

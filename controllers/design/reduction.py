@@ -78,6 +78,7 @@ class ReducedPlant:
     M : effect of convection by speed, shape (r, r), in 1/rad
     B, B_speed : shape (r, 4)
     C : shape (6, r)
+    link_loss, link_loss_per_speed : conductance from the link to the surroundings, W/K and W.s/(K.rad)
     error : what was lost
     """
 
@@ -87,6 +88,8 @@ class ReducedPlant:
     B_speed: Array
     C: Array
     elongation_per_kelvin: float
+    link_loss: float
+    link_loss_per_speed: float
     temperature: float
     error: ReductionError
 
@@ -143,6 +146,8 @@ def reduce_plant(plant: LinearPlant, order: int) -> ReducedPlant:
         B_speed=back @ plant.B_speed,
         C=plant.C @ into,
         elongation_per_kelvin=plant.elongation_per_kelvin,
+        link_loss=plant.link_loss(plant.B),
+        link_loss_per_speed=plant.link_loss(plant.B_speed),
         temperature=plant.temperature,
         error=ReductionError(np.nan, np.nan, np.nan, np.nan),
     )

@@ -109,6 +109,8 @@ def observer_states(size: int) -> tuple[State, ...]:
         State("spread", "1", size=packed_size(size)),
         State("noise_spread", "1", size=packed_size(size)),
         State("evidence", "1"),
+        State("duty_modes", "1", size=_MODES),
+        State("plausible_heat", "W"),
         *fail_safe.trust_states("K", len(SENSED)),
         State("correction", "m"),
         State("predicted_elongation", "m"),
@@ -160,6 +162,21 @@ _MODEL = (
     Parameter("elongation_row", "m/K", 0, "each mode on the elongation", size=_MODES, nominal=1e-5),
     Parameter(
         "elongation_per_kelvin", "m/K", 0, "elongation when all is warmer by 1 K", positive=True, nominal=1e-5
+    ),
+    Parameter("link_loss", "W/K", 0, "conductance from the link to still air", minimum=0, nominal=0.1),
+    Parameter(
+        "link_loss_per_speed", "W.s/(K.rad)", 0, "conductance gained a speed", minimum=0, nominal=0.1
+    ),
+    Parameter(
+        "model_share", "1", 0.4, "share of the link's losses by which the model may be wrong", minimum=0
+    ),
+    Parameter(
+        "received_share",
+        "1",
+        0.02,
+        "share of the motor's heat that a wrong model may put into the link",
+        minimum=0,
+        nominal=0.01,
     ),
     Parameter("uniform_profile", "1", 0, "modes when all is warmer by 1 K", size=_MODES),
     Parameter(

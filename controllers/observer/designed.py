@@ -166,6 +166,8 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
         3.09132411103e-06,
     ),
     "elongation_per_kelvin": 6.88176e-06,
+    "link_loss": 0.096870774,
+    "link_loss_per_speed": 0.0198663860736,
     "sensor_std": (
         0.0,
         0.0,

@@ -62,6 +62,10 @@ LARGEST_EVIDENCE = 4.0
 """Bound on the squared ratio of disturbances seen to disturbances designed for."""
 
 
+LEAST_SHARE = 0.5
+"""Share of the elongation by duty alone that unknown heat and a wrong model leave at least."""
+
+
 class _Duty(NamedTuple):
     """What the motor's loss equations ask of the inputs."""
 
@@ -77,6 +81,8 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     belief, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
     return {
         **named(belief, trust, 0.0),
+        "duty_modes": belief.mean[:MODES],
+        "plausible_heat": 0.0,
         "correction": 0.0,
         "predicted_elongation": elongation(belief.mean, p),
         "distrusted": distrusted(trust, readings, p),
@@ -89,13 +95,19 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     belief, trust = sense(belief, trust, readings, news, x.evidence, p, step)
+    duty_modes = by_duty(x.duty_modes, u, p, step)
+    plausible = plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
+    belief, trust = reconciled(belief, trust, readings, duty_modes, plausible, u, p)
     wanted = elongation(belief.mean, p)
-    correction = fail_safe.limited(x.correction, wanted, p, step)
+    least = least_elongation(duty_modes, u, p)
+    correction = fail_safe.limited(x.correction, maximum(wanted, least), p, step)
     return {
         **named(belief, trust, evidence(x.evidence, belief, p, step)),
+        "duty_modes": duty_modes,
+        "plausible_heat": plausible,
         "correction": correction,
-        "predicted_elongation": wanted,
-        "distrusted": distrusted(trust, readings, p),
+        "predicted_elongation": maximum(wanted, least),
+        "distrusted": maximum(distrusted(trust, readings, p), where(wanted < least, 1.0, 0.0)),
     }
 
 
@@ -156,41 +168,52 @@ def predict(belief: Belief, u: Record, p: Record, step: Number) -> Belief:
     """Belief a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
     modes, disturbances = belief.mean[:MODES], belief.mean[MODES:]
     extra = disturbances.shape[0] - HEATS
-    decay = exp(p.mode_rate * step)
-    reach = (decay - 1.0) / p.mode_rate
+    decay, reach = decay_and_reach(p, step)
     fade = exp(-step / p.disturbance_time)
-    convection = matrix(p.convection, MODES)
-    speed = absolute(u.speed)
-
-    drive = (
-        known_heat(modes, u, p)
-        + p.shaft_heat_gain * disturbances[0]
-        + p.link_heat_gain * disturbances[1]
-        + speed * product(convection, modes)
-    )
+    unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
+    drive = known_heat(modes, u, p) + unknown_heat
     mean = stack(decay * modes + reach * drive, fade * disturbances)
     by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
         reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
     )
     # Of convection's effect on errors the diagonal is kept: the rest is a hundredth of it.
-    own = decay + reach * speed * diagonal_of(convection)
+    own = decay + reach * absolute(u.speed) * diagonal_of(matrix(p.convection, MODES))
     transition = blocks(diagonal(own), by_heat, diagonal(fade))
     unknown = stack(*[0.0] * MODES, p.disturbance_std**2 * (1.0 - fade**2))
     model = stack(p.profile_std**2 * (1.0 - decay**2), *[0.0] * (HEATS + extra))
     return carried(belief, transition, mean, diagonal(unknown + model))
 
 
+def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
+    """What is left of each mode after a step, and what a rate held over the step adds to it."""
+    decay = exp(p.mode_rate * step)
+    return decay, (decay - 1.0) / p.mode_rate
+
+
+def by_duty(modes: Number, u: Record, p: Record, step: Number) -> Number:
+    """Modes a step later by duty signals and surroundings alone."""
+    decay, reach = decay_and_reach(p, step)
+    return decay * modes + reach * known_heat(modes, u, p)
+
+
 def known_heat(modes: Number, u: Record, p: Record) -> Number:
-    """What losses and surroundings do to the modes, in K/s, shape (7,)."""
-    duty = _Duty(u.speed, u.torque, 0.0)
-    winding = temperature(_WINDING, modes, p)
-    shaft = temperature(_SHAFT, modes, p)
+    """What losses, surroundings and convection do to the modes, in K/s, shape (7,)."""
+    winding_loss, shaft_loss = losses(modes, u, p)
+    speed = absolute(u.speed)
     ambient = u.ambient_temperature - p.linearisation_temperature
     return (
-        p.winding_heat_gain * (copper_loss(winding, duty, p) + iron_loss(duty, p))
-        + p.shaft_heat_gain * (friction_loss(shaft, duty, p) + p.standby_power)
-        + (p.ambient_gain + absolute(u.speed) * p.ambient_convection_gain) * ambient
+        p.winding_heat_gain * winding_loss
+        + p.shaft_heat_gain * shaft_loss
+        + (p.ambient_gain + speed * p.ambient_convection_gain) * ambient
+        + speed * product(matrix(p.convection, MODES), modes)
     )
+
+
+def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
+    """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
+    duty = _Duty(u.speed, u.torque, 0.0)
+    winding = copper_loss(temperature(_WINDING, modes, p), duty, p) + iron_loss(duty, p)
+    return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
 
 
 def sense(
@@ -222,6 +245,71 @@ def sense(
         calm.append(verdict.calm_for)
         out.append(used * verdict.out)
     return belief, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+
+
+def reconciled(
+    belief: Belief,
+    trust: fail_safe.Trust,
+    readings: Number,
+    duty_modes: Number,
+    plausible: Number,
+    u: Record,
+    p: Record,
+) -> tuple[Belief, fail_safe.Trust]:
+    """Belief and trust once sensors that contradict each other are settled.
+
+    A sensor that drifts away slowly has no telling innovation: the filter makes up heat that explains it. Such
+    heat soon exceeds what a wrong model may account for. Then the sensor that is farthest from what the duty
+    alone makes of its temperature is left out, and the made-up heat is forgotten.
+    """
+    in_link = belief.mean[MODES + 1]
+    noise = belief.noise_spread[MODES + 1, MODES + 1] ** 0.5
+    too_much = absolute(in_link) - 4.0 * noise > plausible
+
+    farthest: Number = 0.0
+    strangeness = []
+    for i in range(SENSORS):
+        expected = temperature(i, duty_modes, p)
+        allowed = 3.0 * p.sensor_std[i] + p.model_share * absolute(expected - u.ambient_temperature)
+        strange = absolute(readings[i] - expected) / maximum(allowed, 1e-3)
+        candidate = where(p.sensor_std[i] > 0, 1.0 - trust.out[i], 0.0)
+        strangeness.append(where(candidate > 0, where(finite(strange), strange, 0.0), 0.0))
+        farthest = maximum(farthest, strangeness[i])
+    out = stack(
+        *(
+            where(too_much, where(strangeness[i] >= farthest, where(farthest > 0, 1.0, 0.0), 0.0), 0.0)
+            for i in range(SENSORS)
+        )
+    )
+    keep = stack(*[1.0] * (MODES), *[where(too_much, 0.0, 1.0)] * HEATS, *[1.0] * (belief.mean.shape[0] - STATES))
+    return belief._replace(mean=keep * belief.mean), trust._replace(
+        out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for)
+    )
+
+
+def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record, step: Number) -> Number:
+    """Unknown heat in W in the link that a wrong model may explain: shares of what it loses and receives.
+
+    Once plausible, it fades no faster than the unknown heat itself.
+    """
+    modes, in_shaft = mean[:MODES], mean[MODES]
+    rise = total(p.elongation_row * modes) / p.elongation_per_kelvin
+    surroundings = u.ambient_temperature - p.linearisation_temperature
+    conductance = p.link_loss + absolute(u.speed) * p.link_loss_per_speed
+    winding_loss, shaft_loss = losses(modes, u, p)
+    received = winding_loss + shaft_loss + absolute(in_shaft)
+    now = p.model_share * conductance * absolute(rise - surroundings) + p.received_share * received
+    return maximum(now, before * exp(-step / p.disturbance_time[1]))
+
+
+def least_elongation(duty_modes: Number, u: Record, p: Record) -> Number:
+    """Elongation in m that there is at least: unknown heat warms, it hardly cools.
+
+    Half of what the duty makes beyond that of the surroundings, less half the tolerance.
+    """
+    by_surroundings = p.elongation_per_kelvin * (u.ambient_temperature - p.reference_temperature)
+    beyond = elongation(duty_modes, p) - by_surroundings
+    return elongation(duty_modes, p) - (1.0 - LEAST_SHARE) * absolute(beyond) - LEAST_SHARE * p.tolerance
 
 
 def temperature(sensor: int, modes: Number, p: Record) -> Number:

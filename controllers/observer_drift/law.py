@@ -52,6 +52,8 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     return {
         **observer.named(belief, trust, 0.0),
         **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
+        "duty_modes": belief.mean[: observer.MODES],
+        "plausible_heat": 0.0,
         "correction": 0.0,
         "predicted_elongation": elongation(belief.mean, p),
         "distrusted": observer.distrusted(trust, readings, p),
@@ -64,16 +66,26 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     readings = observer.sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     belief, trust = observer.sense(belief, trust, readings, news, x.evidence, p, step)
+    duty_modes = observer.by_duty(x.duty_modes, u, p, step)
+    plausible = observer.plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
+    belief, trust = observer.reconciled(belief, trust, readings, duty_modes, plausible, u, p)
     belief, camera = look(belief, x, u, p, step)
-    wanted = elongation(belief.mean, p)
+    least = observer.least_elongation(duty_modes, u, p)
+    free_estimate = elongation(belief.mean, p)
+    wanted = maximum(free_estimate, least)
     correction = fail_safe.limited(x.correction, wanted, p, step)
     free = where(absolute(wanted - correction) < p.camera_std, camera.free_for + step, 0.0)
     return {
         **observer.named(belief, trust, observer.evidence(x.evidence, belief, p, step)),
         **_named(camera._replace(free_for=free)),
+        "duty_modes": duty_modes,
+        "plausible_heat": plausible,
         "correction": correction,
         "predicted_elongation": wanted,
-        "distrusted": maximum(observer.distrusted(trust, readings, p), doubtful(camera, belief, u, p)),
+        "distrusted": maximum(
+            maximum(observer.distrusted(trust, readings, p), where(free_estimate < least, 1.0, 0.0)),
+            doubtful(camera, belief, u, p),
+        ),
     }
 
 
