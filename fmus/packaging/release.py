@@ -1,0 +1,29 @@
+"""Who made this release of warmlink and under which terms, as every FMU states it."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+AUTHOR = "the warmlink developers"
+COPYRIGHT = f"Copyright (c) 2026 {AUTHOR}"
+LICENSE = "MIT"
+
+
+@cache
+def version() -> str:
+    """Version of the installed distribution, or of the source tree that this file lies in."""
+    project = Path(__file__).parents[2] / "pyproject.toml"
+    if project.is_file():
+        return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
+    return metadata.version("warmlink")
+
+
+def license_text() -> str:
+    """Text of the licence, from the source tree or from the installed distribution."""
+    source = Path(__file__).parents[2] / "LICENSE"
+    if source.is_file():
+        return source.read_text(encoding="utf-8")
+    return metadata.distribution("warmlink").read_text("licenses/LICENSE") or LICENSE

@@ -1,0 +1,91 @@
+"""A system's slaves, instantiated and ready to be initialized."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from warmlink.orchestration.master.isolation import IsolatedSlave, Isolation
+from warmlink.orchestration.master.slave import Slave
+from warmlink.orchestration.system.archive import unpack
+from warmlink.orchestration.system.description import ModelInfo, read_description
+from warmlink.orchestration.system.model import Connection, System, Value
+
+
+@dataclass
+class Assembly:
+    """Slaves, connections and start values; used once, then closed.
+
+    Attributes
+    ----------
+    slaves : sequence of Slave
+        In the system's order.
+    connections : sequence of Connection
+        From outputs to inputs.
+    values : mapping
+        Start values by slave and variable, in the variables' own units.
+    folder : Path or None
+        Where FMUs were unpacked; removed on closing.
+    """
+
+    slaves: Sequence[Slave]
+    connections: Sequence[Connection] = ()
+    values: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    folder: Path | None = None
+
+    def close(self) -> None:
+        """Remove what was unpacked; the slaves have been terminated before."""
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
+    """Unpack and instantiate every FMU of a system.
+
+    Parameters
+    ----------
+    system : System
+        Its components become the slaves.
+    isolation : Isolation, optional
+        Give every FMU a process of its own, with these time limits.
+
+    Raises
+    ------
+    InputError
+        Where a file is not an FMU that can run here.
+    SlaveError
+        Where an FMU does not instantiate.
+    """
+    infos = {name: read_description(component.fmu) for name, component in system.components.items()}
+    folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
+    slaves: list[Slave] = []
+    try:
+        for name, component in system.components.items():
+            unpacked = unpack(component.fmu, folder)
+            opener = partial(open_slave, name, infos[name], unpacked)
+            slaves.append(opener() if isolation is None else IsolatedSlave(name, opener, isolation))
+        for slave in slaves:
+            if isinstance(slave, IsolatedSlave):
+                slave.connect()
+    except BaseException:
+        for slave in slaves:
+            slave.terminate()
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    values = {name: component.parameters.values for name, component in system.components.items()}
+    return Assembly(slaves, system.connections, values, folder)
+
+
+def open_slave(name: str, info: ModelInfo, folder: Path) -> Slave:
+    """Instantiate an FMU that was unpacked into `folder`."""
+    if info.fmi_version == "3.0":
+        from warmlink.orchestration.master.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(name, info, folder)
+    from warmlink.orchestration.master.fmi2 import Fmi2Slave
+
+    return Fmi2Slave(name, info, folder)

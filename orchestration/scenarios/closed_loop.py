@@ -1,0 +1,158 @@
+"""One scenario in closed loop: the cell with a controller and without, and how far off each was."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.error_budget import estimate_coupling_error
+from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.run import Progress as MasterProgress
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
+from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.shipped import WARMUP_CELL
+
+ELONGATION = "link.elongation"
+CORRECTION = "compensator.correction"
+
+NO_CONTROLLER = "none"
+
+Progress = Callable[[float], None]
+"""Called with the share of the work that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """What a scenario came to: one run without a controller and one with.
+
+    `coupling_error_um` bounds what the finite communication step costs the elongation, by a run with half
+    of it; None where a run stopped early.
+    """
+
+    scenario: Scenario
+    controller: str
+    fmus: FmuKind
+    without: Result
+    compensated: Result
+    coupling_error_um: float | None
+    wall_seconds: float
+
+    @property
+    def time(self) -> Series:
+        """Communication points in s."""
+        return self.compensated.times
+
+    @property
+    def error(self) -> Series:
+        """True elongation minus correction in m at the communication points."""
+        return remaining_error(self.compensated)
+
+    @property
+    def uncompensated(self) -> ErrorMetrics:
+        """Figures without a controller."""
+        return error_metrics(self.without.times, remaining_error(self.without), self.scenario.tolerance)
+
+    @property
+    def metrics(self) -> ErrorMetrics:
+        """Figures with the controller."""
+        return error_metrics(self.time, self.error, self.scenario.tolerance)
+
+    @property
+    def discretisation_error_um(self) -> float:
+        """Largest estimate that the link makes of its grid's error."""
+        return 1e6 * float(np.max(np.abs(self.compensated["link.discretisation_error"])))
+
+    @property
+    def stopped(self) -> str | None:
+        """Why a run ended early, None where both came to their end."""
+        return self.without.reason or self.compensated.reason
+
+    def to_dict(self) -> dict[str, Any]:
+        """What stands in `metrics.json`."""
+        return {
+            "scenario": self.scenario.name,
+            "controller": self.controller,
+            "fmus": self.fmus,
+            "stop_time_s": self.scenario.stop_time,
+            "communication_step_size_s": self.scenario.step_size,
+            "master": self.scenario.master,
+            "tolerance_um": 1e6 * self.scenario.tolerance,
+            "uncompensated": self.uncompensated.to_dict(),
+            "compensated": self.metrics.to_dict(),
+            "reduction_percent": reduction_percent(self.uncompensated, self.metrics),
+            "heat_balance_error_J": sum(audit.total for audit in self.compensated.audits),
+            "error_budget_um": {
+                "coupling": self.coupling_error_um,
+                "discretisation": self.discretisation_error_um,
+            },
+            "stopped": self.stopped,
+            "wall_seconds": self.wall_seconds,
+        }
+
+
+def remaining_error(result: Result) -> Series:
+    """True elongation minus correction in m at the communication points."""
+    return result[ELONGATION] - result[CORRECTION]
+
+
+def run_scenario(
+    scenario: Scenario, controller: str, store: FmuStore, progress: Progress | None = None
+) -> ClosedLoop:
+    """Run a scenario's cell without and with a controller, and once more at half the step.
+
+    Raises
+    ------
+    InputError
+        If the scenario names a controller, parameter, unit or master that does not exist, or a value that
+        a component refuses.
+    """
+    began = time.perf_counter()
+    report = progress or (lambda share: None)
+    cell = _system(scenario, catalogue.controller(controller), store)
+    plain = _system(scenario, catalogue.controller(NO_CONTROLLER), store)
+
+    chosen = algorithm(scenario.master)
+    stop, step = scenario.stop_time, scenario.step_size
+
+    def part(done: float, whole: float) -> MasterProgress:
+        return lambda at, count: report((done + whole * at / count) / 4)
+
+    without = simulate(plain, stop, step, chosen, progress=part(0, 1))
+    compensated = simulate(cell, stop, step, chosen, progress=part(1, 1))
+    (coupling,) = estimate_coupling_error(
+        lambda until, half: simulate(cell, until, half, chosen, record=(ELONGATION,), progress=part(2, 2)),
+        compensated,
+        step,
+        chosen.order,
+        (ELONGATION,),
+    )
+    return ClosedLoop(
+        scenario=scenario,
+        controller=controller,
+        fmus=store.kind,
+        without=without,
+        compensated=compensated,
+        coupling_error_um=1e6 * coupling.largest if np.isfinite(coupling.largest) else None,
+        wall_seconds=time.perf_counter() - began,
+    )
+
+
+def _system(scenario: Scenario, controller: Component, store: FmuStore) -> System:
+    kinds = WARMUP_CELL.components_with(controller.name)
+    declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
+    values = start_values(scenario.parameters, declared, scenario.name)
+    values.setdefault("duty", {}).update(scenario.duty.component_parameters())
+    if "tolerance" in controller.p.index:
+        values.setdefault("compensator", {}).setdefault("tolerance", scenario.tolerance)
+    return WARMUP_CELL.system(store.files(kinds.values()), controller.name, values)

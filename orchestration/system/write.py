@@ -1,0 +1,248 @@
+"""Writing a system as an SSP that other masters read as well: SSP 1.0, plain prefixes, nothing to convert."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.orchestration.system.assemble import check_system, component
+from warmlink.orchestration.system.check import own_unit, variable_of
+from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
+from warmlink.orchestration.system.model import (
+    Component,
+    Connection,
+    Connector,
+    DefaultExperiment,
+    ParameterSet,
+    System,
+    Value,
+)
+from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element
+from warmlink.orchestration.system.ssp_xml import element, sub_element, to_bytes, unit_elements
+from warmlink.orchestration.system.units import Unit, meaning
+
+# Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
+PARAMETER_SET = ParameterSet().name
+
+
+def write_ssp(system: System, path: Path) -> None:
+    """Write a system with its FMUs into one SSP file, whole or not at all; equal systems give equal bytes.
+
+    Each component is bound to a parameter set of its own under `resources`. A connection that is more
+    than the identity is written as a LinearTransformation between the variables' own units.
+
+    Parameters
+    ----------
+    system
+        What to write.
+    path
+        The .ssp file.
+
+    Raises
+    ------
+    InputError
+        If the system does not fit its FMUs, or two FMUs define one unit differently.
+    """
+    system = _with_connectors(system)
+    check_system(system)
+    files = _Files(system.components.values())
+    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, files))}
+    for held in system.components.values():
+        if held.parameters.values:
+            entries[files.parameters[held.name]] = to_bytes(_ssv(held, system.units))
+        entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
+    write_archive(path, entries)
+
+
+def _with_connectors(system: System) -> System:
+    """Give the system with connectors everywhere: those who read the file connect nothing else."""
+    parts = {
+        name: held if held.connectors else replace(held, connectors=component(held.name, held.fmu).connectors)
+        for name, held in system.components.items()
+    }
+    for link in system.connections:
+        for name, connector in (
+            (link.source_component, link.source_variable),
+            (link.target_component, link.target_variable),
+        ):
+            if name in parts and connector not in {c.name for c in parts[name].connectors}:
+                raise InputError(
+                    f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
+                )
+    return replace(system, components=parts)
+
+
+class _Files:
+    """What each FMU and each parameter set is called inside the SSP.
+
+    Only letters, digits, dot, hyphen and underscore, because some readers do not decode a URI, and never
+    two names that differ in capitals alone, because some file systems do not tell them apart.
+    """
+
+    def __init__(self, components: Iterable[Component]) -> None:
+        self.fmus: dict[Path, str] = {}
+        self.parameters: dict[str, str] = {}
+        self._taken: set[str] = set()
+        for held in components:
+            if held.fmu not in self.fmus:
+                self.fmus[held.fmu] = self._free(held.fmu.stem, ".fmu")
+            self.parameters[held.name] = self._free(held.name, ".ssv")
+
+    def _free(self, stem: str, suffix: str) -> str:
+        plain = re.sub(r"[^A-Za-z0-9._-]", "_", stem)
+        names = (
+            f"resources/{plain}{n}{suffix}"
+            for n in itertools.chain([""], (f"-{i}" for i in itertools.count(2)))
+        )
+        name = next(name for name in names if name.casefold() not in self._taken)
+        self._taken.add(name.casefold())
+        return name
+
+
+def _ssd(system: System, files: _Files) -> Any:
+    root = element(
+        "ssd", "SystemStructureDescription", version="1.0", name=system.name, generationTool="warmlink"
+    )
+    top = sub_element(root, "ssd", "System", name=system.name)
+    elements = sub_element(top, "ssd", "Elements")
+    enumerations: dict[str, dict[str, int]] = {}
+    units: dict[str, Unit] = {}
+    for held in system.components.values():
+        _component(elements, held, files, enumerations, _Units(held, system.units, units))
+    if system.connections:
+        links = sub_element(top, "ssd", "Connections")
+        for link in system.connections:
+            _connection(links, link, system)
+    _enumerations(root, enumerations)
+    unit_elements(root, "ssd", units.values())
+    _experiment(root, system.default_experiment)
+    return root
+
+
+class _Units:
+    """Where the units of one component are defined, and the definitions used so far in the document."""
+
+    def __init__(self, held: Component, of_system: dict[str, Unit], used: dict[str, Unit]) -> None:
+        self.held = held
+        self.info: ModelInfo = read_description(held.fmu)
+        self.of_system = of_system
+        self.used = used
+
+    def of(self, variable: Variable) -> Unit | None:
+        """Give a variable's unit with its meaning; None where there is none, or it has no known meaning."""
+        declared = next((c.unit for c in self.held.connectors if c.name == variable.name), None)
+        named = self.of_system.get(declared, Unit(declared)) if declared else None
+        unit = own_unit(self.info, variable, named)
+        if unit is None:
+            return None
+        try:
+            return meaning(unit)
+        except InputError:
+            # An SSD may only name units that it can define; a reader takes it from the FMU then.
+            return None
+
+    def use(self, variable: Variable) -> str | None:
+        """Give the name of a variable's unit and note its definition for the document."""
+        unit = self.of(variable)
+        if unit is None:
+            return None
+        known = self.used.setdefault(unit.name, unit)
+        if known != unit:
+            where = f"{self.held.name}.{variable.name}"
+            raise InputError(f"{where}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
+        return unit.name
+
+
+def _component(
+    elements: Any, held: Component, files: _Files, enumerations: dict[str, dict[str, int]], units: _Units
+) -> None:
+    kind = "application/x-fmu-sharedlibrary"
+    child = sub_element(elements, "ssd", "Component", name=held.name, type=kind, source=files.fmus[held.fmu])
+    if held.connectors:
+        connectors = sub_element(child, "ssd", "Connectors")
+        for connector in held.connectors:
+            _connector(connectors, connector, enumerations, units)
+    if held.parameters.values:
+        bindings = sub_element(child, "ssd", "ParameterBindings")
+        sub_element(bindings, "ssd", "ParameterBinding", source=files.parameters[held.name])
+
+
+def _connector(
+    connectors: Any, connector: Connector, enumerations: dict[str, dict[str, int]], units: _Units
+) -> None:
+    child = sub_element(connectors, "ssd", "Connector", name=connector.name, kind=connector.kind)
+    variable = variable_of(units.info, connector.name, f"{units.held.name}.{connector.name}")
+    if connector.type == "Enumeration":
+        name = f"{units.info.model_name}.{connector.name}"
+        if variable.items:
+            enumerations[name] = variable.items
+            sub_element(child, "ssc", "Enumeration", name=name)
+        return
+    typed = sub_element(child, "ssc", connector.type)
+    unit = units.use(variable)
+    if unit is not None:
+        typed.set("unit", unit)
+
+
+def _connection(links: Any, link: Connection, system: System) -> None:
+    child = sub_element(
+        links,
+        "ssd",
+        "Connection",
+        startElement=link.source_component,
+        startConnector=link.source_variable,
+        endElement=link.target_component,
+        endConnector=link.target_variable,
+    )
+    if (link.factor, link.offset) != (1.0, 0.0):
+        child.set("suppressUnitConversion", "true")
+        sub_element(child, "ssc", "LinearTransformation", factor=repr(link.factor), offset=repr(link.offset))
+
+
+def _enumerations(root: Any, enumerations: dict[str, dict[str, int]]) -> None:
+    if not enumerations:
+        return
+    held = sub_element(root, "ssd", "Enumerations")
+    for name, items in enumerations.items():
+        child = sub_element(held, "ssc", "Enumeration", name=name)
+        for item, number in items.items():
+            sub_element(child, "ssc", "Item", name=item, value=str(number))
+
+
+def _experiment(root: Any, experiment: DefaultExperiment) -> None:
+    child = sub_element(root, "ssd", "DefaultExperiment", startTime=repr(float(experiment.start_time)))
+    if experiment.stop_time is not None:
+        child.set("stopTime", repr(float(experiment.stop_time)))
+    if experiment.step_size is not None:
+        # SSP has no word for a step size; this annotation is the one that libcosim reads.
+        notes = sub_element(child, "ssd", "Annotations")
+        note = sub_element(notes, "ssc", "Annotation", type="com.opensimulationplatform")
+        algorithm = sub_element(note, "osp", "Algorithm")
+        sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=repr(float(experiment.step_size)))
+
+
+def _ssv(held: Component, of_system: dict[str, Unit]) -> Any:
+    units = _Units(held, of_system, {})
+    values: dict[str, Value | Parameter] = {}
+    for name, value in held.parameters.values.items():
+        variable = variable_of(units.info, name, f"{held.name}.{name}")
+        if variable.kind == "Real":
+            values[name] = Parameter(name, "Real", float(value), units.of(variable))
+        elif variable.kind == "Enumeration":
+            values[name] = Parameter(name, "Enumeration", _item(variable, value))
+        else:
+            values[name] = value
+    return parameter_set_element(PARAMETER_SET, values, {})
+
+
+def _item(variable: Variable, value: Value) -> str:
+    name = next((item for item, number in variable.items.items() if number == value), None)
+    if name is None:
+        raise InputError(f"{variable.name}: {value} is no item of its enumeration; give one of its items")
+    return name
