@@ -74,6 +74,14 @@ def warning(correction: Number, wanted: Number, p: Record) -> Number:
     return where(held_back, 1.0, where(absolute(correction) >= p.warning_limit, 1.0, 0.0))
 
 
+def with_held_back(std: Number, x: Record) -> Number:
+    """Standard deviation in m of the correction's error, from that of `elongation`'s.
+
+    What a limit holds back is known and counts in full; the law's states have `elongation` and `correction`.
+    """
+    return (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
+
+
 class Trust(NamedTuple):
     """What is remembered of signals to judge them, each a vector with an element a signal.
 

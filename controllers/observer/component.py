@@ -113,7 +113,7 @@ def observer_states(size: int) -> tuple[State, ...]:
         State("plausible_heat", "W"),
         *fail_safe.trust_states("K", len(SENSED)),
         State("correction", "m"),
-        State("predicted_elongation", "m"),
+        State("elongation", "m"),
         State("distrusted", "1"),
     )
 

@@ -84,7 +84,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
         "duty_modes": belief.mean[:MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
-        "predicted_elongation": elongation(belief.mean, p),
+        "elongation": elongation(belief.mean, p),
         "distrusted": distrusted(trust, readings, p),
     }
 
@@ -106,7 +106,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
         "correction": correction,
-        "predicted_elongation": maximum(wanted, least),
+        "elongation": maximum(wanted, least),
         "distrusted": maximum(distrusted(trust, readings, p), where(wanted < least, 1.0, 0.0)),
     }
 
@@ -349,20 +349,16 @@ def believed_spread(belief: Belief, seen: Number) -> Number:
 
 
 def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
-    """The outputs, given the derivative of the elongation by the state.
-
-    `correction_std` is that of the correction's error; what a limit holds back counts in full.
-    """
-    held_back = x.predicted_elongation - x.correction
+    """The outputs, given the derivative of the elongation by the state."""
     variance = maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0)
-    std = (variance + held_back**2) ** 0.5
+    std = fail_safe.with_held_back(variance**0.5, x)
     return {
         "correction": x.correction,
-        "predicted_elongation": x.predicted_elongation,
+        "predicted_elongation": x.elongation,
         "correction_std": std,
         "ready": ready(std, p.tolerance),
         "distrusted": x.distrusted,
-        "warning": fail_safe.warning(x.correction, x.predicted_elongation, p),
+        "warning": fail_safe.warning(x.correction, x.elongation, p),
     }
 
 

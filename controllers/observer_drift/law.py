@@ -55,7 +55,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
         "duty_modes": belief.mean[: observer.MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
-        "predicted_elongation": elongation(belief.mean, p),
+        "elongation": elongation(belief.mean, p),
         "distrusted": observer.distrusted(trust, readings, p),
     }
 
@@ -81,7 +81,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
         "correction": correction,
-        "predicted_elongation": wanted,
+        "elongation": wanted,
         "distrusted": maximum(
             maximum(observer.distrusted(trust, readings, p), where(free_estimate < least, 1.0, 0.0)),
             doubtful(camera, belief, u, p),
@@ -107,7 +107,7 @@ def look(belief: Belief, x: Record, u: Record, p: Record, step: Number) -> tuple
     free = where(x.camera_free_for > p.camera_delay + 2.0 * step, 1.0, 0.0)
     row = elongation_row(belief.mean, p)
     variance = p.camera_std**2
-    innovation = u.measured_drift - (x.predicted_elongation - x.correction)
+    innovation = u.measured_drift - (x.elongation - x.correction)
     trust = fail_safe.Trust(*(stack(value) for value in (0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)))
     verdict = fail_safe.judged(
         trust,
