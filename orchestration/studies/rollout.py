@@ -23,8 +23,8 @@ from warmlink.controllers.design.plant import parameter_vector
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.codegen import Symbols, micro_step
 from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.integrator import GAMMA
 from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
@@ -144,13 +144,16 @@ class Cell:
 
         new = dict(x)
         for name in ("motor", "link"):
-            new[name] = _integrated(self._parts[name], x[name], wired.inputs(name, new), p[name], self.step)
+            inputs = wired.inputs(name, new)
+            held = Symbols(x[name], inputs, p[name], p[name], time, ca.SX(self.step))
+            new[name] = micro_step(self._parts[name], held, inputs)
         for name in ("sensors", "compensator", "camera"):
+            if not self._parts[name].sampled:  # a law without a memory
+                continue
             new[name] = self._parts[name].updated(x[name], wired.inputs(name, new), p[name], time, self.step)
         flat, flat_p = ca.vertcat(*x.values()), ca.vertcat(*p.values())
-        advance = ca.Function(
-            "advance", [flat, u, flat_p, time], [ca.vertcat(*new.values()), self._recorded(wired, new)]
-        )
+        results = ca.cse([ca.densify(ca.vertcat(*new.values())), ca.densify(self._recorded(wired, new))])
+        advance = ca.Function("advance", [flat, u, flat_p, time], results)
         first: dict[str, Any] = {}
         for name in ("motor", "link", "sensors"):
             first[name] = self._parts[name].states_at_start(wired.inputs(name, first), p[name])
@@ -223,19 +226,6 @@ class _Wiring:
         import casadi as ca
 
         return ca.SX([v.start for v in LINK.inputs])
-
-
-def _integrated(part: Component, x: Any, u: Any, p: Any, step: float) -> Any:
-    """One micro step of ROS2 as an expression; `fmus/packaging/integrator.py` says which."""
-    import casadi as ca
-
-    def rates(state: Any) -> Any:
-        return part.rates_of(state, u, p, 0.0)
-
-    matrix = ca.SX.eye(part.x.size) - GAMMA * step * ca.jacobian(rates(x), x)
-    first = ca.solve(matrix, rates(x))
-    second = ca.solve(matrix, rates(x + step * first) - 2 * first)
-    return x + step * (1.5 * first + 0.5 * second)
 
 
 def _compiled(functions: list[Any]) -> list[Any]:
