@@ -50,11 +50,27 @@ LIMITS = (
 )
 
 DOUBT = (
-    Parameter("gate", "1", 5, "innovation, in standard deviations, beyond which a reading is left out", positive=True),
-    Parameter("mean_gate", "1", 0.6, "mean innovation, in standard deviations, beyond which a signal is left out", positive=True),
+    Parameter(
+        "gate",
+        "1",
+        5,
+        "innovation, in standard deviations, beyond which a reading is left out",
+        positive=True,
+    ),
+    Parameter(
+        "mean_gate",
+        "1",
+        0.6,
+        "mean innovation, in standard deviations, beyond which a signal is left out",
+        positive=True,
+    ),
     Parameter("mean_time", "s", 120, "time over which the innovation's mean is taken", positive=True),
-    Parameter("stuck_time", "s", 30, "time of equal readings after which a signal is left out", positive=True),
-    Parameter("return_time", "s", 60, "time of small innovations after which a signal is taken back", positive=True),
+    Parameter(
+        "stuck_time", "s", 30, "time of equal readings after which a signal is left out", positive=True
+    ),
+    Parameter(
+        "return_time", "s", 60, "time of small innovations after which a signal is taken back", positive=True
+    ),
 )
 
 RETURN_GATE = 3.0

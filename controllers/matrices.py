@@ -94,10 +94,10 @@ def blocks(upper_left: Number, upper_right: Number, lower_right: Number) -> Numb
     if symbolic(upper_left, upper_right, lower_right):
         import casadi
 
-        none = casadi.SX(lower_right.shape[0], upper_left.shape[1])
-        return casadi.blockcat(upper_left, upper_right, none, lower_right)
-    none = np.zeros((lower_right.shape[0], upper_left.shape[1]))
-    return np.block([[upper_left, upper_right], [none, lower_right]])
+        empty = casadi.SX(lower_right.shape[0], upper_left.shape[1])
+        return casadi.blockcat(upper_left, upper_right, empty, lower_right)
+    zero = np.zeros((lower_right.shape[0], upper_left.shape[1]))
+    return np.block([[upper_left, upper_right], [zero, lower_right]])
 
 
 @lru_cache

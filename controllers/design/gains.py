@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,25 +13,12 @@ from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, parameter_
 from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
-from warmlink.controllers.observer.law import MODES
+from warmlink.controllers.observer.model import LOSSES, MODES
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
 Array = NDArray[np.float64]
-
-LOSSES = (
-    "winding_resistance",
-    "winding_temperature_coefficient",
-    "torque_constant",
-    "iron_loss_coefficient",
-    "coulomb_friction",
-    "viscous_friction",
-    "friction_factor",
-    "friction_temperature_coefficient",
-    "standby_power",
-)
-"""Parameters of the motor that the law's loss equations use."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +61,6 @@ class Design:
 
     parameters: Mapping[str, float | list[float]]
     reduced: ReducedPlant
-    sensors: tuple[str, ...] = field(default=())
 
 
 def design_controller(
@@ -108,8 +94,7 @@ def design_controller(
     """
     if law not in {"observer", "observer_drift"}:
         raise InputError(f"law: {law!r} has no design; design 'observer' or 'observer_drift'")
-    names = tuple(_sensor(name) for name in sensors)
-    stds = [_std(name, sensor_std) if name in names else 0.0 for name in SENSED]
+    stds = sensor_stds(sensors, sensor_std)
     unknown = unknown or Unknown()
     plant = plant or Plant()
     reduced = reduce_plant(plant_model(plant), MODES)
@@ -136,7 +121,7 @@ def design_controller(
         # The camera's zero is where the run starts, so there is no offset yet.
         values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
         values["camera_std"] = camera_noise() if camera_std is None else camera_std
-    return Design(values, reduced, names)
+    return Design(values, reduced)
 
 
 def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:
@@ -192,6 +177,18 @@ def warm_spread(reduced: ReducedPlant, time: float = 1800.0) -> Array:
     return covariance / (shaft @ covariance @ shaft)
 
 
+def sensor_stds(sensors: Sequence[str], sensor_std: float | Mapping[str, float]) -> list[float]:
+    """Standard deviation in K of every sensor of the cell, 0 for those not in use.
+
+    Raises
+    ------
+    InputError
+        A sensor is unknown, or its standard deviation not positive.
+    """
+    names = {_sensor(name) for name in sensors}
+    return [_std(name, sensor_std) if name in names else 0.0 for name in SENSED]
+
+
 def _sensor(name: str) -> str:
     for full in (name, f"{name}_temperature"):
         if full in SENSED:
@@ -201,9 +198,13 @@ def _sensor(name: str) -> str:
 
 
 def _std(name: str, given: float | Mapping[str, float]) -> float:
-    value = given if isinstance(given, float | int) else {_sensor(k): v for k, v in given.items()}.get(name, 0.0)
+    value = (
+        given if isinstance(given, float | int) else {_sensor(k): v for k, v in given.items()}.get(name, 0.0)
+    )
     if not value > 0:
-        raise InputError(f"sensor_std: {value:g} K for {name} is not positive; give the sensor's noise above 0 K")
+        raise InputError(
+            f"sensor_std: {value:g} K for {name} is not positive; give the sensor's noise above 0 K"
+        )
     return float(value)
 
 

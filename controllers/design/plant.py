@@ -158,15 +158,11 @@ class _Cell:
 
     def state_matrix(self, speed: float) -> Array:
         """Derivative of the rates by the state, shape (n, n)."""
-        columns = [
-            _slope(lambda change, e=unit: self._rates(change * e, speed=speed)) for unit in np.eye(self.size)
-        ]
-        return np.column_stack(columns)
+        return _matrix(lambda rise: self._rates(rise, speed=speed), self.size)
 
     def output_matrix(self) -> Array:
         """Derivative of the outputs by the state, shape (6, n)."""
-        columns = [_slope(lambda change, e=unit: self._outputs(change * e)) for unit in np.eye(self.size)]
-        return np.column_stack(columns)
+        return _matrix(self._outputs, self.size)
 
     def ambient_column(self, speed: float) -> Array:
         """Derivative of the rates by the ambient temperature."""
@@ -195,7 +191,7 @@ class _Cell:
 
     def _rates(
         self,
-        rise: Array | None = None,
+        rise: NDArray[np.complex128] | None = None,
         *,
         speed: float = 0.0,
         current: complex = 0.0,
@@ -205,7 +201,11 @@ class _Cell:
     ) -> NDArray[np.complex128]:
         motor_state, link_state = self._states(rise)
         surroundings = self._temperature + ambient
-        link_values = {"ambient_temperature": surroundings, "speed": speed, "tip_sink_temperature": surroundings}
+        link_values = {
+            "ambient_temperature": surroundings,
+            "speed": speed,
+            "tip_sink_temperature": surroundings,
+        }
         link_p = LINK.settled(self._parameters["link"]).astype(complex)
         link_p[LINK.p.index["absorbed_flux"]] += absorbed_flux
         motor_p = MOTOR.settled(self._parameters["motor"])
@@ -229,7 +229,7 @@ class _Cell:
         link_rates = LINK.rates_of(link_state, link_u, link_p, 0.0)[self._places["link"]]
         return np.concatenate([motor_rates, link_rates])
 
-    def _outputs(self, rise: Array) -> NDArray[np.complex128]:
+    def _outputs(self, rise: NDArray[np.complex128]) -> NDArray[np.complex128]:
         motor_state, link_state = self._states(rise)
         link_p = LINK.settled(self._parameters["link"])
         link_y = LINK.y.read(LINK.outputs_of(link_state, _inputs(LINK, {}), link_p, 0.0))
@@ -248,7 +248,9 @@ class _Cell:
             ]
         )
 
-    def _states(self, rise: Array | None) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def _states(
+        self, rise: NDArray[np.complex128] | None
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         temperatures = self._temperature + (np.zeros(self.size) if rise is None else rise)
         states = []
         for component, name, part in (
@@ -264,6 +266,12 @@ class _Cell:
 def _slope(function: Callable[[complex], NDArray[np.complex128]]) -> Array:
     """Derivative at 0 by a complex step."""
     return np.imag(function(1j * COMPLEX_STEP)) / COMPLEX_STEP
+
+
+def _matrix(function: Callable[[NDArray[np.complex128]], NDArray[np.complex128]], size: int) -> Array:
+    """Derivative at 0 by a vector of a size, a column each."""
+    units = 1j * COMPLEX_STEP * np.eye(size, dtype=np.complex128)
+    return np.column_stack([np.imag(function(unit)) / COMPLEX_STEP for unit in units])
 
 
 def _inputs(component: Component, values: Mapping[str, complex]) -> NDArray[np.complex128]:

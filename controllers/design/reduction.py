@@ -34,7 +34,7 @@ SIZES: Mapping[str, float] = {
 }
 """Ordinary sizes of the inputs, in W and K, by which errors are judged."""
 
-PRECISIONS: Mapping[str, float] = {name: 0.1 for name in OUTPUTS[:-1]} | {"elongation": 1e-7}
+PRECISIONS: Mapping[str, float] = dict.fromkeys(OUTPUTS[:-1], 0.1) | {"elongation": 1e-7}
 """Errors of the outputs, in K and m, that count alike."""
 
 BALANCING_SPEED = 2.0

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from warmlink.controllers.design.gains import design_controller
-
-Values = Mapping[str, float | Sequence[float]]
+from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.start_values import Values
 
 _CONTROLLERS = Path(__file__).resolve().parent.parent
 
-_HEAD = '''"""The parameter set that the component ships with; written by `python -m warmlink.controllers.design`."""
+_HEAD = '''"""The parameter set that ships, written by `python -m warmlink.controllers.design`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ from __future__ import annotations
 
 def shipped_values() -> dict[str, Values]:
     """Parameter sets by the law's folder, worked out now."""
-    return {law: design_controller(law).parameters for law in ("observer", "observer_drift")}
+    return {
+        "observer": design_controller("observer").parameters,
+        "observer_drift": design_controller("observer_drift").parameters,
+        "regression": fit_regression(training_run()),
+    }
 
 
 def write_all(folder: Path = _CONTROLLERS) -> list[Path]:

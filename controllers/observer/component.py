@@ -2,34 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
 from warmlink.controllers.matrices import packed_size
-from warmlink.controllers.observer import law
+from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.designed import DESIGNED
+from warmlink.controllers.start_values import with_values
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.component import Component, Parameter, State
 from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 
-Values = Mapping[str, float | Sequence[float]]
-
-_LOSSES = {
-    "winding_resistance",
-    "winding_temperature_coefficient",
-    "torque_constant",
-    "iron_loss_coefficient",
-    "coulomb_friction",
-    "viscous_friction",
-    "friction_factor",
-    "friction_temperature_coefficient",
-    "standby_power",
-}
-"""The motor's parameters that its loss equations use."""
-
-_MODES = law.MODES
+_MODES = model.MODES
 
 
 def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
@@ -39,7 +22,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
         TOLERANCE,
         *fail_safe.LIMITS,
         *fail_safe.DOUBT,
-        *(parameter for parameter in MOTOR.parameters if parameter.name in _LOSSES),
+        *(parameter for parameter in MOTOR.parameters if parameter.name in model.LOSSES),
         Parameter(
             "reference_temperature",
             "K",
@@ -62,10 +45,19 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "sensor_std",
             "K",
             0,
-            "standard deviation of each sensor's noise: shaft, winding, base, middle, tip; 0: sensor not used",
+            "noise (1 sigma) of each sensor: shaft, winding, base, middle, tip; 0: sensor not used",
             size=len(SENSED),
             minimum=0,
             nominal=0.1,
+        ),
+        Parameter(
+            "relative_std",
+            "1",
+            0,
+            "doubt about the elongation as a share of it, that of the expansion coefficient for one; "
+            "in correction_std alone",
+            minimum=0,
+            nominal=0.01,
         ),
         Parameter(
             "disturbance_std",
@@ -97,11 +89,6 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
     )
 
 
-def with_values(parameters: Sequence[Parameter], values: Values) -> tuple[Parameter, ...]:
-    """Parameters whose start values are those given by name; the others keep theirs."""
-    return tuple(_with_values(parameters, values))
-
-
 def observer_states(size: int) -> tuple[State, ...]:
     """What an observer with a state of so many elements remembers."""
     return (
@@ -118,20 +105,11 @@ def observer_states(size: int) -> tuple[State, ...]:
     )
 
 
-def _with_values(parameters: Sequence[Parameter], values: Values) -> Iterator[Parameter]:
-    for parameter in parameters:
-        value = values.get(parameter.name)
-        if value is None:
-            yield parameter
-        elif isinstance(value, Sequence):
-            yield replace(parameter, start=value[0], starts=tuple(value))
-        else:
-            yield replace(parameter, start=value)
-
-
 _MODEL = (
     temperature_parameter("linearisation_temperature", "temperature from which the modes count"),
-    Parameter("mode_rate", "1/s", 0, "rate of each mode at standstill", size=_MODES, maximum=-1e-12, nominal=1e-3),
+    Parameter(
+        "mode_rate", "1/s", 0, "rate of each mode at standstill", size=_MODES, maximum=-1e-12, nominal=1e-3
+    ),
     Parameter(
         "convection",
         "1/rad",
@@ -164,9 +142,7 @@ _MODEL = (
         "elongation_per_kelvin", "m/K", 0, "elongation when all is warmer by 1 K", positive=True, nominal=1e-5
     ),
     Parameter("link_loss", "W/K", 0, "conductance from the link to still air", minimum=0, nominal=0.1),
-    Parameter(
-        "link_loss_per_speed", "W.s/(K.rad)", 0, "conductance gained a speed", minimum=0, nominal=0.1
-    ),
+    Parameter("link_loss_per_speed", "W.s/(K.rad)", 0, "conductance gained a speed", minimum=0, nominal=0.1),
     Parameter(
         "model_share", "1", 0.4, "share of the link's losses by which the model may be wrong", minimum=0
     ),
@@ -202,8 +178,8 @@ COMPONENT = Component(
     name="ObserverCompensator",
     description="Growth by a Kalman filter on a reduced model of motor and link",
     inputs=INPUTS,
-    parameters=with_values(observer_parameters(law.HEATS), DESIGNED),
-    states=observer_states(law.STATES),
+    parameters=with_values(observer_parameters(model.HEATS), DESIGNED),
+    states=observer_states(model.STATES),
     outputs=OUTPUTS,
     update=law.update,
     begin=law.begin,

@@ -1,30 +1,31 @@
 """Elongation from a Kalman filter on a few modes of motor and link.
 
-    dz/dt = diag(mode_rate) z + |speed| M z + B_w P_w + B_s (P_s + d_1) + B_l d_2 + (B_a + |speed| B_av) (T_a - T_0)
-    y_j   = c_j z + T_0 + noise,        elongation = e z - e_1 (T_ref - T_0)
+    dz/dt = (the reduced model of `model.py`) + B_s d_1 + B_l d_2
 
-P_w and P_s are the motor's losses by its own equations; d_1 and d_2 are heat in W that no input tells of,
-into the shaft (a pad, say) and into the link, each with exponentially fading correlation. Readings enter one
-after the other, so any may be left out. See README.md.
+d_1 and d_2 are heat in W that no input tells of, into the shaft (a pad, say) and into the link, each with
+exponentially fading correlation. Readings enter one after the other, so any may be left out. See README.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
-from warmlink.controllers.matrices import (
-    blocks,
-    diagonal,
-    diagonal_of,
-    matrix,
-    outer,
-    product,
-    symmetric,
-    upper,
+from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric, upper
+from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
+from warmlink.controllers.observer.model import (
+    HEATS,
+    MODES,
+    SENSORS,
+    STATES,
+    by_duty,
+    decay_and_reach,
+    elongation,
+    known_heat,
+    sensor_row,
+    temperature,
 )
 from warmlink.controllers.verdict import ready
 from warmlink.fmus.arithmetic import (
@@ -39,39 +40,13 @@ from warmlink.fmus.arithmetic import (
     total,
     where,
 )
-from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 from warmlink.fmus.packaging.component import Record
-
-MODES = 7
-"""Modes of motor and link that the filter carries."""
-
-HEATS = 2
-"""Unknown heats: into the shaft, into the link."""
-
-STATES = MODES + HEATS
-
-SENSORS = len(SENSED)
-
-_WINDING = SENSED.index("winding_temperature")
-_SHAFT = SENSED.index("shaft_temperature")
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations beyond which an estimated disturbance counts as seen."""
 
 LARGEST_EVIDENCE = 4.0
 """Bound on the squared ratio of disturbances seen to disturbances designed for."""
-
-
-LEAST_SHARE = 0.5
-"""Share of the elongation by duty alone that unknown heat and a wrong model leave at least."""
-
-
-class _Duty(NamedTuple):
-    """What the motor's loss equations ask of the inputs."""
-
-    speed: Number
-    torque: Number
-    current: Number
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
@@ -184,38 +159,6 @@ def predict(belief: Belief, u: Record, p: Record, step: Number) -> Belief:
     return carried(belief, transition, mean, diagonal(unknown + model))
 
 
-def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
-    """What is left of each mode after a step, and what a rate held over the step adds to it."""
-    decay = exp(p.mode_rate * step)
-    return decay, (decay - 1.0) / p.mode_rate
-
-
-def by_duty(modes: Number, u: Record, p: Record, step: Number) -> Number:
-    """Modes a step later by duty signals and surroundings alone."""
-    decay, reach = decay_and_reach(p, step)
-    return decay * modes + reach * known_heat(modes, u, p)
-
-
-def known_heat(modes: Number, u: Record, p: Record) -> Number:
-    """What losses, surroundings and convection do to the modes, in K/s, shape (7,)."""
-    winding_loss, shaft_loss = losses(modes, u, p)
-    speed = absolute(u.speed)
-    ambient = u.ambient_temperature - p.linearisation_temperature
-    return (
-        p.winding_heat_gain * winding_loss
-        + p.shaft_heat_gain * shaft_loss
-        + (p.ambient_gain + speed * p.ambient_convection_gain) * ambient
-        + speed * product(matrix(p.convection, MODES), modes)
-    )
-
-
-def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
-    """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
-    duty = _Duty(u.speed, u.torque, 0.0)
-    winding = copper_loss(temperature(_WINDING, modes, p), duty, p) + iron_loss(duty, p)
-    return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
-
-
 def sense(
     belief: Belief,
     trust: fail_safe.Trust,
@@ -247,87 +190,6 @@ def sense(
     return belief, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
 
 
-def reconciled(
-    belief: Belief,
-    trust: fail_safe.Trust,
-    readings: Number,
-    duty_modes: Number,
-    plausible: Number,
-    u: Record,
-    p: Record,
-) -> tuple[Belief, fail_safe.Trust]:
-    """Belief and trust once sensors that contradict each other are settled.
-
-    A sensor that drifts away slowly has no telling innovation: the filter makes up heat that explains it. Such
-    heat soon exceeds what a wrong model may account for. Then the sensor that is farthest from what the duty
-    alone makes of its temperature is left out, and the made-up heat is forgotten.
-    """
-    in_link = belief.mean[MODES + 1]
-    noise = belief.noise_spread[MODES + 1, MODES + 1] ** 0.5
-    too_much = absolute(in_link) - 4.0 * noise > plausible
-
-    farthest: Number = 0.0
-    strangeness = []
-    for i in range(SENSORS):
-        expected = temperature(i, duty_modes, p)
-        allowed = 3.0 * p.sensor_std[i] + p.model_share * absolute(expected - u.ambient_temperature)
-        strange = absolute(readings[i] - expected) / maximum(allowed, 1e-3)
-        candidate = where(p.sensor_std[i] > 0, 1.0 - trust.out[i], 0.0)
-        strangeness.append(where(candidate > 0, where(finite(strange), strange, 0.0), 0.0))
-        farthest = maximum(farthest, strangeness[i])
-    out = stack(
-        *(
-            where(too_much, where(strangeness[i] >= farthest, where(farthest > 0, 1.0, 0.0), 0.0), 0.0)
-            for i in range(SENSORS)
-        )
-    )
-    keep = stack(*[1.0] * (MODES), *[where(too_much, 0.0, 1.0)] * HEATS, *[1.0] * (belief.mean.shape[0] - STATES))
-    return belief._replace(mean=keep * belief.mean), trust._replace(
-        out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for)
-    )
-
-
-def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record, step: Number) -> Number:
-    """Unknown heat in W in the link that a wrong model may explain: shares of what it loses and receives.
-
-    Once plausible, it fades no faster than the unknown heat itself.
-    """
-    modes, in_shaft = mean[:MODES], mean[MODES]
-    rise = total(p.elongation_row * modes) / p.elongation_per_kelvin
-    surroundings = u.ambient_temperature - p.linearisation_temperature
-    conductance = p.link_loss + absolute(u.speed) * p.link_loss_per_speed
-    winding_loss, shaft_loss = losses(modes, u, p)
-    received = winding_loss + shaft_loss + absolute(in_shaft)
-    now = p.model_share * conductance * absolute(rise - surroundings) + p.received_share * received
-    return maximum(now, before * exp(-step / p.disturbance_time[1]))
-
-
-def least_elongation(duty_modes: Number, u: Record, p: Record) -> Number:
-    """Elongation in m that there is at least: unknown heat warms, it hardly cools.
-
-    Half of what the duty makes beyond that of the surroundings, less half the tolerance.
-    """
-    by_surroundings = p.elongation_per_kelvin * (u.ambient_temperature - p.reference_temperature)
-    beyond = elongation(duty_modes, p) - by_surroundings
-    return elongation(duty_modes, p) - (1.0 - LEAST_SHARE) * absolute(beyond) - LEAST_SHARE * p.tolerance
-
-
-def temperature(sensor: int, modes: Number, p: Record) -> Number:
-    """Temperature in K at a sensor."""
-    return total(sensor_row(sensor, p) * modes) + p.linearisation_temperature
-
-
-def sensor_row(sensor: int, p: Record) -> Number:
-    """Derivative of a sensor's temperature by the modes, shape (7,)."""
-    return p.sensor_rows[sensor * MODES : (sensor + 1) * MODES]
-
-
-def elongation(mean: Number, p: Record) -> Number:
-    """Elongation in m that the modes make."""
-    shift = p.elongation_per_kelvin * (p.reference_temperature - p.linearisation_temperature)
-    return total(p.elongation_row * mean[:MODES]) - shift
-
-
 def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
     """How strong the disturbances are seen to be: squared, relative to those designed for.
 
@@ -351,6 +213,7 @@ def believed_spread(belief: Belief, seen: Number) -> Number:
 def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
     """The outputs, given the derivative of the elongation by the state."""
     variance = maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0)
+    variance = variance + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {
         "correction": x.correction,

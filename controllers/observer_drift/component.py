@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
-from warmlink.controllers.observer.component import observer_parameters, observer_states, with_values
+from warmlink.controllers.observer.component import observer_parameters, observer_states
 from warmlink.controllers.observer_drift import law
 from warmlink.controllers.observer_drift.designed import DESIGNED
+from warmlink.controllers.start_values import with_values
 from warmlink.fmus.packaging.component import Component, Parameter, State
 
 _CAMERA = (
@@ -20,7 +21,11 @@ _CAMERA = (
     ),
     Parameter("camera_delay", "s", 30, "longest time from a picture to its reading", minimum=0),
     Parameter(
-        "camera_timeout", "s", 900, "time without a new reading after which the camera is distrusted", positive=True
+        "camera_timeout",
+        "s",
+        900,
+        "time without a new reading after which the camera is distrusted",
+        positive=True,
     ),
     Parameter(
         "camera_return_time",

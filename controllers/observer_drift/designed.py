@@ -1,4 +1,4 @@
-"""The parameter set that the component ships with; written by `python -m warmlink.controllers.design`."""
+"""The parameter set that ships, written by `python -m warmlink.controllers.design`."""
 
 from __future__ import annotations
 

@@ -18,13 +18,15 @@ from typing import NamedTuple
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, corrected, variance_along
 from warmlink.controllers.observer import law as observer
+from warmlink.controllers.observer import model
+from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
 from warmlink.fmus.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
 from warmlink.fmus.packaging.component import Record
 
-DISTURBANCES = observer.HEATS + 2
+DISTURBANCES = model.HEATS + 2
 """Unknown heats, then the relative error of the expansion coefficient and the offset."""
 
-STATES = observer.MODES + DISTURBANCES
+STATES = model.MODES + DISTURBANCES
 
 _SCALE, _OFFSET = STATES - 2, STATES - 1
 
@@ -52,7 +54,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     return {
         **observer.named(belief, trust, 0.0),
         **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
-        "duty_modes": belief.mean[: observer.MODES],
+        "duty_modes": belief.mean[: model.MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
         "elongation": elongation(belief.mean, p),
@@ -66,11 +68,11 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     readings = observer.sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     belief, trust = observer.sense(belief, trust, readings, news, x.evidence, p, step)
-    duty_modes = observer.by_duty(x.duty_modes, u, p, step)
-    plausible = observer.plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
-    belief, trust = observer.reconciled(belief, trust, readings, duty_modes, plausible, u, p)
+    duty_modes = model.by_duty(x.duty_modes, u, p, step)
+    plausible = plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
+    belief, trust = reconciled(belief, trust, readings, duty_modes, plausible, u, p)
     belief, camera = look(belief, x, u, p, step)
-    least = observer.least_elongation(duty_modes, u, p)
+    least = least_elongation(duty_modes, u, p)
     free_estimate = elongation(belief.mean, p)
     wanted = maximum(free_estimate, least)
     correction = fail_safe.limited(x.correction, wanted, p, step)
@@ -132,7 +134,7 @@ def look(belief: Belief, x: Record, u: Record, p: Record, step: Number) -> tuple
 
 def elongation(mean: Number, p: Record) -> Number:
     """Elongation in m: what the temperatures make, and what the camera has taught, within its bounds."""
-    by_temperature = observer.elongation(mean, p)
+    by_temperature = model.elongation(mean, p)
     bound = authority(by_temperature, p)
     return by_temperature + clip(taught(mean, by_temperature), -bound, bound)
 
@@ -149,13 +151,13 @@ def authority(by_temperature: Number, p: Record) -> Number:
 
 def elongation_row(mean: Number, p: Record) -> Number:
     """Derivative of the elongation by the state, shape (11,)."""
-    none = [0.0] * observer.HEATS
-    return stack((1.0 + mean[_SCALE]) * p.elongation_row, *none, observer.elongation(mean, p), 1.0)
+    none = [0.0] * model.HEATS
+    return stack((1.0 + mean[_SCALE]) * p.elongation_row, *none, model.elongation(mean, p), 1.0)
 
 
 def doubtful(camera: Camera, belief: Belief, u: Record, p: Record) -> Number:
     """1 where the camera says it is well and yet is not followed, else 0."""
-    by_temperature = observer.elongation(belief.mean, p)
+    by_temperature = model.elongation(belief.mean, p)
     beyond = where(
         absolute(taught(belief.mean, by_temperature)) > authority(by_temperature, p), 1.0, camera.out
     )

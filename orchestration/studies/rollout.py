@@ -94,9 +94,7 @@ class Cell:
         self._law_states = law_states
         self._advance, self._begin = _compiled(self._functions())
 
-    def run(
-        self, demands: Array, parameters: Mapping[str, Mapping[str, float]] | None = None
-    ) -> Record:
+    def run(self, demands: Array, parameters: Mapping[str, Mapping[str, float]] | None = None) -> Record:
         """Run through a duty cycle.
 
         Parameters
@@ -123,9 +121,9 @@ class Cell:
         buffer, trigger = self._advance.buffer()
         following, now, time = np.empty_like(x), rows[0].copy(), np.zeros(1)
         for place, array in enumerate((x, now, p, time)):
-            buffer.set_arg(place, memoryview(array))
-        buffer.set_res(0, memoryview(following))
-        buffer.set_res(1, memoryview(record))
+            buffer.set_arg(place, array.data)
+        buffer.set_res(0, following.data)
+        buffer.set_res(1, record.data)
         for i in range(1, count + 1):
             now[:] = rows[i]
             time[0] = i * self.step
@@ -179,7 +177,9 @@ class Cell:
 class _Wiring:
     """Who is connected to whom in the cell."""
 
-    def __init__(self, parts: Mapping[str, Component], demands: Mapping[str, Any], p: Mapping[str, Any]) -> None:
+    def __init__(
+        self, parts: Mapping[str, Component], demands: Mapping[str, Any], p: Mapping[str, Any]
+    ) -> None:
         self._parts, self._demands, self._p = parts, demands, p
 
     def outputs(self, name: str, x: Mapping[str, Any]) -> Any:
@@ -204,7 +204,11 @@ class _Wiring:
             values["heat_flow"] = self.outputs("motor", x).heat_flow
         elif name == "sensors":
             motor, link = self.outputs("motor", x), self.outputs_of_link(x["link"])
-            true = [motor.shaft_temperature, motor.winding_temperature, *ca.vertsplit(link.sensor_temperature)]
+            true = [
+                motor.shaft_temperature,
+                motor.winding_temperature,
+                *ca.vertsplit(link.sensor_temperature),
+            ]
             values["temperature"] = ca.vertcat(*true[:CHANNELS])
         elif name == "compensator":
             readings = ca.vertsplit(SENSORS.x.read(x["sensors"]).reading)
