@@ -163,6 +163,17 @@ def check(
     raise SystemExit(check_command(file, json))
 
 
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
+    json: Json = False,
+) -> None:
+    """Compute the paper's tables and figures: Eq. (4), the 1-D link and 3-D finite elements beside them."""
+    from warmlink.orchestration.commands.reproduce import reproduce_command
+
+    reproduce_command(out, json)
+
+
 @app.command(name="list")
 def list_(json: Json = False) -> None:
     """List what warmlink knows: scenarios, controllers, systems, components, master algorithms."""

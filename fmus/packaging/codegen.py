@@ -38,33 +38,27 @@ class Symbols:
 
 
 def generate(component: Component) -> dict[str, str]:
-    """Write the generated C files of a component, all but `component.h`.
+    """Write the generated C files of a component, all but `identity.h`.
 
     Returns
     -------
     dict
-        Texts of `starting.c` and `running.c` (by CasADi: what runs once and what runs all the time) and
-        of `variables.c` (a table).
+        Texts of `component.h` (sizes), of `starting.c` and `running.c` (by CasADi: what runs once and what
+        runs all the time) and of `variables.c` (a table).
     """
     groups = output_groups(component)
     name = component.name
     running = _functions_file(f"{name}_running", running_functions(component, groups))
     return {
+        "component.h": sizes_header(component),
         "starting.c": _functions_file(f"{name}_starting", starting_functions(component)),
         "running.c": running + _output_dispatcher(len(groups)),
         "variables.c": _variables_file(component, groups),
     }
 
 
-def header(component: Component, token: str, state: str) -> str:
-    """Write `component.h`: names and sizes.
-
-    Parameters
-    ----------
-    component : the declaration
-    token : GUID or instantiation token that the FMU answers to
-    state : what a serialised state must have been made by
-    """
+def sizes_header(component: Component) -> str:
+    """Write `component.h`: sizes, and the prefix of the component's functions."""
     groups = output_groups(component)
     sizes = {
         "PARAMETERS": component.p.size,
@@ -79,14 +73,30 @@ def header(component: Component, token: str, state: str) -> str:
         "SAMPLE_TIME": component.p.index["sample_time"] if component.sampled else -1,
     }
     lines = [
-        f"#define WL_NAME {_string(component.name)}",
+        "/* Sizes of one component; generated. */",
         f"#define WL_PREFIX {component.name}_",
-        f"#define WL_TOKEN {_string(token)}",
-        f"#define WL_STATE_ID {_string(state)}",
         f"#define WL_MICRO_STEP {float(component.micro_step)!r}",
         *(f"#define WL_{name} {value}" for name, value in sizes.items()),
     ]
-    return "/* Names and sizes of one component; generated. */\n" + "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n"
+
+
+def identity_header(component: Component, token: str, state: str) -> str:
+    """Write `identity.h`.
+
+    Parameters
+    ----------
+    component : the declaration
+    token : GUID or instantiation token that the FMU answers to
+    state : what a serialised state must have been made by
+    """
+    lines = [
+        "/* What one FMU is known by; generated. */",
+        f"#define WL_NAME {_string(component.name)}",
+        f"#define WL_TOKEN {_string(token)}",
+        f"#define WL_STATE_ID {_string(state)}",
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def starting_functions(component: Component) -> Iterator[Any]:

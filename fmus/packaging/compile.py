@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import platform as machine
+import re
 import shlex
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -60,6 +62,9 @@ FLAGS = (
     "-fvisibility=hidden",
 )
 
+ONCE_RUN = ("starting.c",)
+"""Units whose code runs once an instance: large, and not worth a compiler's long thought."""
+
 _SYSTEM_NAMES = {"linux": "linux", "darwin": "darwin", "win32": "windows"}
 
 
@@ -92,19 +97,16 @@ class Compiler:
         InputError
             If the compiler fails; its first error stands in the sentence.
         """
+        units = [file for file in sources if file.endswith(".c")]
+        include = tuple(include)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = list(pool.map(lambda unit: _object(self, unit, _needed(unit, sources), include), units))
         with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
             folder = Path(work)
-            for file, text in sources.items():
-                (folder / file).write_text(text, encoding="utf-8")
-            units = [file for file in sources if file.endswith(".c")]
-            folders = ["-I.", *(f"-I{path}" for path in include)]
-            with ThreadPoolExecutor(os.cpu_count()) as pool:
-                for _ in pool.map(
-                    lambda unit: self._run(folder, [*folders, "-c", unit, "-o", f"{unit}.o"]), units
-                ):
-                    pass
+            for unit, content in zip(units, objects, strict=True):
+                (folder / f"{unit}.o").write_bytes(content)
             target = name + self.platform.suffix
-            self._run(folder, ["-shared", *self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
+            self.run(folder, ["-shared", *self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
             return (folder / target).read_bytes()
 
     def _link_flags(self, target: str) -> list[str]:
@@ -117,7 +119,14 @@ class Compiler:
             flags += [f"-Wl,-install_name,@rpath/{target}"]
         return flags
 
-    def _run(self, folder: Path, arguments: Sequence[str]) -> None:
+    def run(self, folder: Path, arguments: Sequence[str]) -> None:
+        """Call the compiler in a folder.
+
+        Raises
+        ------
+        InputError
+            If it fails.
+        """
         command = [*self.command, *self.flags, *arguments]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
         if done.returncode != 0:
@@ -195,6 +204,32 @@ def merged_libraries(libraries: Mapping[Platform, bytes]) -> dict[str, bytes]:
         key = f"{folder}/{members[0].suffix}"
         merged[key] = contents[0] if len(contents) == 1 else universal_binary(contents)
     return merged
+
+
+@cache
+def _object(
+    compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
+) -> bytes:
+    """Object file of a unit, once in a process for the same texts: both FMI versions share most of theirs."""
+    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        folder = Path(work)
+        for file, text in texts:
+            (folder / file).write_text(text, encoding="utf-8")
+        quick = ["-O1"] if unit in ONCE_RUN else []
+        compiler.run(folder, ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"])
+        return (folder / "unit.o").read_bytes()
+
+
+def _needed(unit: str, sources: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    """Name and text of a unit and of every file among the sources that it includes."""
+    needed: dict[str, str] = {}
+    waiting = [unit]
+    while waiting:
+        file = waiting.pop()
+        if file in sources and file not in needed:
+            needed[file] = sources[file]
+            waiting += re.findall(r'^#include "(.+)"', sources[file], re.MULTILINE)
+    return tuple(sorted(needed.items()))
 
 
 def _machine_compiler() -> tuple[str, ...] | None:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.catalogue import Entry
-from warmlink.fmus.packaging.codegen import generate, header
+from warmlink.fmus.packaging.codegen import generate, identity_header
 from warmlink.fmus.packaging.compile import (
     Compiler,
     Platform,
@@ -116,7 +116,7 @@ def native_sources(component: Component, fmi_version: FmiVersion) -> tuple[dict[
     for name in ("model.h", "model.c", _WRAPPERS[fmi_version]):
         sources[name] = (folder / name).read_text(encoding="utf-8")
     digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
-    sources["component.h"] = header(component, instantiation_token(component, digest), digest)
+    sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)
     return dict(sorted(sources.items())), digest
 
 

@@ -43,8 +43,8 @@ def check_system_file(path: Path) -> list[CheckResult]:
         results.append(CheckResult("reads and fits together", "pass", detail))
         for name, held in system.components.items():
             problems = validate_fmu(str(held.fmu))
-            verdict = "fail" if problems else "pass"
-            results.append(CheckResult(f"{name} is valid", verdict, "; ".join(problems)[:200]))
+            found = "; ".join(problems)[:200]
+            results.append(CheckResult(f"{name} is valid", "fail" if problems else "pass", found))
         experiment = system.default_experiment
         if experiment.stop_time is None:
             results.append(CheckResult("runs", "skip", "the system proposes no stop time"))

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from warmlink.orchestration.master.isolation import IsolatedSlave, Isolation
+from warmlink.fmus.packaging.model_description import inputs_accepting_nan
 from warmlink.orchestration.master.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.isolation import Isolation
 
 
 @dataclass
@@ -67,10 +71,10 @@ def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
         for name, component in system.components.items():
             unpacked = unpack(component.fmu, folder)
             opener = partial(open_slave, name, infos[name], unpacked)
-            slaves.append(opener() if isolation is None else IsolatedSlave(name, opener, isolation))
+            slaves.append(opener() if isolation is None else isolate(name, opener, isolation))
+        # An isolated slave has started by the time it can tell its variables.
         for slave in slaves:
-            if isinstance(slave, IsolatedSlave):
-                slave.connect()
+            slave.variables  # noqa: B018
     except BaseException:
         for slave in slaves:
             slave.terminate()
@@ -80,12 +84,21 @@ def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
     return Assembly(slaves, system.connections, values, folder)
 
 
+def isolate(name: str, opener: Callable[[], Slave], isolation: Isolation) -> Slave:
+    """Start a process in which the slave is opened, without waiting for it."""
+    from warmlink.orchestration.master.isolation import IsolatedSlave
+
+    return IsolatedSlave(name, opener, isolation)
+
+
 def open_slave(name: str, info: ModelInfo, folder: Path) -> Slave:
     """Instantiate an FMU that was unpacked into `folder`."""
+    # The description was read before, and refused if it declared entities.
+    accepting = inputs_accepting_nan((folder / "modelDescription.xml").read_bytes())
     if info.fmi_version == "3.0":
         from warmlink.orchestration.master.fmi3 import Fmi3Slave
 
-        return Fmi3Slave(name, info, folder)
+        return Fmi3Slave(name, info, folder, accepting)
     from warmlink.orchestration.master.fmi2 import Fmi2Slave
 
-    return Fmi2Slave(name, info, folder)
+    return Fmi2Slave(name, info, folder, accepting)

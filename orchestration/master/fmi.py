@@ -23,6 +23,10 @@ _STATUS: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
 _CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"logStatusFatal")
 
 
+# FMUs whose libraries were loaded in this process: nothing may be compiled after that.
+LOADED: set[str] = set()
+
+
 class Batch:
     """Variables of one base type among a set of variables, with the arrays a call needs.
 
@@ -32,6 +36,13 @@ class Batch:
         The type as the FMI functions name it: `Real`, `Float64` and so on.
     c_type : type
         Its ctypes type.
+
+    Attributes
+    ----------
+    get, set : ctypes function
+        Of the FMU.
+    arguments : tuple
+        Of both.
     """
 
     def __init__(self, base: str, c_type: Any, positions: list[int], references: list[int]) -> None:
@@ -40,10 +51,13 @@ class Batch:
         self.count = len(positions)
         self.references = (c_uint * self.count)(*references)
         self.values: Any = (c_type * self.count)()
+        self.get: Any = None
+        self.set: Any = None
+        self.arguments: tuple[Any, ...] = ()
 
     def load(self, values: Sequence[Value]) -> None:
         """Fill the array from the values of the whole set."""
-        chosen = [values[p] for p in self.positions]
+        chosen = values if self.count == len(values) else [values[p] for p in self.positions]
         if self.base == "String":
             self.values[:] = [str(value).encode() for value in chosen]
         elif self.base in ("Real", "Float32", "Float64"):
@@ -128,8 +142,8 @@ class FmiSlave(ABC):
         """Give the type by which a variable is exchanged, or None where it cannot be."""
 
     @abstractmethod
-    def exchange(self, verb: str, batch: Batch) -> int:
-        """Get or set a batch; give the status."""
+    def arguments(self, batch: Batch) -> tuple[Any, ...]:
+        """Give the arguments by which a batch is got and set."""
 
     def function(self, name: str) -> Any:
         """Find one of the FMU's functions by its name without the prefix."""
@@ -160,9 +174,9 @@ class FmiSlave(ABC):
 
     def get(self, names: Names) -> list[Value]:
         """Give the values of variables."""
-        batches = self._batches.get(names) or self._prepare(names)
+        batches = self.batches(names)
         for batch in batches:
-            status = self.exchange("Get", batch)
+            status = batch.get(*batch.arguments)
             if status > 1:
                 self.fail("Get" + batch.base, status, self._only(batch))
         if len(batches) == 1:
@@ -175,9 +189,9 @@ class FmiSlave(ABC):
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables."""
-        for batch in self._batches.get(names) or self._prepare(names):
+        for batch in self.batches(names):
             batch.load(values)
-            status = self.exchange("Set", batch)
+            status = batch.set(*batch.arguments)
             if status > 1:
                 self.fail("Set" + batch.base, status, self._only(batch))
 
@@ -205,7 +219,9 @@ class FmiSlave(ABC):
         self.call("SetFMUState", self.component, state)
 
     def free(self, state: object) -> None:
-        """Release a copied state."""
+        """Release a copied state; after a fatal error nothing may be called any more."""
+        if self._worst >= 4:
+            return
         self.call("FreeFMUState", self.component, byref(state))  # type: ignore[arg-type]
 
     def serialize(self) -> bytes:
@@ -244,6 +260,7 @@ class FmiSlave(ABC):
 
     def _load(self, folder: Path) -> Any:
         slave_class, platform = self.load_class()
+        LOADED.add(str(self.info.path))
         name, info = self.name, self.info
         if not (folder / "binaries" / platform).is_dir():
             offered = ", ".join(sorted(p.name for p in (folder / "binaries").glob("*"))) or "none"
@@ -261,6 +278,10 @@ class FmiSlave(ABC):
         except Exception as error:
             raise InputError(f"{name}: the library of {info.path.name} does not load: {error}") from error
 
+    def batches(self, names: Names) -> list[Batch]:
+        """Sort a set of variables by type, once."""
+        return self._batches.get(names) or self._prepare(names)
+
     def _prepare(self, names: Names) -> list[Batch]:
         found: dict[str, tuple[Any, list[int], list[int]]] = {}
         for position, name in enumerate(names):
@@ -277,6 +298,9 @@ class FmiSlave(ABC):
             positions.append(position)
             references.append(variable.value_reference)
         batches = [Batch(base, *lists) for base, lists in found.items()]
+        for batch in batches:
+            batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
+            batch.arguments = self.arguments(batch)
         self._batches[names] = batches
         return batches
 

@@ -50,10 +50,9 @@ class Fmi2Slave(FmiSlave):
         """Give one of the four base types."""
         return _BASES.get(variable.type)
 
-    def exchange(self, verb: str, batch: Batch) -> int:
-        """Get or set."""
-        function = getattr(self.functions, f"fmi2{verb}{batch.base}")
-        return int(function(self.component, batch.references, batch.count, batch.values))
+    def arguments(self, batch: Batch) -> tuple[Any, ...]:
+        """Give instance, value references, their count, and values."""
+        return self.component, batch.references, batch.count, batch.values
 
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Set up the experiment and enter initialization mode."""

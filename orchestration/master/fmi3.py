@@ -52,10 +52,9 @@ class Fmi3Slave(FmiSlave):
         base = "Int64" if variable.type == "Enumeration" else variable.type
         return None if variable.kind is None else (base, getattr(fmi3, f"fmi3{base}"))
 
-    def exchange(self, verb: str, batch: Batch) -> int:
-        """Get or set."""
-        function = getattr(self.functions, f"fmi3{verb}{batch.base}")
-        return int(function(self.component, batch.references, batch.count, batch.values, batch.count))
+    def arguments(self, batch: Batch) -> tuple[Any, ...]:
+        """Give instance, value references, their count, values, and their count again."""
+        return self.component, batch.references, batch.count, batch.values, batch.count
 
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Enter initialization mode."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.master.audit import Audit
-from warmlink.orchestration.master.recorder import Table
 from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.table import Table
 
 if TYPE_CHECKING:
     import pandas
@@ -32,6 +32,10 @@ class Statistics:
         Sweeps until the feedthrough loops had settled.
     wall_seconds : float
         Of stepping alone.
+    compiled : bool
+        Whether the compiled loop did it.
+    largest_lag : float
+        Largest delay behind real time in s, in a paced run.
     """
 
     communication_steps: int = 0
@@ -39,6 +43,8 @@ class Statistics:
     rejected_steps: int = 0
     initialization_sweeps: int = 0
     wall_seconds: float = 0.0
+    compiled: bool = False
+    largest_lag: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ def parse_unit(name: str) -> Unit:
 
 def _declared(name: str) -> Unit:
     """Give a unit of those that components are declared in, without loading pint."""
-    known = modelica_unit(name)
+    known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
     exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
     return Unit(name, exponents, float(known.factor), float(known.offset))
 

@@ -20,28 +20,25 @@ from warmlink.orchestration.validation.fea.drive import Drive, Held, Smooth, Tim
 from warmlink.orchestration.validation.fea.mesh import Assembly, Body, bare_link, paper_assembly
 from warmlink.orchestration.validation.fea.simulate import Fea, History
 from warmlink.orchestration.validation.link_model import LinkHistory, LinkModel
+from warmlink.orchestration.validation.monolithic import Phase, demand, warm_up_cell
 
 Array = NDArray[np.float64]
 
 #: Temperature of room and cell at the start of a duty cycle [K].
 AMBIENT = 295.15
-#: Heat flow and convection are held over so many seconds when they are handed to both models.
+#: The heat flow is averaged over so many seconds when it is handed to both models [s].
 SAMPLE = 30.0
 
 
-@dataclass(frozen=True)
-class Segment:
-    """A stretch of a duty cycle: `duration` [s], mean absolute `speed` [rad/s], rms `torque` [N.m]."""
-
-    duration: float
-    speed: float
-    torque: float
+def _cycle(*segments: tuple[float, float, float]) -> tuple[Phase, ...]:
+    """Phases of duration [s], mean absolute speed [rad/s], rms torque [N.m]."""
+    return tuple(demand(*segment, AMBIENT) for segment in segments)
 
 
-DUTY_CYCLES: dict[str, tuple[Segment, ...]] = {
-    "continuous": (Segment(3600.0, 3.43, 2.5),),
-    "stop and go": (Segment(600.0, 3.43, 2.5), Segment(600.0, 0.0, 0.5)) * 3,
-    "break, then heavy": (Segment(1500.0, 3.43, 2.5), Segment(900.0, 0.0, 0.5), Segment(1200.0, 2.0, 4.0)),
+DUTY_CYCLES: dict[str, tuple[Phase, ...]] = {
+    "continuous": _cycle((3600.0, 3.43, 2.5)),
+    "stop and go": _cycle(*((600.0, 3.43, 2.5), (600.0, 0.0, 0.5)) * 3),
+    "break, then heavy": _cycle((1500.0, 3.43, 2.5), (900.0, 0.0, 0.5), (1200.0, 2.0, 4.0)),
 }
 
 
@@ -94,39 +91,22 @@ def drives(bench: Bench) -> dict[str, tuple[Drive, TimeGrid]]:
     return found
 
 
-def duty_drive(bench: Bench, segments: Sequence[Segment]) -> tuple[Drive, TimeGrid]:
-    """Run motor and 1-D link together; hand on the heat flow between them, and the convection by speed."""
-    flow = cell_heat_flow(segments)
-    starts = np.concatenate([[0.0], np.cumsum([s.duration for s in segments])])
+def duty_drive(bench: Bench, phases: Sequence[Phase]) -> tuple[Drive, TimeGrid]:
+    """Run motor and 1-D link as one system; hand on their heat flow, and the convection by speed."""
+    received = warm_up_cell(MOTOR, LINK).run(phases, ["link.heat_received"], every=SAMPLE, tolerance=1e-7)
+    flow = np.diff(received.values["link.heat_received"]) / SAMPLE
+    starts = np.concatenate([[0.0], np.cumsum([phase.duration for phase in phases])])
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
-    convection = [still + per_speed * s.speed * bench.geometry.span / 2 for s in segments]
+    convection = [
+        still + per_speed * phase.inputs["link.speed"] * bench.geometry.span / 2 for phase in phases
+    ]
     drive = Drive(
         convection=Held(tuple(starts[:-1]), tuple(convection)),
         ambient=Smooth(AMBIENT),
-        heat_flow=Held(tuple(SAMPLE * np.arange(len(flow))), tuple(flow)),
+        heat_flow=Held(tuple(received.time[:-1]), tuple(flow)),
     )
     return drive, TimeGrid(((len(flow), SAMPLE),))
-
-
-def cell_heat_flow(segments: Sequence[Segment]) -> Array:
-    """Mean heat flow [W] from motor to link in every sample of the duty cycle, from cold, steps of 1 s."""
-    motor, link = Instance(MOTOR), Instance(LINK)
-    for instance in (motor, link):
-        instance.set({"ambient_temperature": AMBIENT})
-        instance.initialize()
-    flows, time = [], 0
-    for segment in segments:
-        motor.set({"speed": segment.speed, "torque": segment.torque})
-        link.set({"speed": segment.speed})
-        for _ in range(round(segment.duration)):
-            motor.set({"link_base_temperature": link.get("base_temperature")})
-            link.set({"heat_flow": motor.get("heat_flow")})
-            flows.append(link.get("heat_flow"))
-            motor.step(float(time), 1.0)
-            link.step(float(time), 1.0)
-            time += 1
-    return np.asarray(np.reshape(flows, (-1, round(SAMPLE))).mean(axis=1))
 
 
 def compare(run: str, name: str, body: Body, link: LinkHistory, history: History) -> Agreement:

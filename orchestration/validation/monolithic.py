@@ -99,8 +99,9 @@ class Monolithic:
         times: list[NDArray[np.float64]] = []
         rows: dict[str, list[float]] = {name: [] for name in record}
         z, begun = None, 0.0
+        inputs = self._inputs
         for phase in phases:
-            inputs = self._with(phase.inputs)
+            inputs = self._with(inputs, phase.inputs)
             if z is None:
                 z = self._start(inputs)
             grid: NDArray[np.float64] = begun + every * np.arange(round(phase.duration / every) + 1.0)
@@ -131,11 +132,14 @@ class Monolithic:
         instance, _, variable = name.partition(".")
         return instance, getattr(self._components[instance], kind).index[variable]
 
-    def _with(self, values: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
+    def _with(
+        self, old: Mapping[str, NDArray[np.float64]], values: Mapping[str, float]
+    ) -> dict[str, NDArray[np.float64]]:
+        new = {name: inputs.copy() for name, inputs in old.items()}
         for name, value in values.items():
             instance, index = self._place(name, "u")
-            self._inputs[instance][index] = value
-        return {name: inputs.copy() for name, inputs in self._inputs.items()}
+            new[instance][index] = value
+        return new
 
     def _start(self, inputs: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
         parts = [c.states_at_start(inputs[n], self._settled[n]) for n, c in self._components.items()]

@@ -111,11 +111,12 @@ _CONVERGENCE = (
 )
 
 _AGREEMENT = (
-    "Largest difference over an hour, 1-D minus 3-D; the elongation relative to its largest value. The paper's "
-    "cases hold a temperature, the duty cycles give the heat flow that motor and link exchange. With the same "
-    "boundary conditions, the link alone, both agree. With shaft and diode the difference under a given heat flow "
-    "is the heat that the shaft stores; the cell counts that in the motor. Where the shaft stores none, the "
-    "holes are left, which is little. At a held temperature base differs at first only, while the shaft warms."
+    "Largest difference over an hour, 1-D minus 3-D; the elongation relative to its largest value. The "
+    "paper's cases hold a temperature, the duty cycles give the heat flow that motor and link exchange. With "
+    "the same boundary conditions, the link alone, both agree. With shaft and diode the difference under a "
+    "given heat flow is the heat that the shaft stores, which the cell counts in the motor. Where the shaft "
+    "stores none, the holes are left, which is little. At a held temperature the base differs at first, "
+    "while the rim of the shaft's hole warms."
 )
 
 
@@ -207,9 +208,17 @@ def _lead(result: Reproduction) -> str:
         if r.place.startswith("Table") and r.measured is not None
     ]
     return (
-        f"Elongation after an hour: {'; '.join(parts)}. Radiation and a joint resistance explain most of the "
-        "difference; a part of it stays unexplained."
+        f"Elongation after an hour: {'; '.join(parts)}. "
+        "Radiation and a joint resistance account for "
+        f"{_explained(result, 'stationary'):.0f} % and {_explained(result, 'moving'):.0f} % "
+        "of the difference; not all of the rest could be explained."
     )
+
+
+def _explained(result: Reproduction, case: str) -> float:
+    """Share [%] of the difference to the measurement that radiation and joint resistance take away."""
+    by = {a.name: a for a in result.attempts if a.case == case}
+    return -100 * by["radiation and joint resistance"].effect / by["as described"].left
 
 
 def _signed(value: float) -> str:

@@ -16,6 +16,7 @@ from warmlink.orchestration.validation.cases import ZERO_CELSIUS, Bench, Case
 from warmlink.orchestration.validation.fea.drive import Drive, Smooth, TimeGrid
 from warmlink.orchestration.validation.fea.mesh import Assembly, bare_link
 from warmlink.orchestration.validation.fea.simulate import Fea, History
+from warmlink.orchestration.validation.optics import drift_noise
 from warmlink.orchestration.validation.results import CaseResult, Refinement, Reproduction
 from warmlink.orchestration.validation.rows import paper_rows
 from warmlink.orchestration.validation.statements import findings, paper_statements
@@ -59,7 +60,7 @@ def reproduce(progress: Callable[[float, str], None] | None = None) -> Reproduct
         attempts=tuple(attempts),
         pad_gaps=gaps,
         consistency=tuple(consistent),
-        findings=tuple(findings(attempts, gaps, consistent)),
+        findings=tuple(findings(attempts, gaps, consistent, drift_noise())),
         refinements=tuple(refinements),
         agreements=tuple(agreed),
         cases=cases,

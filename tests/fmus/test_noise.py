@@ -29,6 +29,12 @@ def test_doubles_carry_the_generator_exactly(state: tuple[int, int]) -> None:
         assert noise.uniform(x) == (z + A[0] - 1 if z < 1 else z) / A[0]
 
 
+def test_no_state_gives_the_zero_whose_logarithm_has_no_end() -> None:
+    assert noise.uniform(np.array([7.0, 7.0])) == (A[0] - 1) / A[0]
+    assert noise.uniform(np.array([8.0, 7.0])) == 1 / A[0]
+    assert noise.uniform(np.array([7.0, 8.0])) == (A[0] - 2) / A[0]
+
+
 @given(seed=st.integers(0, 2**31 - 1), channel=st.integers(0, 2000))
 def test_every_seed_starts_within_the_generators_range(seed: int, channel: int) -> None:
     a, b = noise.start(float(seed), channel)

@@ -13,7 +13,7 @@ from scipy.special import erf, erfc
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
-from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, stretches
+from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, positions, stretches
 from warmlink.orchestration.validation.monolithic import Monolithic, Phase
 
 COLD = 295.15
@@ -313,6 +313,20 @@ def test_the_estimate_covers_what_the_grid_costs(time: float) -> None:
     error = abs(coarse["elongation"] - fine["elongation"])
     assert error <= coarse["discretisation_error"]
     assert error < 0.05e-6
+
+
+def test_the_integral_of_a_given_profile_is_of_third_order() -> None:
+    """A rise of 10 K exp(-8 x / m) along the link, between base and tip position."""
+    exact = ALPHA * 10 / 8 * (math.exp(-8 * 0.0254) - math.exp(-8 * 0.3170))
+    errors = []
+    for intervals in (16, 32, 64, 128):
+        component = thermal_link(cells_with(intervals))
+        p, u = flat(Instance(component))
+        x = np.array(positions(component.d.read(p), component.x.size - 1))
+        rise = COLD + 10 * np.exp(-8 * (x - x[0]))
+        outputs = component.outputs_of(np.append(rise, 0.0), u, p, 0.0)
+        errors.append(outputs[component.y.index["elongation"]] - exact)
+    assert order(errors) == pytest.approx(3, abs=0.1)
 
 
 def test_positions_at_both_ends_are_those_of_the_ends() -> None:

@@ -67,3 +67,10 @@ def test_instances_stepped_in_turn_come_to_the_monolithic_solution() -> None:
     assert abs(errors[-1]) < 0.1e-6
     assert np.log2(errors[0] / errors[1]) == pytest.approx(1, abs=0.1)
     assert np.log2(errors[1] / errors[2]) == pytest.approx(1, abs=0.1)
+
+
+def test_a_monolithic_run_leaves_nothing_behind_for_the_next() -> None:
+    model = warm_up_cell(MOTOR, LINK)
+    model.run([demand(60, 3.43, 2.5)], RECORD, every=60.0)
+    idle = model.run([Phase(60.0, {})], RECORD, every=60.0)
+    assert idle.values["link.elongation"].tolist() == [0.0, 0.0]

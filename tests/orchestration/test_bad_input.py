@@ -48,7 +48,7 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatc
     [
         (["run", "absent.toml"], "absent.toml: no such file"),
         (["run", "windscreen"], "windscreen: no such scenario; choose"),
-        (["run", "empty.toml"], "no [[segment]]"),
+        (["run", "empty.toml"], "stop_time is missing"),
         (["run", "wrong.toml"], "not a TOML file"),
         (["run", "--controller", "magic"], "magic: no such controller; choose"),
         (["run", "--fmus", "wasm"], "--fmus wasm: no such kind; choose native or python"),

@@ -35,7 +35,8 @@ def cell() -> System:
     """Stop and go, so that speeds change on the way, with a controller in the loop."""
     law = controller("lag")
     files = FmuStore("python").files(WARMUP_CELL.components_with(law.name).values())
-    duty = load_scenario("stop_and_go").duty.parameters() | {"duration[1]": 200.0, "duration[2]": 150.0}
+    duty = load_scenario("stop_and_go").duty.component_parameters()
+    duty |= {"duration[1]": 200.0, "duration[2]": 150.0}
     return WARMUP_CELL.system(files, law.name, {"duty": duty})
 
 

@@ -10,7 +10,10 @@ from typing import Any
 _TYPES = {
     "2.0": {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"},
     "3.0": {
-        **{name: name for name in ("Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32")},
+        **{
+            name: name
+            for name in ("Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32")
+        },
         **{name: name for name in ("Int64", "UInt64", "Boolean")},
         "Enumeration": "Int64",
     },
@@ -81,7 +84,7 @@ class Host:
         self.fmu.doStep(time, step)
 
     def stepper(self) -> Callable[[float, float], int]:
-        """Function of time and step that steps with as little around it as Python allows; gives the status."""
+        """Function of time and step that steps, with little around it, and gives the status."""
         from ctypes import c_bool, c_double, c_int, c_void_p, pointer
 
         instance = self.fmu.component
@@ -118,7 +121,9 @@ class Host:
 
     def deserialized(self, content: bytes) -> Any:
         """FMU state of its bytes."""
-        return self.fmu.deserializeFMUState(content) if self._modern else self.fmu.deSerializeFMUstate(content)
+        return (
+            self.fmu.deserializeFMUState(content) if self._modern else self.fmu.deSerializeFMUstate(content)
+        )
 
     def derivative(self, unknown: str, known: str) -> float:
         """Directional derivative of an output by an input."""

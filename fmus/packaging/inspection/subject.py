@@ -42,9 +42,7 @@ class Subject:
     @cached_property
     def outputs(self) -> list[str]:
         """Names of the outputs that are one number each."""
-        return [
-            v.name for v in self.description.modelVariables if v.causality == "output" and readable(v)
-        ]
+        return [v.name for v in self.description.modelVariables if v.causality == "output" and readable(v)]
 
     @property
     def start_time(self) -> float:

@@ -1,6 +1,6 @@
 """Process that makes the checks which load the FMU; what it found goes to a file, a line at a time.
 
-    python -m warmlink.fmus.packaging.inspection.worker FOLDER RESULTS CHECK...
+python -m warmlink.fmus.packaging.inspection.worker FOLDER RESULTS CHECK...
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
 /* FMI 2.0 for co-simulation around the shared model part. */
 #include "fmi2Functions.h"
+#include "identity.h"
 #include "model.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* FMI 3.0 for co-simulation around the shared model part. */
 #include "fmi3Functions.h"
+#include "identity.h"
 #include "model.h"
 
 #include <math.h>

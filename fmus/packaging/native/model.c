@@ -1,3 +1,4 @@
+#include "identity.h"
 #include "model.h"
 
 #include <math.h>

@@ -88,11 +88,18 @@ class Exact:
         return self.flow(h)[: self.n] @ np.concatenate([x, [1.0], u])
 
 
+@lru_cache(maxsize=64)
+def flows(joint: float) -> tuple[Exact, Exact, np.ndarray]:
+    """Give the sub-solvers, whose matrix exponentials are kept, and the row of elongation."""
+    A, B, c, row = link_matrices()
+    return Exact(*motor_matrices(joint)), Exact(A, B, c), row
+
+
 def motor_link(
     joint: float = 1.0, capabilities: tuple[Capabilities, Capabilities] = (ABLE, ABLE)
 ) -> Assembly:
-    motor_flow, link_flow = Exact(*motor_matrices(joint)), Exact(*link_matrices()[:3])
-    elongation, base = link_matrices()[3], link_grid()[1]
+    motor_flow, link_flow, elongation = flows(joint)
+    base = link_grid()[1]
     n = link_flow.n - 1
 
     def advance_motor(x: np.ndarray, u: Inputs, t: float, h: float) -> Any:

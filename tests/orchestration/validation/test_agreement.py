@@ -1,4 +1,4 @@
-"""The 1-D link against the 3-D finite elements, where both are given the same, and why they differ elsewhere."""
+"""The 1-D link against the 3-D finite elements: alike where given the same, and why not elsewhere."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def test_diode_adds_less_than_one_percent_and_a_third_of_a_kelvin(found, run: st
 
 
 def test_finite_elements_meet_the_independent_figures_of_the_cell() -> None:
-    """100 % duty from cold: 14.07, 49.95 and 75.77 um, found by other finite elements and fine finite volumes."""
+    """100 % duty from cold: 14.07, 49.95, 75.77 um by other finite elements and fine finite volumes."""
     bench = Bench()
     drive, grid = duty_drive(bench, DUTY_CYCLES["continuous"])
     history = Fea(bare_link(bench.geometry, bench.materials, 2), 1).run(drive, grid, AMBIENT)
