@@ -153,6 +153,72 @@ def compare(
     )
 
 
+_STUDY_HELP = "A study file (TOML), or a shipped one by name: `lag_law`."
+_Scheduler = Annotated[
+    str | None,
+    typer.Option(help="Dask scheduler, as tcp://10.0.0.1:8786. Default: processes of this machine."),
+]
+_Jobs = Annotated[int, typer.Option(help="Processes that run at once.")]
+_Fmus = Annotated[
+    str | None, typer.Option(help="`native` (C) or `python` FMUs. Default: native where a C compiler is.")
+]
+_StudyOut = Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY.")]
+_Report = Annotated[bool, typer.Option(help="Write report.html.")]
+
+
+@app.command()
+def tune(
+    study: Annotated[str, typer.Argument(help=_STUDY_HELP)],
+    trials: Annotated[int | None, typer.Option(help="How many trials. Default: the study's.")] = None,
+    scheduler: _Scheduler = None,
+    jobs: _Jobs = 2,
+    fmus: _Fmus = None,
+    out: _StudyOut = None,
+    report: _Report = True,
+    json: Json = False,
+) -> None:
+    """Find a controller's best parameters with Optuna, judged in closed loop.
+
+    The study file says what to vary between which bounds, over which duty cycles and mismatches, what to make
+    small (the worst, the mean, or the mean of the worst share) and what not to exceed:
+
+        controller = "lag"
+        duty_cycles = ["windshield_wiper", "stop_and_go"]
+        [parameters]
+        "compensator.gain" = { min = "2 um/W", max = "8 um/W" }
+        [objective]
+        metric = "max_abs_um"
+        over = "worst"
+
+    Writes trials.csv, winner.ssv and report.html. Interrupted or killed, the same command goes on; its table
+    is the same whatever the number of processes.
+    """
+    from warmlink.orchestration.commands.tune import tune_command
+
+    raise SystemExit(tune_command(study, trials, scheduler, jobs, fmus, out, report, as_json=json))
+
+
+@app.command()
+def sweep(
+    study: Annotated[str, typer.Argument(help=_STUDY_HELP)],
+    scheduler: _Scheduler = None,
+    jobs: _Jobs = 2,
+    fmus: _Fmus = None,
+    out: _StudyOut = None,
+    report: _Report = True,
+    json: Json = False,
+) -> None:
+    """Run a grid or a Latin hypercube of parameters in closed loop.
+
+    Takes the same study files as `warmlink tune`; their table [sweep] says `kind = "grid"` with so many
+    `points` an axis, or `kind = "latin_hypercube"` with so many in all. Writes sweep.parquet, a row a run,
+    and report.html. Interrupted or killed, the same command goes on.
+    """
+    from warmlink.orchestration.commands.sweep import sweep_command
+
+    raise SystemExit(sweep_command(study, scheduler, jobs, fmus, out, report, as_json=json))
+
+
 @app.command()
 def check(
     file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file, anybody's.")], json: Json = False

@@ -134,13 +134,20 @@ def case_of(
     )
 
 
-def run_case(case: Case, fmus: Mapping[str, Path]) -> Outcome:
-    """Run a case on FMUs by component name; a run that stops early gives its reason instead of figures."""
+def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
+    """Run a case; a run that stops early gives its reason instead of figures.
+
+    Parameters
+    ----------
+    case : the run
+    fmus : file of each FMU by the component's name
+    unpacked : folder that keeps the unpacked FMUs from run to run
+    """
     system = WARMUP_CELL.system(fmus, case.law, case.values)
-    result = _simulated(case, system, case.stop_time, case.step_size)
+    result = _simulated(case, system, case.stop_time, case.step_size, unpacked)
     if result.reason is not None:
         return failed(result.reason)
-    coupling = _coupling_um(case, system, result) if case.with_budget else None
+    coupling = _coupling_um(case, system, result, unpacked) if case.with_budget else None
     return figures(result, case.tolerance, coupling)
 
 
@@ -188,14 +195,16 @@ def _minutes(good: np.ndarray[Any, np.dtype[np.bool_]], time: Series) -> float:
     return float(np.sum(np.diff(time)[good[:-1]])) / 60
 
 
-def _simulated(case: Case, system: System, stop_time: float, step_size: float) -> Result:
+def _simulated(
+    case: Case, system: System, stop_time: float, step_size: float, unpacked: Path | None
+) -> Result:
     chosen = algorithm(case.master)
-    return simulate(system, stop_time, step_size, chosen, record=RECORDED, balances=())
+    return simulate(system, stop_time, step_size, chosen, record=RECORDED, balances=(), unpacked=unpacked)
 
 
-def _coupling_um(case: Case, system: System, result: Result) -> float | None:
+def _coupling_um(case: Case, system: System, result: Result, unpacked: Path | None) -> float | None:
     (bound,) = estimate_coupling_error(
-        lambda until, half: _simulated(case, system, until, half),
+        lambda until, half: _simulated(case, system, until, half, unpacked),
         result,
         case.step_size,
         algorithm(case.master).order,

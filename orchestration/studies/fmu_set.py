@@ -7,7 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 from warmlink.orchestration.fmu_store import FmuKind, cache_folder
@@ -25,13 +25,18 @@ class FmuSet:
         """Take FMUs from their files."""
         return cls(kind, {name: path.read_bytes() for name, path in sorted(files.items())})
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Digest of names and contents."""
         digest = hashlib.sha256()
         for name, content in sorted(self.contents.items()):
             digest.update(f"{name}\0{len(content)}\0".encode() + content)
         return digest.hexdigest()[:16]
+
+    @property
+    def unpacked(self) -> Path:
+        """Folder in which runs on this machine unpack them, once."""
+        return _folder(self.digest) / "unpacked"
 
     def files(self) -> dict[str, Path]:
         """Files of the FMUs on this machine, written where they are missing."""
@@ -40,7 +45,7 @@ class FmuSet:
 
 @lru_cache(maxsize=4)
 def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Path]:
-    folder = cache_folder() / "studies" / digest
+    folder = _folder(digest)
     folder.mkdir(parents=True, exist_ok=True)
     files = {}
     for name, content in contents:
@@ -52,3 +57,7 @@ def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Pa
                 stream.write(content)
             Path(scratch).replace(files[name])
     return files
+
+
+def _folder(digest: str) -> Path:
+    return cache_folder() / "studies" / digest

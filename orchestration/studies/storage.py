@@ -71,8 +71,8 @@ class Storage:
             self.study.set_user_attr("title", study.title)
         except Exception as fault:
             raise InputError(
-                f"storage {_shown(url)}: cannot be used ({_brief(fault)}); wait for whoever uses it, or choose "
-                "another"
+                f"storage {_shown(url)}: cannot be used ({_brief(fault)}); wait for whoever uses it, "
+                "or choose another"
             ) from fault
 
     def trials(self) -> list[optuna.trial.FrozenTrial]:

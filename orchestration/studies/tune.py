@@ -141,7 +141,7 @@ class _Chooser:
         from optuna.trial import TrialState
 
         for asked, trial in zip(self._asked, batch, strict=True):
-            asked.set_user_attr(EXCESS, list(trial.excess))
+            _constrain(asked, trial.excess)
             if trial.reason is None:
                 self._optuna.tell(asked, trial.objective)
             else:
@@ -156,8 +156,25 @@ def _sampler(study: Study, number: int) -> optuna.samplers.BaseSampler:
     seed = int(np.random.SeedSequence([study.seed, number]).generate_state(1)[0])
     if study.tune.sampler == "random":
         return optuna.samplers.RandomSampler(seed=seed)
-    constraints: dict[str, Any] = {"constraints_func": _constraints} if study.constraints else {}
-    return optuna.samplers.TPESampler(seed=seed, multivariate=True, constant_liar=True, **constraints)
+    function = None if _sets_constraints() or not study.constraints else _constraints
+    return optuna.samplers.TPESampler(
+        seed=seed, multivariate=True, constant_liar=True, constraints_func=function
+    )
+
+
+def _sets_constraints() -> bool:
+    """Whether a trial is told its constraints, as from Optuna 5 on; before, the sampler asks for them."""
+    import optuna
+
+    return hasattr(optuna.trial.Trial, "set_constraint")
+
+
+def _constrain(asked: Any, excess: tuple[float, ...]) -> None:
+    if _sets_constraints():
+        for i, value in enumerate(excess):
+            asked.set_constraint(str(i), value)
+    else:
+        asked.set_user_attr(EXCESS, list(excess))
 
 
 def _constraints(trial: optuna.trial.FrozenTrial) -> list[float]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master import compiled
 from warmlink.orchestration.studies.case import Case, Outcome, failed, run_case
 from warmlink.orchestration.studies.fmu_set import FmuSet
 
@@ -31,7 +32,7 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
     """Run a case in this process; whatever goes wrong becomes the outcome's reason."""
     prepare_stepping()
     try:
-        return run_case(case, fmus.files())
+        return run_case(case, fmus.files(), fmus.unpacked)
     except InputError as fault:
         return failed(str(fault))
     except Exception as fault:
@@ -40,9 +41,8 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
 
 def prepare_stepping() -> None:
     """Load the compiled stepping before the first FMU, which it must precede, where Numba is installed."""
-    name = "warmlink.orchestration.master.compiled"
-    if importlib.util.find_spec("numba") and importlib.util.find_spec(name):
-        importlib.import_module(name).prepare()
+    if importlib.util.find_spec("numba") is not None:
+        compiled.prepare()
 
 
 def longest_first(cases: Sequence[Case]) -> list[int]:
