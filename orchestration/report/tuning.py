@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from warmlink.orchestration.report.figures import styled
+from warmlink.orchestration.report.figures import COLOURS, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 from warmlink.orchestration.report.study import about, parallel_coordinates
 from warmlink.orchestration.studies.storage import Storage
@@ -97,4 +97,7 @@ def _importance(storage: Storage) -> Any:
     except (RuntimeError, ValueError):
         return None
     figure.update_layout(title=None)
+    figure.update_traces(marker_color=COLOURS[0])
+    figure.update_xaxes(title="share")
+    figure.update_yaxes(title=None, automargin=True)
     return styled(figure, 260)

@@ -62,7 +62,7 @@ class ClusterWorkers:
         order = longest_first(cases)
         futures = self._client.map(attempt, [cases[i] for i in order], fmus=self._fmus, pure=False)
         places = {future.key: place for future, place in zip(futures, order, strict=True)}
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=self._client.loop):
             place = places[future.key]
             try:
                 outcome = future.result()
