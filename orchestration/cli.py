@@ -243,6 +243,20 @@ def reproduce(
     reproduce_command(out, json)
 
 
+@bench.command(name="study")
+def bench_study(
+    hours: Annotated[float, typer.Option(help="Closed-loop hours to simulate.")] = 2000,
+    controller: Annotated[str, typer.Option(help="Controller in the loop.")] = "lag",
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
+    dask: Annotated[bool, typer.Option(help="Also on one and two workers of a local Dask cluster.")] = False,
+    json: Json = False,
+) -> None:
+    """Print how many closed-loop hours a second a study does on this machine."""
+    from warmlink.orchestration.commands.bench import bench_study_command
+
+    bench_study_command(hours, controller, jobs, dask, json)
+
+
 @app.command(name="list")
 def list_(json: Json = False) -> None:
     """List what warmlink knows: scenarios, controllers, systems, components, master algorithms."""
