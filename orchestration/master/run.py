@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
@@ -47,6 +48,7 @@ def simulate(
     record: Sequence[str] | None = None,
     balances: Sequence[Balance] | None = None,
     isolation: Isolation | None = None,
+    unpacked: Path | None = None,
     stepping: Stepping = "auto",
     long_run: LongRun | None = None,
     pacing: Pacing | None = None,
@@ -70,6 +72,8 @@ def simulate(
         Default: every heat balance found in the system; both ends are recorded.
     isolation : Isolation, optional
         One process for each FMU: a crash or an endless step then ends the run, not the program.
+    unpacked : Path, optional
+        Folder that keeps the unpacked FMUs from run to run, for studies.
     stepping : str
         `plain`, `compiled`, or `auto`: compiled where that can be had and pays. The values are the same.
     long_run : LongRun, optional
@@ -103,7 +107,7 @@ def simulate(
     plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
     # The loop must be there before a library is loaded, so this comes first.
     compiled = isinstance(system, System) and choose(stepping, plain, points, len(system.components))
-    assembly = assemble(system, isolation) if isinstance(system, System) else system
+    assembly = assemble(system, isolation, unpacked) if isinstance(system, System) else system
     try:
         if isinstance(system, Assembly) and (stepping == "compiled" or is_loaded()):
             compiled = choose(stepping, plain, points, len(assembly.slaves))
