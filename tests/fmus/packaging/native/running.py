@@ -34,9 +34,7 @@ class Native:
             self.fmu.instantiate(logMessage=lambda *call: self.messages.append(call[-1].decode()), **options)
         else:
             callbacks = fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(
-                lambda *call: self.messages.append(call[4].decode())
-            )
+            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *call: self.messages.append(call[4].decode()))
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
             self.fmu = fmi2.FMU2Slave(**arguments)

@@ -39,15 +39,9 @@ AFTER_START: dict[str, tuple[Callable[[Native], object], str]] = {
         lambda m: m.set({"torque_constant": 2.0}),
         "motor.torque_constant: parameters are fixed once the run has begun; set it before initialization",
     ),
-    "an output set": (
-        lambda m: m.set({"heat_flow": 2.0}),
-        "motor.heat_flow: an output cannot be set; set an input",
-    ),
+    "an output set": (lambda m: m.set({"heat_flow": 2.0}), "motor.heat_flow: an output cannot be set; set an input"),
     "initialization again": (lambda m: m.enter(), "belongs in instantiation, not in"),
-    "end of initialization again": (
-        lambda m: m.fmu.exitInitializationMode(),
-        "belongs in initialization mode, not in",
-    ),
+    "end of initialization again": (lambda m: m.fmu.exitInitializationMode(), "belongs in initialization mode, not in"),
 }
 
 
@@ -113,9 +107,7 @@ def test_an_input_that_is_no_number(motor: Native, value: float) -> None:
 def test_a_serialised_state_of_another_version(motor: Native, damage: str) -> None:
     running(motor)
     state = motor.fmu.getFMUState() if motor.modern else motor.fmu.getFMUstate()
-    content = bytes(
-        motor.fmu.serializeFMUState(state) if motor.modern else motor.fmu.serializeFMUstate(state)
-    )
+    content = bytes(motor.fmu.serializeFMUState(state) if motor.modern else motor.fmu.serializeFMUstate(state))
     if damage == "another version":
         content = content[:9] + b"0" * 32 + content[41:]
     elif damage == "too short":
