@@ -21,6 +21,8 @@ _GROWTH_ALLOWED = 1 << 20
 """Bytes; what a leak of one byte a step would make of a million steps."""
 
 _DERIVATIVE_TOLERANCE = 1e-4
+_REACHES = (1e-4, 1e-6)
+"""To either side, as shares of an ordinary value of the input."""
 _POINTS = 4
 """Operating points at which outputs are perturbed."""
 
@@ -119,8 +121,7 @@ def directional_derivatives(subject: Subject) -> Outcome:
                 if output not in reals or (known is not None and variable.name not in known):
                     continue
                 given = host.derivative(output, variable.name)
-                differences = _central_difference(host, output, variable, values[variable.name])
-                error = abs(given - differences) / max(abs(given), abs(differences), 1e-12)
+                differences, error = _nearest_difference(host, given, output, variable, values[variable.name])
                 if not error <= _DERIVATIVE_TOLERANCE:
                     return (
                         "fail",
@@ -220,8 +221,25 @@ def _moved(variable: Any, value: float) -> list[float]:
     return [within(variable, value + change) for change in (-1, 1, 2)]
 
 
-def _central_difference(host: Host, output: str, variable: Any, value: float) -> float:
-    reach = 1e-4 * scale_of(variable)
+def _nearest_difference(
+    host: Host, given: float, output: str, variable: Any, value: float
+) -> tuple[float, float]:
+    """Central difference that comes nearest to a given derivative, and the relative error that remains.
+
+    A smaller reach is tried where the first is too long for an output that bends sharply, as a norm near 0.
+    """
+    found = []
+    for reach in _REACHES:
+        differences = _central_difference(host, output, variable, value, reach * scale_of(variable))
+        error = abs(given - differences) / max(abs(given), abs(differences), 1e-12)
+        found.append((error, differences))
+        if error <= _DERIVATIVE_TOLERANCE:
+            break
+    error, differences = min(found)
+    return differences, error
+
+
+def _central_difference(host: Host, output: str, variable: Any, value: float, reach: float) -> float:
     sides = []
     for each in (value + reach, value - reach):
         host.set({variable.name: each})
