@@ -8,6 +8,7 @@ carried in the imaginary part passes through them unchanged.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,16 @@ LARGEST = 1e300
 
 def symbolic(*values: Number) -> bool:
     """Whether any of the values is a CasADi expression."""
-    return any(type(value).__module__.startswith("casadi") for value in values)
+    # A loop and a cache, since this is asked for every operation.
+    for value in values:  # noqa: SIM110
+        if _from_casadi(type(value).__module__):
+            return True
+    return False
+
+
+@cache
+def _from_casadi(module: str) -> bool:
+    return module.startswith("casadi")
 
 
 def real(value: Number) -> Number:

@@ -83,8 +83,8 @@ def _description(path: Path, read: Any) -> Any:
         raise InputError(f"{path}: modelDescription.xml cannot be read: {reason}") from error
     if not description.fmiVersion.startswith(("2.", "3.")) or description.coSimulation is None:
         raise InputError(
-            f"{path}: FMI {description.fmiVersion} without co-simulation; "
-            "give an FMU of FMI 2.0 or 3.0 with it"
+            f"{path}: FMI {description.fmiVersion}, without co-simulation or too old; "
+            "give an FMU of FMI 2.0 or 3.0 for co-simulation"
         )
     return description
 

@@ -100,9 +100,7 @@ class Compiler:
         units = [file for file in sources if file.endswith(".c")]
         include = tuple(include)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            objects = list(
-                pool.map(lambda unit: _object(self, unit, _needed(unit, sources), include), units)
-            )
+            objects = list(pool.map(lambda unit: _object(self, unit, _needed(unit, sources), include), units))
         with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
             folder = Path(work)
             for unit, content in zip(units, objects, strict=True):
@@ -209,7 +207,9 @@ def merged_libraries(libraries: Mapping[Platform, bytes]) -> dict[str, bytes]:
 
 
 @cache
-def _object(compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]) -> bytes:
+def _object(
+    compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
+) -> bytes:
     """Object file of a unit, once in a process for the same texts: both FMI versions share most of theirs."""
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         folder = Path(work)

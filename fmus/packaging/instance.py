@@ -135,10 +135,11 @@ class Instance:
         self._check_inputs()
         before = self._x, self._samples
         try:
-            if self.component.sampled:
-                self._sample_until(time + step)
-            elif self.component.states:
-                self._integrate(time, step)
+            with np.errstate(all="ignore"):
+                if self.component.sampled:
+                    self._sample_until(time + step)
+                elif self.component.states:
+                    self._integrate(time, step)
         except BaseException:
             # A step that fails leaves the instance where it was, so that it may be tried again.
             self._x, self._samples = before
@@ -205,6 +206,12 @@ class Instance:
             now = time + i * micro
             matrix = self._jacobian(partial(self._rates, time=now), self._x)
             self._x = rosenbrock_step(self._rates, matrix, self._x, now, micro)
+        if not np.isfinite(self._x).all():
+            state = self.component.x.names[int(np.argmin(np.isfinite(self._x)))]
+            raise InputError(
+                f"{self.name}: {state} grows beyond all bounds after {time:g} s; "
+                "look for inputs and parameters far from their nominal values"
+            )
 
     def _rates(self, x: Number, time: float) -> Number:
         return self.component.rates_of(x, self._u, self._settled, time)

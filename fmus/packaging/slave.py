@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import struct
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar
@@ -33,6 +34,25 @@ class _State:
     refused: list[str] = field(default_factory=list)
     discarded: bool = False
     lost: bool = False
+
+
+def _packed(values: dict[str, Any]) -> dict[str, Any]:
+    """State with its vectors as the bytes of doubles in hex, so that even a NaN keeps its bits."""
+    snapshot = {
+        name: struct.pack(f"<{len(value)}d", *value).hex() if isinstance(value, list) else value
+        for name, value in values["snapshot"].items()
+    }
+    return values | {"snapshot": snapshot}
+
+
+def _unpacked(values: dict[str, Any]) -> dict[str, Any]:
+    snapshot = {
+        name: [each for (each,) in struct.iter_unpack("<d", bytes.fromhex(value))]
+        if isinstance(value, str)
+        else value
+        for name, value in values["snapshot"].items()
+    }
+    return values | {"snapshot": snapshot}
 
 
 class ComponentSlave(Fmi2Slave):
@@ -79,7 +99,7 @@ class ComponentSlave(Fmi2Slave):
         if self._unfit is not None:
             self._lost = True
             return self._discard(self._unfit)
-        if self._discarded and abs(current_time - self._instance.time) > _TIME_TOLERANCE * step_size:
+        if self._discarded and abs(current_time - self._instance.time) > _TIME_TOLERANCE * abs(step_size):
             self._lost = True
             return self._discard(
                 f"{self.instance_name}: a step from {current_time:g} s, but the step from "
@@ -145,8 +165,7 @@ class ComponentSlave(Fmi2Slave):
 
     @classmethod
     def _fmu_state_to_bytes(cls, state: _State) -> bytes:
-        # JSON writes a double in as many digits as bring it back exactly.
-        return json.dumps({"form": cls.form, **asdict(state)}).encode("utf-8")
+        return json.dumps({"form": cls.form, **_packed(asdict(state))}).encode("utf-8")
 
     @classmethod
     def _fmu_state_from_bytes(cls, state: bytes) -> _State:
@@ -154,8 +173,9 @@ class ComponentSlave(Fmi2Slave):
             values = json.loads(state)
             if values.pop("form") != cls.form:
                 return _State(None, refused=["the serialised state belongs to another version of this FMU"])
+            values = _unpacked(values)
             return _State(Snapshot(**values.pop("snapshot")), **values)
-        except (ValueError, TypeError, KeyError):
+        except (ValueError, TypeError, KeyError, AttributeError, struct.error):
             return _State(None, refused=["the serialised state cannot be read; give one of this FMU's own"])
 
     def _get(self, kind: str, references: list[int]) -> list[float]:

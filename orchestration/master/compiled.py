@@ -31,6 +31,7 @@ Stepping = Literal["auto", "plain", "compiled"]
 PAYS_FROM_SLAVE_STEPS = 500_000
 PAYS_WHEN_LOADED_FROM = 5_000
 CHUNK_SECONDS = 0.05
+_DISCARD = 2
 _KERNEL = "warmlink.orchestration.master.kernel"
 
 
@@ -305,13 +306,13 @@ class CompiledLoop:
         Returns
         -------
         bool
-            False where something failed and everything is back at the start of the chunk, so that plain
-            stepping can find out what it was and do something about it.
+            False where a step was discarded and everything is back at the start of the chunk, so that plain
+            stepping can repeat it in parts.
 
         Raises
         ------
         SlaveError
-            Where something failed and a slave cannot go back.
+            Where something else failed.
         """
         network, recorder = self.network, self.recorder
         first = recorder.rows - 1
@@ -336,7 +337,8 @@ class CompiledLoop:
         )
         took = time.perf_counter() - began
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
-        if failure[0] and self._keyframe is not None:
+        # After an error a slave may not be able to go back, after a fatal one it must not be called.
+        if failure[0] == self._kernel.STEP and failure[2] == _DISCARD and self._keyframe is not None:
             network.rewind(self._keyframe)
             return False
         self.layout.unload()

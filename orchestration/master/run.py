@@ -15,14 +15,16 @@ from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, obstacle
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
 from warmlink.orchestration.master.recorder import Recorder, outputs_of
 from warmlink.orchestration.master.result import Result, Statistics
 from warmlink.orchestration.master.retry import Retry
 from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.stability import GROWS_FROM, growth
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.master.stores import Folder, Memory
 from warmlink.orchestration.system.model import System
@@ -147,12 +149,14 @@ class Run:
     resume: bool = False
     clock: Clock | None = None
     progress: Progress | None = None
+    _sweeps: int = 0
+    _start: tuple[Snapshot, object] | None = None
 
     def result(self, assembly: Assembly, balances: Sequence[Balance] | None) -> Result:
         """Do the run and say how it went."""
         recorder, network = self.recorder, self.network
         failure: SlaveError | str | None = None
-        self._sweeps, began = 0, time.perf_counter()
+        began = time.perf_counter()
         try:
             with Interruption() as interruption:
                 self._begin(assembly)
@@ -172,15 +176,35 @@ class Run:
             compiled=self.compiled,
             largest_lag=0.0 if self.clock is None else self.clock.lag,
         )
+        remarks = (*self.stepper.remarks, *self._stability(failure))
         table = recorder.table()
+        network.release()
         return Result(
             table,
             "completed" if failure is None else "stopped",
             None if failure is None else str(failure),
             failure if isinstance(failure, SlaveError) else None,
             tuple(audit(table, balance) for balance in _balances(assembly, balances)),
-            self.stepper.remarks,
+            remarks,
             statistics,
+        )
+
+    def _inner(self) -> Algorithm:
+        return self.algorithm.inner if isinstance(self.algorithm, Retry) else self.algorithm
+
+    def _stability(self, failure: SlaveError | str | None) -> tuple[str, ...]:
+        """Say when the explicit algorithm is unstable with this step."""
+        diverged = isinstance(failure, SlaveError) and failure.status == "not finite"
+        if self._start is None or not (failure is None or diverged):
+            return ()
+        points = self.recorder.points
+        factor = growth(self.network, self.stepper, points, *self._start)
+        if factor is None or factor < GROWS_FROM:
+            return ()
+        return (
+            f"{type(self._inner()).__name__} is unstable here with steps of {points.step_size:g} s: a "
+            f"disturbance of the exchanged values grows {factor:.3g} times in a step; take smaller steps or "
+            "an iterated algorithm",
         )
 
     def _interrupted(self) -> str:
@@ -195,6 +219,9 @@ class Run:
             self.recorder.take(0)
         else:
             self._sweeps = self.checkpoints.restore(found, self.recorder, self.stepper)
+        inner = self._inner()
+        if isinstance(inner, Jacobi | GaussSeidel) and not self.network.unable_to_restore():
+            self._start = (self.network.snapshot(), self.stepper.memory())
 
     def _step_through(self, interruption: Interruption) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
@@ -226,5 +253,4 @@ class Run:
         self.compiled = self.compiled and obstacle(self.network, self.recorder) is None
         if not self.compiled:
             return None
-        inner = self.algorithm.inner if isinstance(self.algorithm, Retry) else self.algorithm
-        return CompiledLoop(self.network, inner, self.recorder, self.recorder.points)
+        return CompiledLoop(self.network, self._inner(), self.recorder, self.recorder.points)

@@ -13,7 +13,14 @@ Point = tuple[float, float]
 
 
 def is_sampled(slave: Slave) -> bool:
-    """Tell whether a slave acts at samples: none of its outputs is a continuous Real."""
+    """Tell whether a slave acts at samples.
+
+    None of its outputs is then a continuous Real, or it has a parameter `sample_time`, as our own have.
+    Such a slave sees its inputs at its sampling instants alone, so they are neither interpolated nor
+    iterated: it takes the newest values.
+    """
+    if "sample_time" in slave.variables:
+        return True
     outputs = [v for v in slave.variables.values() if v.causality == "output"]
     return bool(outputs) and not any(v.kind == "Real" and v.variability == "continuous" for v in outputs)
 

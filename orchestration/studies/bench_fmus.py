@@ -108,7 +108,12 @@ def _times(entry: Entry, work: Path) -> StepTimes:
     folder = work / "python_fmu"
     extract(str(python_fmu), str(folder))
     return StepTimes(
-        component.name, step, bare, native, _python_time(entry, folder), _instance_bytes(sources, work, compiler.command)
+        component.name,
+        step,
+        bare,
+        native,
+        _python_time(entry, folder),
+        _instance_bytes(sources, work, compiler.command),
     )
 
 

@@ -208,7 +208,7 @@ def _bands(count: int) -> list[tuple[float, str]]:
 def _dressed(figure: Figure, x_title: str | None, y_title: str | None) -> Figure:
     styled(figure, HEIGHT)
     # Below, the legend leaves the room above to the titles of several plots in one figure.
-    figure.update_layout(legend={"y": -0.18, "yanchor": "top"}, margin={"l": 70, "r": 20, "t": 40, "b": 50})
+    figure.update_layout(legend={"y": -0.18, "yanchor": "top"}, margin={"l": 70, "r": 20, "t": 60, "b": 50})
     if x_title:
         figure.update_xaxes(title_text=x_title)
     if y_title:

@@ -75,7 +75,9 @@ class Spot:
     """A Gaussian spot: centre `x`, `y` [m] from the chip's corner, 1/e^2 `radius` [m], `rate` [electrons/s].
 
     `rate` is that of a cell at the centre. The default radius spans seven cells; the default rate fills less
-    than a tenth of a cell in 1/10000 s, the laser being "almost invisible"; both are assumed.
+    than a tenth of a cell in 1/10000 s, the laser being "almost invisible". Both are assumed, the rate chosen
+    so that the centroid errs by the 0.02 cells of the DriftCamera component: the images show which brightness
+    that figure stands for, they do not confirm it.
     """
 
     x: float

@@ -208,9 +208,17 @@ def _lead(result: Reproduction) -> str:
         if r.place.startswith("Table") and r.measured is not None
     ]
     return (
-        f"Elongation after an hour: {'; '.join(parts)}. Radiation and a joint resistance explain most of the "
-        "difference; a part of it stays unexplained."
+        f"Elongation after an hour: {'; '.join(parts)}. "
+        "Radiation and a joint resistance account for "
+        f"{_explained(result, 'stationary'):.0f} % and {_explained(result, 'moving'):.0f} % "
+        "of the difference; not all of the rest could be explained."
     )
+
+
+def _explained(result: Reproduction, case: str) -> float:
+    """Share [%] of the difference to the measurement that radiation and joint resistance take away."""
+    by = {a.name: a for a in result.attempts if a.case == case}
+    return -100 * by["radiation and joint resistance"].effect / by["as described"].left
 
 
 def _signed(value: float) -> str:

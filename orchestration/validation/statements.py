@@ -100,9 +100,9 @@ def findings(
         f"of Table I; it printed {fea.printed:.1f} um, {100 * (1 - fea.printed / fea.implied):.0f} % less. "
         "Nothing tried here explains that.",
         f"All attempts together leave {still.left:.1f} um (stationary) and {moving.left:.1f} um (moving) "
-        "above the measurement. The authors later named camera warming and centroid errors as their largest; "
-        f"the simulated centroid of a dim spot errs by {centroid * 1e6:.2f} um (1 sigma), too little, and the "
-        "camera's warming was not measured.",
+        "above the measurement. The authors later named camera warming and centroid errors as largest; "
+        f"the simulated centroid of a dim spot errs by {centroid * 1e6:.2f} um (1 sigma, brightness "
+        "assumed), too little, and the camera's warming was not measured.",
     ]
 
 

@@ -84,7 +84,7 @@ class Host:
         self.fmu.doStep(time, step)
 
     def stepper(self) -> Callable[[float, float], int]:
-        """Function of time and step that steps with as little around it as Python allows; gives the status."""
+        """Function of time and step that steps, with little around it, and gives the status."""
         from ctypes import c_bool, c_double, c_int, c_void_p, pointer
 
         instance = self.fmu.component

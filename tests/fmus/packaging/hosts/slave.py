@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+import struct
+import zipfile
+from collections.abc import Iterable
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import (
@@ -18,20 +23,29 @@ from fmpy.fmi2 import (
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 
-_GETTERS = {"Real": "getReal", "Integer": "getInteger", "Boolean": "getBoolean"}
-_SETTERS = {"Real": "setReal", "Integer": "setInteger", "Boolean": "setBoolean"}
+_KINDS = {"Real": float, "Integer": int, "Boolean": bool}
+
+
+@functools.cache
+def _read(fmu: str) -> tuple:
+    with zipfile.ZipFile(fmu) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))
+    accepting = root.find("VendorAnnotations/Tool/acceptsNaN")
+    names = set() if accepting is None else set(accepting.get("variables", "").split())
+    return read_model_description(fmu), extract(fmu), names
 
 
 class Slave:
     """One instance of an FMU, its variables by name, its messages as (status, category, text)."""
 
     def __init__(self, fmu: Path | str, name: str = "one", start: float = 0.0) -> None:
-        self.description = read_model_description(str(fmu))
+        self.description, folder, self.accepting_nan = _read(str(fmu))
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.messages: list[tuple[int, str, str]] = []
+        self.time = start
         self.fmu = FMU2Slave(
             guid=self.description.guid,
-            unzipDirectory=extract(str(fmu)),
+            unzipDirectory=folder,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=name,
         )
@@ -54,16 +68,23 @@ class Slave:
         return self
 
     def set(self, values: dict[str, float]) -> None:
-        for name, value in values.items():
-            variable = self.variables[name]
-            kind = {"Real": float, "Integer": int, "Boolean": bool}[variable.type]
-            getattr(self.fmu, _SETTERS[variable.type])([variable.valueReference], [kind(value)])
+        for kind, (names, convert) in self._by_type(values).items():
+            references = [self.variables[n].valueReference for n in names]
+            getattr(self.fmu, f"set{kind}")(references, [convert(values[n]) for n in names])
 
     def get(self, *names: str) -> list[float]:
-        return [
-            getattr(self.fmu, _GETTERS[self.variables[n].type])([self.variables[n].valueReference])[0]
-            for n in names
-        ]
+        found: dict[str, float] = {}
+        for kind, (some, _) in self._by_type(names).items():
+            references = [self.variables[n].valueReference for n in some]
+            found |= zip(some, getattr(self.fmu, f"get{kind}")(references), strict=True)
+        return [found[n] for n in names]
+
+    def _by_type(self, names: Iterable[str]) -> dict[str, tuple[list[str], type]]:
+        groups: dict[str, tuple[list[str], type]] = {}
+        for name in names:
+            kind = self.variables[name].type
+            groups.setdefault(kind, ([], _KINDS[kind]))[0].append(name)
+        return groups
 
     def step(self, time: float, step: float) -> int:
         """Status of a step, where FMPy itself would raise."""
@@ -76,5 +97,8 @@ class Slave:
     def named(self, causality: str) -> list[str]:
         return [n for n, v in self.variables.items() if v.causality == causality]
 
-    def sentences(self, status: int) -> list[str]:
-        return [text for each, _, text in self.messages if each == status]
+    def bits(self) -> str:
+        return struct.pack(f"{len(self.named('output'))}d", *self.outputs()).hex()
+
+    def sentences(self, category: str) -> list[str]:
+        return [text for _, each, text in self.messages if each == category]

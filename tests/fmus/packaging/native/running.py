@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
 from fmpy import calloc, extract, fmi2, fmi3, free, read_model_description
 from fmpy.fmi1 import FMICallException
 
@@ -34,7 +35,9 @@ class Native:
             self.fmu.instantiate(logMessage=lambda *call: self.messages.append(call[-1].decode()), **options)
         else:
             callbacks = fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *call: self.messages.append(call[4].decode()))
+            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(
+                lambda *call: self.messages.append(call[4].decode())
+            )
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
             self.fmu = fmi2.FMU2Slave(**arguments)
@@ -79,11 +82,8 @@ class Native:
 def refused(native: Native, action: Callable[[], object]) -> str:
     """The sentence that an action which must be refused with the status error leaves in the log."""
     before = len(native.messages)
-    try:
+    with pytest.raises(FMICallException) as answer:
         action()
-    except FMICallException as error:
-        assert error.status == 3, f"status {error.status}, not error"
-    else:
-        raise AssertionError("was not refused")
+    assert answer.value.status == 3, f"status {answer.value.status}, not error"
     assert len(native.messages) > before, "nothing was logged"
     return native.messages[before]

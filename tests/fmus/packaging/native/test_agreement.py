@@ -35,7 +35,9 @@ def _parameter(scalar: Scalar) -> st.SearchStrategy[float]:
     assert start is not None
     if variable.type != "Real":
         low = variable.minimum if variable.minimum is not None else min(start, 0)
-        return st.integers(int(low), int(variable.maximum if variable.maximum is not None else start + 3)).map(float)
+        return st.integers(
+            int(low), int(variable.maximum if variable.maximum is not None else start + 3)
+        ).map(float)
     low = max(start * 0.8 if start else 0.0, scalar.lower if scalar.lower is not None else -math.inf)
     high = start * 1.25 if start else 0.2 * (variable.nominal or 1.0)
     if variable.maximum is not None:
@@ -72,7 +74,11 @@ def test_random_runs_agree(pair: tuple[Component, Native], data: st.DataObject) 
     native.fmu.reset()
     scalars = list(component.scalars())
     parameters = [s for s in scalars if isinstance(s.variable, Parameter)]
-    chosen = data.draw(st.lists(st.sampled_from(parameters), max_size=6, unique=True), "parameters") if parameters else []
+    chosen = (
+        data.draw(st.lists(st.sampled_from(parameters), max_size=6, unique=True), "parameters")
+        if parameters
+        else []
+    )
     values = {s.name: data.draw(_parameter(s), s.name) for s in chosen}
     inputs = {s.name: _input(s) for s in scalars if isinstance(s.variable, Input)}
     values |= data.draw(st.fixed_dictionaries(inputs), "inputs")
@@ -82,10 +88,9 @@ def test_random_runs_agree(pair: tuple[Component, Native], data: st.DataObject) 
     instance.begin(start)
     native.set(values)
     native.enter(start)
-    try:
-        instance.initialize()
-    except InputError as error:
-        assert refused(native, native.fmu.exitInitializationMode) == str(error)
+    refusal = _refusal(instance)
+    if refusal is not None:
+        assert refused(native, native.fmu.exitInitializationMode) == refusal
         return
     _assert_equal(component, instance, native)
     native.fmu.exitInitializationMode()
@@ -100,6 +105,14 @@ def test_random_runs_agree(pair: tuple[Component, Native], data: st.DataObject) 
         native.step(time, step)
         time += step
         _assert_equal(component, instance, native)
+
+
+def _refusal(instance: Instance) -> str | None:
+    try:
+        instance.initialize()
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def _assert_equal(component: Component, instance: Instance, native: Native) -> None:

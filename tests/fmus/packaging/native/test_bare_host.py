@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from .bare_host import arguments, compile_host, hour_in_python
-from .conftest import BuildNative
 from warmlink.fmus.packaging.compile import Compiler
 from warmlink.fmus.thermal_link.component import COMPONENT
+
+from .bare_host import arguments, compile_host, hour_in_python
+from .conftest import BuildNative
 
 PLACE = {"2.0": "fmi2", "3.0": "name"}
 

@@ -104,7 +104,9 @@ def test_derivatives_that_lead_out_of_range_are_refused(native_fmu: BuildNative)
     sentence = refused(native, lambda: native.step(0.0, 10.0))
     assert sentence == "link.ambient_temperature: -704.85 K is too low; give at least 0 K"
     for wrong in (["elongation"], ["width"]):
-        sentence = refused(native, lambda w=wrong: native.fmu.setRealInputDerivatives(native.references(w), [1], [1.0]))  # type: ignore[misc]
+        sentence = refused(
+            native, lambda w=wrong: native.fmu.setRealInputDerivatives(native.references(w), [1], [1.0])
+        )  # type: ignore[misc]
         assert "takes no derivative" in sentence
     heat = native.references(["heat_flow"])
     assert "of order 3" in refused(native, lambda: native.fmu.setRealInputDerivatives(heat, [3], [1.0]))
@@ -144,7 +146,9 @@ def test_output_derivatives_follow_the_inputs(native_fmu: BuildNative) -> None:
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 @pytest.mark.parametrize("phase", ["initialization", "run"])
-def test_directional_derivatives_against_a_complex_step(version: str, phase: str, native_fmu: BuildNative) -> None:
+def test_directional_derivatives_against_a_complex_step(
+    version: str, phase: str, native_fmu: BuildNative
+) -> None:
     motor = Native(native_fmu("MotorHeatSource", version), MOTOR)  # type: ignore[arg-type]
     values = {"link_base_temperature": 301.0, "neighbour_conductance": 0.3}
     motor.set(values)
@@ -155,7 +159,9 @@ def test_directional_derivatives_against_a_complex_step(version: str, phase: str
     knowns = [name for name in MOTOR.u.names if name != "pad_mode"]
     unknowns = list(MOTOR.y.names)
     seed = np.linspace(1.0, 2.0, len(knowns))
-    given = motor.fmu.getDirectionalDerivative(motor.references(unknowns), motor.references(knowns), list(seed))
+    given = motor.fmu.getDirectionalDerivative(
+        motor.references(unknowns), motor.references(knowns), list(seed)
+    )
 
     instance = Instance(MOTOR)
     instance.set(values)
@@ -185,7 +191,9 @@ def test_a_directional_derivative_by_what_is_no_input(link: Native) -> None:
 def test_derivatives_of_a_component_without_states(native_fmu: BuildNative) -> None:
     heater = Native(native_fmu("Heater", "2.0"), HEATER)
     heater.initialize()
-    assert heater.fmu.getRealOutputDerivatives(heater.references([HEATER.y.names[0]]), [1])[0] == pytest.approx(0.0)
+    assert heater.fmu.getRealOutputDerivatives(heater.references([HEATER.y.names[0]]), [1])[
+        0
+    ] == pytest.approx(0.0)
     heater.close()
 
 
@@ -194,7 +202,14 @@ def test_intermediate_update_lets_inputs_vary_within_the_step(native_fmu: BuildN
     holder: list[Native] = []
 
     def update(
-        _: Any, time: float, wanted: bool, allowed: bool, finished: bool, may_end: bool, end: Any, end_time: Any
+        _: Any,
+        time: float,
+        wanted: bool,
+        allowed: bool,
+        finished: bool,
+        may_end: bool,
+        end: Any,
+        end_time: Any,
     ) -> None:
         assert wanted != finished
         assert allowed == finished
@@ -223,13 +238,22 @@ def test_an_intermediate_update_may_end_the_step_early(native_fmu: BuildNative) 
     asked = 7.3
 
     def update(
-        _: Any, time: float, wanted: bool, allowed: bool, finished: bool, may_end: bool, end: Any, end_time: Any
+        _: Any,
+        time: float,
+        wanted: bool,
+        allowed: bool,
+        finished: bool,
+        may_end: bool,
+        end: Any,
+        end_time: Any,
     ) -> None:
         if finished and time >= 5.0:
             assert may_end
             end[0], end_time[0] = True, asked
 
-    native = Native(native_fmu("ThermalLink", "3.0"), LINK, intermediateUpdate=update, earlyReturnAllowed=True)
+    native = Native(
+        native_fmu("ThermalLink", "3.0"), LINK, intermediateUpdate=update, earlyReturnAllowed=True
+    )
     native.set({"heat_flow": 5.0})
     native.initialize()
     _, _, early, reached = native.step(0.0, 20.0)
@@ -242,7 +266,14 @@ def test_a_bad_input_within_the_step_leaves_everything_as_it_was(native_fmu: Bui
     holder: list[Native] = []
 
     def update(
-        _: Any, time: float, wanted: bool, allowed: bool, finished: bool, may_end: bool, end: Any, end_time: Any
+        _: Any,
+        time: float,
+        wanted: bool,
+        allowed: bool,
+        finished: bool,
+        may_end: bool,
+        end: Any,
+        end_time: Any,
     ) -> None:
         if wanted:
             holder[0].set({"heat_flow": math.nan if time > 3 else 4.0})

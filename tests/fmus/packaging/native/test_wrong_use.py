@@ -39,9 +39,15 @@ AFTER_START: dict[str, tuple[Callable[[Native], object], str]] = {
         lambda m: m.set({"torque_constant": 2.0}),
         "motor.torque_constant: parameters are fixed once the run has begun; set it before initialization",
     ),
-    "an output set": (lambda m: m.set({"heat_flow": 2.0}), "motor.heat_flow: an output cannot be set; set an input"),
+    "an output set": (
+        lambda m: m.set({"heat_flow": 2.0}),
+        "motor.heat_flow: an output cannot be set; set an input",
+    ),
     "initialization again": (lambda m: m.enter(), "belongs in instantiation, not in"),
-    "end of initialization again": (lambda m: m.fmu.exitInitializationMode(), "belongs in initialization mode, not in"),
+    "end of initialization again": (
+        lambda m: m.fmu.exitInitializationMode(),
+        "belongs in initialization mode, not in",
+    ),
 }
 
 
@@ -107,7 +113,9 @@ def test_an_input_that_is_no_number(motor: Native, value: float) -> None:
 def test_a_serialised_state_of_another_version(motor: Native, damage: str) -> None:
     running(motor)
     state = motor.fmu.getFMUState() if motor.modern else motor.fmu.getFMUstate()
-    content = bytes(motor.fmu.serializeFMUState(state) if motor.modern else motor.fmu.serializeFMUstate(state))
+    content = bytes(
+        motor.fmu.serializeFMUState(state) if motor.modern else motor.fmu.serializeFMUstate(state)
+    )
     if damage == "another version":
         content = content[:9] + b"0" * 32 + content[41:]
     elif damage == "too short":
@@ -123,16 +131,12 @@ def test_a_serialised_state_of_another_version(motor: Native, damage: str) -> No
 def test_another_token_is_refused(motor: Native) -> None:
     motor.fmu.guid = "{00000000-0000-0000-0000-000000000000}"
     live, messages = motor.fmu.component, []
+    options = {"logMessage": lambda *call: messages.append(call[-1].decode())} if motor.modern else {}
     with pytest.raises(Exception, match="instantiate"):
-        if motor.modern:
-            motor.fmu.instantiate(logMessage=lambda *call: messages.append(call[-1].decode()))
-        else:
-            motor.fmu.instantiate()
+        motor.fmu.instantiate(**options)
     motor.fmu.component = live
     if motor.modern:
-        assert messages == [
-            "MotorHeatSource: the instantiation token is not that of this FMU; take it from its modelDescription.xml"
-        ]
+        assert messages[0].startswith("MotorHeatSource: the instantiation token is not that of this FMU")
 
 
 def test_event_mode_is_refused(native_fmu: BuildNative) -> None:
