@@ -46,7 +46,7 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
         f"{axis_name(i)}.{instance}": kind for i in range(1, count + 1) for instance, kind in kinds.items()
     }
     components[POSES] = "PoseSequence"
-    components |= {name: "ArmKinematics" for name in dict.fromkeys(map(kinematics_of, range(1, count + 1)))}
+    components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
     wires: list[Wire] = []
     for i in range(1, count + 1):
         wires += _axis_wires(axis_name(i), compensated)

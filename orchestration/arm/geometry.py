@@ -75,7 +75,8 @@ def axes() -> tuple[Axis, ...]:
         for name, unit in _MATERIAL.items()
     }
     heats = {
-        metal: positive(content["metals"][metal], "J/(kg.K)", f"metals.{metal}") for metal in content["metals"]
+        metal: positive(content["metals"][metal], "J/(kg.K)", f"metals.{metal}")
+        for metal in content["metals"]
     }
     return tuple(_axis(table, material, heats) for table in content["axis"])
 

@@ -1,9 +1,9 @@
-"""Programs: what each joint of the arm is asked to do over a shift, and the poses in which the tool works.
+"""Programs: what each joint of the arm is asked to do, and the poses in which the tool works.
 
-A program is a TOML file with `title`, `reason`, `stop_time`, perhaps `repeat`, and `[[segment]]` tables or one
-`[random]` table. A segment has `duration`, `speed` and `torque` of the six joints from the base outwards, and
-`ambient_temperature`; what is left out is 0, or 22 degC. `[[pose]]` tables give the poses that the arm goes
-through all the time: `hold`, and either `joints`, six angles, or `point`, the tool point's x, y and z, with
+A program is a TOML file with `title`, `reason`, `stop_time`, perhaps `repeat`, and `[[segment]]` tables or
+one `[random]` table. A segment has `duration`, `speed` and `torque` of the six joints from the base outwards,
+and `ambient_temperature`; what is left out is 0, or 22 degC. `[[pose]]` tables give the poses that the arm
+goes through all the time: `hold`, and either `joints`, six angles, or `point`, the tool point's x, y and z, with
 the tool's `pitch` above the horizontal and `roll`.
 """
 
@@ -105,15 +105,20 @@ def parsed(given: Mapping[str, Any], name: str) -> Program:
         rows = list(_drawn(given["random"], stop_time, f"{name}: random"))
     else:
         rows = [
-            _segment(table, f"{name}: segment {i}") for i, table in enumerate(_tables(given, "segment", name), 1)
+            _segment(table, f"{name}: segment {i}")
+            for i, table in enumerate(_tables(given, "segment", name), 1)
         ]
     title, reason = str(given.get("title", name)), str(given.get("reason", "")).strip()
     repeat = bool(given.get("repeat", False))
     duties = tuple(
-        Duty(f"{name}, joint {joint + 1}", title, reason, stop_time, tuple(row[joint] for row in rows), repeat)
+        Duty(
+            f"{name}, joint {joint + 1}", title, reason, stop_time, tuple(row[joint] for row in rows), repeat
+        )
         for joint in range(AXES)
     )
-    poses = tuple(_pose(table, f"{name}: pose {i}") for i, table in enumerate(_tables(given, "pose", name), 1))
+    poses = tuple(
+        _pose(table, f"{name}: pose {i}") for i, table in enumerate(_tables(given, "pose", name), 1)
+    )
     if len(poses) > POSES:
         raise InputError(f"{name}: {len(poses)} poses are more than the {POSES} that fit; leave some out")
     return Program(name, title, reason, stop_time, duties, poses)
@@ -123,7 +128,9 @@ def _segment(table: Mapping[str, Any], where: str) -> tuple[Segment, ...]:
     _known(table, {"duration", "speed", "torque", "ambient_temperature"}, where)
     duration = positive(_required(table, "duration", where), "s", f"{where}.duration")
     speed, torque = _six(table, "speed", "rad/s", where), _six(table, "torque", "N.m", where)
-    ambient = quantity(table.get("ambient_temperature", ROOM_TEMPERATURE), "K", f"{where}.ambient_temperature")
+    ambient = quantity(
+        table.get("ambient_temperature", ROOM_TEMPERATURE), "K", f"{where}.ambient_temperature"
+    )
     return tuple(Segment(duration, speed[j], torque[j], ambient) for j in range(AXES))
 
 
@@ -134,11 +141,11 @@ def _pose(table: Mapping[str, Any], where: str) -> Pose:
         raise InputError(f"{where}: give either joints or a point")
     if "joints" in table:
         return Pose(hold, tuple(_listed(table["joints"], AXES, "rad", f"{where}.joints")))
-    point = _listed(table["point"], 3, "m", f"{where}.point")
+    x, y, z = _listed(table["point"], 3, "m", f"{where}.point")
     pitch, roll = (quantity(table.get(key, 0.0), "rad", f"{where}.{key}") for key in ("pitch", "roll"))
-    (angles,) = joint_angles(*point, pitch, roll)
+    (angles,) = joint_angles(x, y, z, pitch, roll)
     if not np.all(np.isfinite(angles)):
-        at = ", ".join(f"{1e3 * each:g}" for each in point)
+        at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
         raise InputError(f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another")
     return Pose(hold, tuple(float(angle) for angle in angles))
 
@@ -153,7 +160,9 @@ def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[t
         positive(_required(table, key, where), "s", f"{where}.{key}") for key in ("shortest", "longest")
     )
     if shortest > longest:
-        raise InputError(f"{where}.shortest: {shortest:g} s lies above longest ({longest:g} s); mend the bounds")
+        raise InputError(
+            f"{where}.shortest: {shortest:g} s lies above longest ({longest:g} s); mend the bounds"
+        )
     speed, torque = _six(table, "speed", "rad/s", where), _six(table, "torque", "N.m", where)
     pause = quantity(table.get("pause_share", 0.0), "1", f"{where}.pause_share")
     generator = np.random.default_rng(seed)
@@ -163,7 +172,9 @@ def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[t
         duration = float(round(generator.uniform(shortest, longest)))
         shares = generator.uniform(size=(2, AXES)) * (generator.uniform() >= pause)
         yield tuple(
-            Segment(duration, round(float(shares[0, j] * speed[j]), 4), round(float(shares[1, j] * torque[j]), 3))
+            Segment(
+                duration, round(float(shares[0, j] * speed[j]), 4), round(float(shares[1, j] * torque[j]), 3)
+            )
             for j in range(AXES)
         )
         time += duration
