@@ -1,10 +1,10 @@
 """Programs: what each joint of the arm is asked to do, and the poses in which the tool works.
 
 A program is a TOML file with `title`, `reason`, `stop_time`, perhaps `repeat`, and `[[segment]]` tables or
-one `[random]` table. A segment has `duration`, `speed` and `torque` of the six joints from the base outwards,
-and `ambient_temperature`; what is left out is 0, or 22 degC. `[[pose]]` tables give the poses that the arm
-goes through all the time: `hold`, and either `joints`, six angles, or `point`, the tool point's x, y and z, with
-the tool's `pitch` above the horizontal and `roll`.
+one `[random]` table. A segment has `duration`, `speed` and `torque` of the six joints from the base
+outwards, and `ambient_temperature`; what is left out is 0, or 22 degC. `[[pose]]` tables give the poses that
+the arm goes through all the time: `hold`, and either `joints`, six angles, or `point`, the tool point's x, y
+and z, with the tool's `pitch` above the horizontal and `roll`.
 """
 
 from __future__ import annotations
