@@ -20,7 +20,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-BAD_INPUT, FAILED = 2, 1
+bench = typer.Typer(help="Time things side by side, on this machine in this run.", no_args_is_help=True)
+app.add_typer(bench, name="bench")
+
+BAD_INPUT = 2
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for machines.")]
 
@@ -133,6 +136,14 @@ def list_(json: Json = False) -> None:
     from warmlink.orchestration.commands.catalogue import list_command
 
     list_command(json)
+
+
+@bench.command(name="fmus")
+def bench_fmus(json: Json = False) -> None:
+    """Time one communication step of each component: native FMU, Python FMU, bare C loop."""
+    from warmlink.orchestration.commands.bench import bench_fmus_command
+
+    bench_fmus_command(json)
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ def prepare() -> None:
         Where Numba is not installed, or an FMU was loaded in this process before: compiled after a Python
         FMU was loaded, processes crashed at their exit.
     """
-    if _KERNEL in sys.modules:
+    if is_loaded():
         return
     if importlib.util.find_spec("numba") is None:
         raise MissingExtraError("compiled stepping", "studies")
@@ -54,6 +54,11 @@ def prepare() -> None:
             "warmlink.orchestration.master.compiled.prepare() first"
         )
     importlib.import_module(_KERNEL)
+
+
+def is_loaded() -> bool:
+    """Tell whether the compiled loop is there."""
+    return _KERNEL in sys.modules
 
 
 def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints, slaves: int) -> bool:
@@ -86,7 +91,7 @@ def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints
             )
         prepare()
         return True
-    loaded = _KERNEL in sys.modules
+    loaded = is_loaded()
     pays = points.count * slaves >= (PAYS_WHEN_LOADED_FROM if loaded else PAYS_FROM_SLAVE_STEPS)
     if not (possible and pays) or (not loaded and (fmi.LOADED or importlib.util.find_spec("numba") is None)):
         return False

@@ -8,13 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, obstacle
+from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded, obstacle
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
@@ -88,15 +89,26 @@ def simulate(
     """
     points = CommunicationPoints.between(start_time, stop_time, step_size)
     algorithm = algorithm or Jacobi()
-    compiled = False
-    if isinstance(system, System) and isolation is None and pacing is None:
-        plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
-        compiled = choose(stepping, plain, points, len(system.components))
+    if isolation is not None or pacing is not None:
+        if stepping == "compiled":
+            raise InputError(
+                "compiled stepping: goes neither with isolated slaves nor with a pace; leave one out"
+            )
+        stepping = "plain"
+    plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
+    # The loop must be there before a library is loaded, so this comes first.
+    compiled = isinstance(system, System) and choose(stepping, plain, points, len(system.components))
     assembly = assemble(system, isolation) if isinstance(system, System) else system
     try:
-        run = _prepare(assembly, points, algorithm, record, balances, long_run, compiled=compiled)
+        if isinstance(system, Assembly) and (stepping == "compiled" or is_loaded()):
+            compiled = choose(stepping, plain, points, len(assembly.slaves))
+        run = _prepare(assembly, points, algorithm, record, balances, long_run)
         run.clock = None if pacing is None else Clock(pacing)
         run.progress = progress
+        hindrance = obstacle(run.network, run.recorder) if compiled else None
+        if hindrance is not None and stepping == "compiled":
+            raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
+        run.compiled = compiled and hindrance is None
         return run.result(assembly, balances)
     finally:
         for slave in assembly.slaves:
@@ -113,8 +125,6 @@ def _prepare(
     record: Sequence[str] | None,
     balances: Sequence[Balance] | None,
     long_run: LongRun | None,
-    *,
-    compiled: bool,
 ) -> Run:
     outputs = outputs_of(assembly.slaves)
     names = list(outputs if record is None else record)
@@ -125,11 +135,11 @@ def _prepare(
         algorithm = Retry(algorithm)
     stepper = algorithm.bind(network, points)
     if long_run is None:
-        return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm, compiled)
+        return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm)
     folder = Folder(long_run.folder)
     recorder = Recorder(network, names, points, folder)
     checkpoints = Checkpoints(long_run, network, fingerprint(assembly, recorder, algorithm), folder)
-    return Run(network, recorder, stepper, algorithm, compiled, checkpoints, long_run.resume)
+    return Run(network, recorder, stepper, algorithm, checkpoints, long_run.resume)
 
 
 def _balances(assembly: Assembly, balances: Sequence[Balance] | None) -> Sequence[Balance]:
@@ -144,11 +154,11 @@ class Run:
     recorder: Recorder
     stepper: Stepper
     algorithm: Algorithm
-    compiled: bool
     checkpoints: Checkpoints | None = None
     resume: bool = False
     clock: Clock | None = None
     progress: Progress | None = None
+    compiled: bool = False
     _sweeps: int = 0
     _start: tuple[Snapshot, object] | None = None
 
@@ -250,7 +260,6 @@ class Run:
         return True
 
     def _loop(self) -> CompiledLoop | None:
-        self.compiled = self.compiled and obstacle(self.network, self.recorder) is None
         if not self.compiled:
             return None
         return CompiledLoop(self.network, self._inner(), self.recorder, self.recorder.points)
