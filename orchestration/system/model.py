@@ -11,7 +11,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-ConnectorKind = Literal["input", "output", "parameter", "calculatedParameter"]
+from warmlink.orchestration.system.units import Unit
+
+ConnectorKind = Literal[
+    "input", "output", "parameter", "calculatedParameter", "structuralParameter", "local", "constant"
+]
 ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
 Value = float | int | bool | str
 
@@ -30,7 +34,7 @@ class Connector:
 class ParameterSet:
     """Named start values of one component, in the units of that component's own variables."""
 
-    name: str
+    name: str = "parameters"
     values: dict[str, Value] = field(default_factory=dict)
 
 
@@ -41,7 +45,7 @@ class Component:
     name: str
     fmu: Path
     connectors: tuple[Connector, ...] = ()
-    parameters: ParameterSet = ParameterSet("parameters")
+    parameters: ParameterSet = ParameterSet()
 
 
 @dataclass(frozen=True)
@@ -77,12 +81,22 @@ class DefaultExperiment:
 
 @dataclass(frozen=True)
 class System:
-    """Components by name, in the order given, and the connections between them."""
+    """Components by name, in the order given, and the connections between them.
+
+    Parameters
+    ----------
+    units
+        Definitions of those connector units that no FMU of the system defines itself.
+    remarks
+        What the standard lets a reader pass over and a person should hear of, one sentence each.
+    """
 
     name: str
     components: dict[str, Component]
     connections: tuple[Connection, ...] = ()
     default_experiment: DefaultExperiment = DefaultExperiment()
+    units: dict[str, Unit] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def with_values(self, component: str, values: Mapping[str, Value]) -> System:
         """Give the same system with some start values of one component replaced."""

@@ -1,0 +1,267 @@
+"""Reading other people's archives and XML without trusting them.
+
+An FMU or an SSP is a zip made by a stranger. Nothing here writes outside the folder asked for, follows a
+link, expands an entity, fetches from a network or fills the disk; whatever is wrong with a file becomes
+one `InputError` that names it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import lzma
+import os
+import re
+import shutil
+import stat
+import struct
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+
+# What zipfile raises on damaged input; OSError covers seeks to places that do not exist.
+_ZIP_FAULTS = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    zlib.error,
+    lzma.LZMAError,
+    struct.error,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    ValueError,
+    OverflowError,
+    IndexError,
+    OSError,
+)
+_CHUNK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much an archive may hold, counted in what really comes out of it rather than in what it claims.
+
+    Parameters
+    ----------
+    members
+        Number of entries.
+    member_bytes, total_bytes
+        Unpacked size of one entry and of all, in bytes.
+    ratio
+        Unpacked over packed size of one entry; applies above `ratio_from_bytes`, because small files of
+        equal bytes compress that well honestly.
+    """
+
+    members: int = 20_000
+    member_bytes: int = 1 << 30
+    total_bytes: int = 4 << 30
+    ratio: float = 300.0
+    ratio_from_bytes: int = 32 << 20
+
+
+DEFAULT_LIMITS = Limits()
+XML_LIMIT_BYTES = 256 << 20
+
+
+@contextlib.contextmanager
+def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
+    """Open a zip; whatever goes wrong while it is open because of its bytes becomes an `InputError`."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            yield archive
+    except InputError:
+        raise
+    except _ZIP_FAULTS as fault:
+        raise InputError(f"{path}: not a readable zip archive ({_brief(fault)}); make it anew") from fault
+
+
+def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
+    """Give the bytes of one entry.
+
+    Parameters
+    ----------
+    path
+        The archive.
+    name
+        The entry's name, with forward slashes.
+    limit
+        Largest unpacked size in bytes.
+
+    Raises
+    ------
+    InputError
+        If the archive is damaged, the entry absent, or larger than the limit.
+    """
+    with open_archive(path) as archive:
+        try:
+            info = archive.getinfo(name)
+        except KeyError:
+            raise InputError(f"{path}: holds no {name}; it is not a complete archive of its kind") from None
+        with archive.open(info) as stream:
+            data = stream.read(limit + 1)
+    if len(data) > limit:
+        raise InputError(f"{path}: {name} is larger than {limit} bytes, which no such file needs")
+    return data
+
+
+def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS) -> Path:
+    """Unpack an archive into a folder of its own under `workdir` and give that folder.
+
+    The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
+    another one of the same name does not mix with it.
+
+    Raises
+    ------
+    InputError
+        As `extract`.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
+    with path.open("rb") as stream:
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    target = workdir / f"{path.stem}-{digest[:16]}"
+    if not target.is_dir():
+        extract(path, target, limits)
+    return target
+
+
+def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS) -> None:
+    """Unpack a whole archive into `target`, which must not exist; on failure nothing is left behind.
+
+    Raises
+    ------
+    InputError
+        If the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
+        entries share a name, or the limits are exceeded.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=target.parent))
+    try:
+        with open_archive(path) as archive:
+            members = _checked_members(path, archive, limits)
+            left = limits.total_bytes
+            for name, info in members:
+                left -= _write_member(path, archive, info, scratch / name, limits, left)
+        # Another process may have unpacked the same archive meanwhile: then its result stands.
+        with contextlib.suppress(OSError):
+            scratch.replace(target)
+        if not target.is_dir():
+            raise InputError(f"{target}: cannot be created; choose another working folder")
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def safe_relative(name: str) -> str | None:
+    """Give a normalised relative path with forward slashes, or None if it would leave its folder."""
+    parts = name.replace("\\", "/").split("/")
+    if name.startswith(("/", "\\")) or re.match(r"^[A-Za-z]:", name) or "\0" in name:
+        return None
+    kept = [part for part in parts if part not in ("", ".")]
+    if ".." in kept or any(len(os.fsencode(part)) > 255 for part in kept):
+        return None
+    return "/".join(kept)
+
+
+def parse_xml(data: bytes, where: str) -> Any:
+    """Parse XML that declares no document type, so that there is no entity to expand or fetch.
+
+    Parameters
+    ----------
+    data
+        The document.
+    where
+        How an error names it, such as `cell.ssp: SystemStructure.ssd`.
+
+    Returns
+    -------
+    lxml.etree._Element
+        The root, without comments and processing instructions.
+
+    Raises
+    ------
+    InputError
+        If it is not well formed or declares a document type.
+    """
+    from lxml import etree
+
+    # Before parsing, for every encoding in which the characters are one or two bytes wide.
+    if b"<!DOCTYPE" in data.replace(b"\0", b"").upper():
+        raise InputError(f"{where}: declares a document type, which could hold entities; remove the DOCTYPE")
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        root = etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError) as fault:
+        raise InputError(f"{where}: not well-formed XML ({_brief(fault)})") from fault
+    if root is None or root.getroottree().docinfo.internalDTD is not None:
+        raise InputError(f"{where}: empty, or declares a document type, which could hold entities")
+    return root
+
+
+def _checked_members(
+    path: Path, archive: zipfile.ZipFile, limits: Limits
+) -> list[tuple[str, zipfile.ZipInfo]]:
+    infos = archive.infolist()
+    if len(infos) > limits.members:
+        raise InputError(f"{path}: holds {len(infos)} entries, more than the {limits.members} allowed")
+    seen: set[str] = set()
+    members = []
+    for info in infos:
+        name = safe_relative(info.filename)
+        if name is None:
+            raise InputError(f"{path}: its entry {info.filename!r} would be written outside the folder")
+        mode = info.external_attr >> 16
+        if stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
+            raise InputError(f"{path}: its entry {info.filename!r} is a link or device, not a plain file")
+        if info.flag_bits & 1:
+            raise InputError(f"{path}: its entry {info.filename!r} is encrypted; pack it without password")
+        if info.is_dir() or info.filename.endswith("\\") or not name:
+            continue
+        if name in seen:
+            raise InputError(f"{path}: holds {name!r} twice; which one counts is not defined")
+        seen.add(name)
+        members.append((name, info))
+    return members
+
+
+def _write_member(
+    path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, limits: Limits, left: int
+) -> int:
+    written = 0
+    to.parent.mkdir(parents=True, exist_ok=True)
+    with archive.open(info) as source, to.open("xb") as sink:
+        while chunk := source.read(_CHUNK):
+            written += len(chunk)
+            _refuse_oversize(path, info, written, limits, left)
+            sink.write(chunk)
+    return written
+
+
+def _refuse_oversize(path: Path, info: zipfile.ZipInfo, written: int, limits: Limits, left: int) -> None:
+    entry = f"{path}: its entry {info.filename!r} unpacks to more than"
+    if written > limits.member_bytes:
+        raise InputError(f"{entry} {limits.member_bytes} bytes, the limit for one file")
+    if written > left:
+        raise InputError(f"{path}: unpacks to more than {limits.total_bytes} bytes, the limit for an archive")
+    if written > limits.ratio_from_bytes and written > limits.ratio * max(info.compress_size, 1):
+        raise InputError(f"{entry} {limits.ratio:g} times its packed size, as only a zip bomb does")
+
+
+def _brief(fault: BaseException) -> str:
+    """Give the first line of what a library said, short enough for one sentence."""
+    lines = str(fault).splitlines() or [type(fault).__name__]
+    return lines[0][:160]

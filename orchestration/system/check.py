@@ -1,0 +1,120 @@
+"""What fits an FMU: connectors against its variables, start values against type, range and settability."""
+
+from __future__ import annotations
+
+import math
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.description import FMI3_TYPES, ModelInfo, Variable
+from warmlink.orchestration.system.model import ConnectorType, Value
+from warmlink.orchestration.system.units import Unit
+
+_SSP_TYPES: dict[str, ConnectorType] = {"Real": "Real", "Integer": "Integer", **FMI3_TYPES}
+_PYTHON_TYPES: dict[str, tuple[type, ...]] = {
+    "Real": (float, int),
+    "Integer": (int,),
+    "Boolean": (bool,),
+    "String": (str,),
+    "Enumeration": (str, int),
+}
+
+
+def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
+    """Give a scalar variable that can be connected.
+
+    Raises
+    ------
+    InputError
+        If the FMU has no variable of this name, or it is an array, binary or a clock.
+    """
+    variable = info.variables.get(name)
+    if variable is None:
+        raise InputError(f"{where}: {info.path.name} has no variable {name}; correct the name")
+    if variable.dimensions:
+        raise InputError(f"{where}: is an array in {info.path.name}, which is not supported; use scalars")
+    if variable.kind is None:
+        raise InputError(f"{where}: is of type {variable.type}, which is not supported; use numbers")
+    return variable
+
+
+def check_kind(variable: Variable, kind: str, where: str) -> None:
+    """Refuse a connector whose kind is not its variable's causality."""
+    constant = variable.variability == "constant"
+    if kind != variable.causality and not (kind == "constant" and constant):
+        raise InputError(f"{where}: is declared {kind}, but the FMU's variable is {variable.causality}")
+
+
+def check_type(variable: Variable, declared: str | None, where: str) -> None:
+    """Refuse a connector whose type, in SSP's words, is not its variable's."""
+    if declared is None:
+        return
+    kind = _SSP_TYPES.get(declared)
+    # Real and Integer are the words of SSP 1.0 for whatever width FMI 3.0 gives.
+    exact = declared not in ("Real", "Integer") and variable.type not in ("Real", "Integer")
+    if kind != variable.kind or (exact and declared != variable.type):
+        raise InputError(f"{where}: is declared {declared}, but the FMU's variable is {variable.type}")
+
+
+def own_unit(info: ModelInfo, variable: Variable, declared: Unit | None = None) -> Unit | None:
+    """Give the unit in which a variable's values are, or the declared one where the FMU tells none."""
+    if variable.kind != "Real" or variable.unit is None:
+        return declared if variable.kind == "Real" else None
+    return info.units.get(variable.unit, Unit(variable.unit))
+
+
+def checked_value(variable: Variable, value: Value, where: str) -> Value:
+    """Give a start value as the FMU takes it: an Enumeration's item as its integer, a Real as a float.
+
+    Parameters
+    ----------
+    variable
+        The variable that shall start from it.
+    value
+        In the variable's own unit.
+    where
+        How an error names it, such as `link.width`.
+
+    Raises
+    ------
+    InputError
+        If the type does not fit, the value is not finite or out of range, or the variable cannot be set.
+    """
+    if not variable.settable:
+        raise InputError(
+            f"{where}: takes no start value, its causality being {variable.causality} and "
+            f"its variability {variable.variability}; set a parameter or an input"
+        )
+    if variable.causality == "structuralParameter":
+        raise InputError(f"{where}: structural parameters are not supported; keep the FMU's own value")
+    if isinstance(value, bool) != (variable.kind == "Boolean") or not isinstance(
+        value, _PYTHON_TYPES[variable.kind or "Real"]
+    ):
+        raise InputError(f"{where}: {value!r} is not of type {variable.type}; give a value of that type")
+    if isinstance(value, str):
+        return _item(variable, value, where) if variable.kind == "Enumeration" else value
+    if variable.kind == "Boolean":
+        return value
+    number = float(value) if variable.kind == "Real" else int(value)
+    _check_range(variable, number, where)
+    return number
+
+
+def _item(variable: Variable, name: str, where: str) -> int:
+    if name not in variable.items:
+        items = ", ".join(variable.items) or "none by name"
+        raise InputError(f"{where}: {name!r} is not an item of its enumeration; it has {items}")
+    return variable.items[name]
+
+
+def _check_range(variable: Variable, number: float, where: str) -> None:
+    unit = f" {variable.unit}" if variable.unit else ""
+    if not math.isfinite(number):
+        raise InputError(f"{where}: {number}{unit} is not a finite number; give one")
+    if variable.min is not None and number < variable.min:
+        raise InputError(
+            f"{where}: {number:g}{unit} is below its minimum; give at least {variable.min:g}{unit}"
+        )
+    if variable.max is not None and number > variable.max:
+        raise InputError(
+            f"{where}: {number:g}{unit} is above its maximum; give at most {variable.max:g}{unit}"
+        )

@@ -1,0 +1,422 @@
+"""What an FMU says of itself: its variables, what depends on what, and what a master may ask of it.
+
+A lean reading of modelDescription.xml (FMI 2.0 section 2.2, FMI 3.0 section 2.4), safe for files made by
+strangers and quick enough to be done at every start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system import archive
+from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
+from warmlink.orchestration.system.units import Unit, read_unit
+from warmlink.orchestration.system.xml_values import (
+    boolean,
+    integer,
+    number,
+    optional_integer,
+    optional_number,
+    required,
+)
+
+FMI2_TYPES: dict[str, ConnectorType] = {
+    "Real": "Real",
+    "Integer": "Integer",
+    "Boolean": "Boolean",
+    "String": "String",
+    "Enumeration": "Enumeration",
+}
+FMI3_TYPES: dict[str, ConnectorType] = {
+    "Float32": "Real",
+    "Float64": "Real",
+    "Int8": "Integer",
+    "UInt8": "Integer",
+    "Int16": "Integer",
+    "UInt16": "Integer",
+    "Int32": "Integer",
+    "UInt32": "Integer",
+    "Int64": "Integer",
+    "UInt64": "Integer",
+    "Boolean": "Boolean",
+    "String": "String",
+    "Enumeration": "Enumeration",
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable, or an array that nobody here can connect (`dimensions` is then not empty).
+
+    Parameters
+    ----------
+    type
+        As the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on.
+    kind
+        The five types that connectors know; None for those that cannot be connected (Binary, Clock).
+    causality, variability, initial
+        With the standard's defaults filled in; `initial` is None where none applies.
+    unit, display_unit
+        From the variable or from its declared type.
+    start
+        As given, converted to a Python value; an Enumeration's is its integer.
+    min, max, nominal
+        In `unit`; None where the FMU gives none.
+    relative
+        Whether the value is a difference (`relativeQuantity`), to which unit offsets do not apply.
+    items
+        Names of an Enumeration's items with their integers.
+    dimensions
+        Sizes of an array, 0 where a structural parameter gives the size; empty for a scalar.
+    """
+
+    name: str
+    value_reference: int
+    type: str
+    kind: ConnectorType | None
+    causality: str
+    variability: str
+    initial: str | None = None
+    unit: str | None = None
+    display_unit: str | None = None
+    start: Value | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+    relative: bool = False
+    description: str = ""
+    items: dict[str, int] = field(default_factory=dict)
+    dimensions: tuple[int, ...] = ()
+
+    @property
+    def settable(self) -> bool:
+        """Whether a start value may be set before initialization (FMI 2.0 section 2.2.7, FMI 3.0 2.4.7.4)."""
+        return self.variability != "constant" and self.initial in ("exact", "approx")
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What a co-simulation slave says it can do; False or 0 where its FMI version has no such flag."""
+
+    variable_step: bool = False
+    get_set_state: bool = False
+    serialize_state: bool = False
+    directional_derivatives: bool = False
+    adjoint_derivatives: bool = False
+    interpolate_inputs: bool = False
+    max_output_derivative_order: int = 0
+    needs_execution_tool: bool = False
+    once_per_process: bool = False
+    own_memory_functions: bool = False
+    asynchronous: bool = False
+    event_mode: bool = False
+    early_return: bool = False
+    intermediate_update: bool = False
+    fixed_internal_step_size: float | None = None
+
+
+@dataclass(frozen=True)
+class ModelInfo:
+    """An FMU's description, as a master and a checker need it.
+
+    Parameters
+    ----------
+    path
+        The .fmu file it was read from.
+    fmi_version
+        `2.0` or `3.0`, whatever the minor version.
+    guid
+        FMI 2.0 `guid` or FMI 3.0 `instantiationToken`.
+    variables
+        By name, in the FMU's order; aliases of FMI 3.0 under their own names too.
+    outputs
+        Names, in the order of ModelStructure.
+    dependencies
+        For each output the names it depends on; None where the FMU declares nothing, which means all.
+    initial_unknowns
+        As `dependencies`, for what is computed at initialization.
+    tolerance
+        Relative tolerance of the default experiment.
+    """
+
+    path: Path
+    fmi_version: str
+    model_name: str
+    model_identifier: str
+    guid: str
+    description: str
+    variables: dict[str, Variable]
+    outputs: tuple[str, ...]
+    dependencies: dict[str, tuple[str, ...] | None]
+    initial_unknowns: dict[str, tuple[str, ...] | None]
+    capabilities: Capabilities
+    default_experiment: DefaultExperiment
+    tolerance: float | None
+    units: dict[str, Unit]
+
+    def with_causality(self, causality: str) -> tuple[str, ...]:
+        """Give the names of the variables of one causality, in the FMU's order."""
+        return tuple(v.name for v in self.variables.values() if v.causality == causality)
+
+    def feedthrough(self, output: str) -> frozenset[str]:
+        """Give the inputs on which an output directly depends; all of them where nothing is declared."""
+        inputs = frozenset(self.with_causality("input"))
+        declared = self.dependencies.get(output)
+        return inputs if declared is None else inputs.intersection(declared)
+
+
+def read_description(fmu: Path) -> ModelInfo:
+    """Read an FMU's modelDescription.xml; the same unchanged file is read once in a process.
+
+    Parameters
+    ----------
+    fmu
+        Path of the .fmu file.
+
+    Raises
+    ------
+    InputError
+        If the file is absent, not a zip, not an FMU of FMI 2.0 or 3.0, damaged, or has no co-simulation.
+    """
+    if not fmu.is_file():
+        raise InputError(f"{fmu}: no such file; give the path of an .fmu file")
+    facts = fmu.stat()
+    return _read_cached(fmu.resolve(), facts.st_mtime_ns, facts.st_size)
+
+
+@lru_cache(maxsize=256)
+def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
+    where = f"{fmu.name}: modelDescription.xml"
+    root = archive.parse_xml(archive.read_member(fmu, "modelDescription.xml"), where)
+    return parse_description(root, fmu, where)
+
+
+def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
+    """Give the description that an `fmiModelDescription` element holds; `where` names it in errors."""
+    version = root.get("fmiVersion", "")
+    if root.tag != "fmiModelDescription" or not version.startswith(("2.", "3.")):
+        raise InputError(f"{where}: FMI version {version!r} is not supported; give an FMU of FMI 2.0 or 3.0")
+    major = int(version[0])
+    slave = root.find("CoSimulation")
+    if slave is None:
+        kinds = [k for k in ("ModelExchange", "ScheduledExecution") if root.find(k) is not None]
+        raise InputError(
+            f"{where}: offers {' and '.join(kinds) or 'no interface'}, not co-simulation; "
+            "export the model for co-simulation"
+        )
+    variables, by_key = _read_variables(root, major, where)
+    outputs = _unknowns(root, major, "Output", by_key, where)
+    experiment = root.find("DefaultExperiment")
+    return ModelInfo(
+        path=fmu,
+        fmi_version=f"{major}.0",
+        model_name=required(root, "modelName", where),
+        model_identifier=required(slave, "modelIdentifier", where),
+        guid=required(root, "guid" if major == 2 else "instantiationToken", where),
+        description=root.get("description", ""),
+        variables=variables,
+        outputs=tuple(outputs),
+        dependencies=outputs,
+        initial_unknowns=_unknowns(root, major, "InitialUnknown", by_key, where),
+        capabilities=_capabilities(slave, major, where),
+        default_experiment=_experiment(experiment, where),
+        tolerance=None if experiment is None else optional_number(experiment, "tolerance", where),
+        units=_units(root, where),
+    )
+
+
+def _units(root: Any, where: str) -> dict[str, Unit]:
+    units = [read_unit(element, where) for element in root.iterfind("UnitDefinitions/Unit")]
+    return {unit.name: unit for unit in units}
+
+
+def _experiment(element: Any, where: str) -> DefaultExperiment:
+    if element is None:
+        return DefaultExperiment()
+    return DefaultExperiment(
+        optional_number(element, "startTime", where) or 0.0,
+        optional_number(element, "stopTime", where),
+        optional_number(element, "stepSize", where),
+    )
+
+
+def _capabilities(slave: Any, major: int, where: str) -> Capabilities:
+    def flag(name: str) -> bool:
+        return boolean(slave, name, where, default=False)
+
+    common = Capabilities(
+        variable_step=flag("canHandleVariableCommunicationStepSize"),
+        needs_execution_tool=flag("needsExecutionTool"),
+        once_per_process=flag("canBeInstantiatedOnlyOncePerProcess"),
+        max_output_derivative_order=optional_integer(slave, "maxOutputDerivativeOrder", where) or 0,
+    )
+    if major == 2:
+        return replace(
+            common,
+            get_set_state=flag("canGetAndSetFMUstate"),
+            serialize_state=flag("canSerializeFMUstate"),
+            directional_derivatives=flag("providesDirectionalDerivative"),
+            interpolate_inputs=flag("canInterpolateInputs"),
+            own_memory_functions=flag("canNotUseMemoryManagementFunctions"),
+            asynchronous=flag("canRunAsynchronuously"),
+        )
+    return replace(
+        common,
+        get_set_state=flag("canGetAndSetFMUState"),
+        serialize_state=flag("canSerializeFMUState"),
+        directional_derivatives=flag("providesDirectionalDerivatives"),
+        adjoint_derivatives=flag("providesAdjointDerivatives"),
+        event_mode=flag("hasEventMode"),
+        early_return=flag("mightReturnEarlyFromDoStep"),
+        intermediate_update=flag("providesIntermediateUpdate"),
+        fixed_internal_step_size=optional_number(slave, "fixedInternalStepSize", where),
+    )
+
+
+def _read_variables(root: Any, major: int, where: str) -> tuple[dict[str, Variable], dict[int, str]]:
+    """Give the variables by name, and the name by what ModelStructure refers to: index or value reference."""
+    types = _declared_types(root, major)
+    variables: dict[str, Variable] = {}
+    by_key: dict[int, str] = {}
+    elements = root.find("ModelVariables")
+    for index, element in enumerate(() if elements is None else elements, start=1):
+        variable = (_fmi2_variable if major == 2 else _fmi3_variable)(element, types, where)
+        names = [variable.name, *(required(a, "name", where) for a in element.iterfind("Alias"))]
+        for name in names:
+            if name in variables:
+                raise InputError(f"{where}: declares the variable {name} twice; names must be unique")
+            variables[name] = replace(variable, name=name)
+        by_key[index if major == 2 else variable.value_reference] = variable.name
+    return variables, by_key
+
+
+def _declared_types(root: Any, major: int) -> dict[str, Any]:
+    """Give the elements that hold the attributes of declared types, by the types' names."""
+    if major == 2:
+        return {
+            t.get("name"): t[0]
+            for t in root.iterfind("TypeDefinitions/SimpleType")
+            if len(t) and t.get("name")
+        }
+    return {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.get("name")}
+
+
+def _fmi2_variable(element: Any, types: dict[str, Any], where: str) -> Variable:
+    typed = next((child for child in element if child.tag in FMI2_TYPES), None)
+    name = required(element, "name", where)
+    if typed is None:
+        raise InputError(f"{where}: the variable {name} has no type")
+    return _variable(element, typed, typed.tag, FMI2_TYPES[typed.tag], types, where)
+
+
+def _fmi3_variable(element: Any, types: dict[str, Any], where: str) -> Variable:
+    variable = _variable(element, element, element.tag, FMI3_TYPES.get(element.tag), types, where)
+    sizes = [optional_integer(d, "start", where) or 0 for d in element.iterfind("Dimension")]
+    return replace(variable, dimensions=tuple(sizes))
+
+
+def _variable(
+    element: Any, typed: Any, fmi_type: str, kind: ConnectorType | None, types: dict[str, Any], where: str
+) -> Variable:
+    name = required(element, "name", where)
+    where = f"{where}: {name}"
+    declared_name = typed.get("declaredType")
+    declared = types.get(declared_name)
+    if declared_name is not None and declared is None:
+        raise InputError(f"{where}: its declared type {declared_name} is not defined")
+
+    def attribute(key: str) -> str | None:
+        value = typed.get(key)
+        return declared.get(key) if value is None and declared is not None else value
+
+    causality = element.get("causality", "local")
+    real = kind == "Real"
+    variability = element.get("variability") or _default_variability(fmi_type, real, causality)
+    array = element.find("Dimension") is not None
+    return Variable(
+        name=name,
+        value_reference=integer(required(element, "valueReference", where), where),
+        type=fmi_type,
+        kind=kind,
+        causality=causality,
+        variability=variability,
+        initial=element.get("initial") or _default_initial(causality, variability),
+        unit=(attribute("unit") or None) if real else None,
+        display_unit=(attribute("displayUnit") or None) if real else None,
+        start=None if array else _start(element, typed, kind, where),
+        min=_bound(attribute("min"), kind, where),
+        max=_bound(attribute("max"), kind, where),
+        nominal=_bound(attribute("nominal"), kind, where),
+        relative=real and attribute("relativeQuantity") in ("true", "1"),
+        description=element.get("description", ""),
+        items=_items(declared, where) if kind == "Enumeration" else {},
+    )
+
+
+def _items(declared: Any, where: str) -> dict[str, int]:
+    if declared is None:
+        return {}
+    return {
+        required(i, "name", where): integer(required(i, "value", where), where)
+        for i in declared.iterfind("Item")
+    }
+
+
+def _bound(text: str | None, kind: ConnectorType | None, where: str) -> float | None:
+    return None if text is None or kind not in ("Real", "Integer", "Enumeration") else number(text, where)
+
+
+def _start(element: Any, typed: Any, kind: ConnectorType | None, where: str) -> Value | None:
+    text = typed.get("start")
+    if text is None and kind == "String":
+        held = element.find("Start")
+        text = None if held is None else held.get("value")
+    if text is None or kind is None:
+        return None
+    if kind == "Real":
+        return number(text, where)
+    if kind in ("Integer", "Enumeration"):
+        return integer(text, where)
+    return boolean(typed, "start", where, default=False) if kind == "Boolean" else text
+
+
+def _default_variability(fmi_type: str, real: bool, causality: str) -> str:
+    # FMI 2.0 has one default for all types; FMI 3.0 one for parameters, one for floats, one for the rest.
+    if fmi_type == "Real":
+        return "continuous"
+    if causality in ("parameter", "calculatedParameter", "structuralParameter"):
+        return "fixed"
+    return "continuous" if real else "discrete"
+
+
+def _default_initial(causality: str, variability: str) -> str | None:
+    """Give the default of `initial` (FMI 2.0 table in section 2.2.7; FMI 3.0 table 22)."""
+    if causality == "independent":
+        return None
+    if variability == "constant" or causality in ("parameter", "structuralParameter", "input"):
+        return "exact"
+    return "calculated"
+
+
+def _unknowns(
+    root: Any, major: int, element: str, by_key: dict[int, str], where: str
+) -> dict[str, tuple[str, ...] | None]:
+    """Give what each unknown depends on, by name; None where no dependencies are declared."""
+    path, key = (f"{element}s/Unknown", "index") if major == 2 else (element, "valueReference")
+
+    def name(text: str) -> str:
+        reference = integer(text, where)
+        if reference not in by_key:
+            raise InputError(f"{where}: ModelStructure refers to variable {reference}, which is not declared")
+        return by_key[reference]
+
+    found: dict[str, tuple[str, ...] | None] = {}
+    for unknown in root.iterfind(f"ModelStructure/{path}"):
+        dependencies = unknown.get("dependencies")
+        names = None if dependencies is None else tuple(name(text) for text in dependencies.split())
+        found[name(required(unknown, key, where))] = names
+    return found

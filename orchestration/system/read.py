@@ -1,0 +1,91 @@
+"""Reading anybody's SSP into the one form that the master runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system import archive
+from warmlink.orchestration.system.declared import Description
+from warmlink.orchestration.system.description import ModelInfo, read_description
+from warmlink.orchestration.system.flatten import Flat, flatten
+from warmlink.orchestration.system.flatten import Path as ElementPath
+from warmlink.orchestration.system.model import Component, ParameterSet, System
+from warmlink.orchestration.system.resolve import Resolver
+from warmlink.orchestration.system.ssd import read_ssd
+from warmlink.orchestration.system.units import Unit
+
+
+def read_system(path: Path, workdir: Path) -> System:
+    """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
+
+    Parameters
+    ----------
+    path
+        The .ssp file, or an .ssd file that lies beside its resources.
+    workdir
+        Folder into which the SSP is unpacked; the components' FMU files lie there afterwards.
+
+    Returns
+    -------
+    System
+        Components under dotted names; start values and connections in the FMU variables' own units.
+
+    Raises
+    ------
+    InputError
+        If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
+    """
+    if path.suffix.lower() == ".ssd":
+        description = read_ssd(path, workdir)
+    else:
+        description = read_ssd(archive.unpack(path, workdir) / "SystemStructure.ssd", workdir)
+    flat = flatten(description.system)
+    if not flat.components:
+        raise InputError(
+            f"{path.name}: the system {description.name} has no component; there is nothing to run"
+        )
+    infos = {place: _described(".".join(place), found.fmu) for place, found in flat.components.items()}
+    return _assembled(description, flat, infos)
+
+
+def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, ModelInfo]) -> System:
+    resolver = Resolver(flat, infos)
+    connectors = {place: resolver.connectors(place) for place in flat.components}
+    connections = tuple(resolver.connections())
+    values = resolver.values()
+    components = {
+        name: Component(
+            name, flat.components[place].fmu, connectors[place], ParameterSet(values=values[place])
+        )
+        for place, name in ((place, ".".join(place)) for place in flat.components)
+    }
+    units = _units_of_their_own(description, flat, infos)
+    return System(
+        description.name,
+        components,
+        connections,
+        description.default_experiment,
+        units,
+        tuple(resolver.remarks),
+    )
+
+
+def _units_of_their_own(
+    description: Description, flat: Flat, infos: dict[ElementPath, ModelInfo]
+) -> dict[str, Unit]:
+    """Give the units that connectors use because their FMUs tell none."""
+    used = {}
+    for place, component in flat.components.items():
+        for connector in component.connectors.values():
+            unit = connector.unit
+            if unit and unit.exponents is not None and infos[place].variables[connector.name].unit is None:
+                used[unit.name] = unit
+    return dict(sorted(used.items()))
+
+
+def _described(name: str, fmu: Path) -> ModelInfo:
+    try:
+        return read_description(fmu)
+    except InputError as fault:
+        raise InputError(f"{name}: {fault}") from fault

@@ -1,0 +1,206 @@
+"""Units as FMI and SSP define them, and the linear conversion between two of them.
+
+A unit is its exponents of the SI base units and rad, a factor and an offset: `base = factor * value +
+offset` (FMI 2.0 section 2.2.2, SSP 1.0 section 4.1). Where a file names a unit without defining it, the
+name itself is read, in Modelica's notation or any that pint knows.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.xml_values import optional_integer, optional_number, required
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+# Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
+# hence units of its own for plane angles.
+_SPELLINGS = {
+    "Ohm": "ohm",
+    "degree_C": "degC",
+    "rad": "plane_rad",
+    "mrad": "mplane_rad",
+    "urad": "uplane_rad",
+    "µrad": "uplane_rad",
+    "deg": "plane_deg",
+    "rev": "plane_rev",
+    "rpm": "plane_rpm",
+}
+_PLANE_ANGLES = (
+    "plane_rad = [angle]",
+    "plane_deg = 0.017453292519943295 * plane_rad",
+    "plane_rev = 6.283185307179586 * plane_rad",
+    "plane_rpm = plane_rev / minute",
+)
+_SPELLED = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
+_DOT = re.compile(r"(?<=[\w)])\s*[.·⋅]\s*(?=[^\W\d]|\(|1/)")
+_POWER = re.compile(r"(?<![\w.])([^\W\d]+)\^?(-?\d{1,2})(?![\w.])")
+_PLAIN_NUMBER = ("", "1", "-")
+_LONGEST_NAME = 80
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit and what it means; `exponents` is None where a file only names it.
+
+    Parameters
+    ----------
+    name
+        As in the file, such as `W/(m2.K)`.
+    exponents
+        Of kg, m, s, A, K, mol, cd, rad.
+    factor, offset
+        `base = factor * value + offset`.
+    """
+
+    name: str
+    exponents: tuple[int, ...] | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """`target = factor * source + offset`."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __call__(self, value: float) -> float:
+        """Convert one value."""
+        return self.factor * value + self.offset
+
+    def then(self, factor: float, offset: float) -> Conversion:
+        """Give this conversion followed by another linear transformation."""
+        return Conversion(factor * self.factor, factor * self.offset + offset)
+
+    @property
+    def identity(self) -> bool:
+        """Whether it changes nothing."""
+        return self.factor == 1.0 and self.offset == 0.0
+
+
+def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversion:
+    """Give the conversion between two units of one quantity.
+
+    Parameters
+    ----------
+    source, target
+        Units; where one has no exponents its name is read.
+    difference
+        Whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K.
+
+    Raises
+    ------
+    InputError
+        If the units measure different quantities, or one is neither defined nor known by name. The
+        message is `W does not convert to K`; the caller adds where.
+    """
+    if source.name == target.name and (source.exponents is None or target.exponents is None):
+        return Conversion()
+    source, target = meaning(source), meaning(target)
+    if source.exponents != target.exponents:
+        raise InputError(f"{_shown(source)} does not convert to {_shown(target)}")
+    if (source.factor, source.offset) == (target.factor, target.offset):
+        return Conversion()
+    factor = source.factor / target.factor
+    return Conversion(factor, 0.0 if difference else (source.offset - target.offset) / target.factor)
+
+
+def meaning(unit: Unit) -> Unit:
+    """Give the unit with its exponents, read from its name where the file defined none."""
+    return parse_unit(unit.name) if unit.exponents is None else unit
+
+
+def read_unit(element: Any, where: str) -> Unit:
+    """Give the unit that a `Unit` element of FMI or SSP defines.
+
+    Raises
+    ------
+    InputError
+        If an exponent or factor is no number, or the factor is 0.
+    """
+    name = required(element, "name", where)
+    base = next((child for child in element if str(child.tag).rpartition("}")[2] == "BaseUnit"), None)
+    if base is None:
+        return Unit(name)
+    where = f"{where}: unit {name}"
+    exponents = tuple(optional_integer(base, key, where) or 0 for key in BASE_UNITS)
+    factor = optional_number(base, "factor", where)
+    if factor == 0:
+        raise InputError(f"{where}: its factor is 0, which converts nothing; give the factor to SI units")
+    return Unit(
+        name, exponents, 1.0 if factor is None else factor, optional_number(base, "offset", where) or 0.0
+    )
+
+
+@lru_cache(maxsize=512)
+def parse_unit(name: str) -> Unit:
+    """Read a unit's name: `W/(m2.K)`, `N.m`, `rad/s`, `W.s2/rad2`, `degC`, `um`, `W/(m**2*K)`, `1`.
+
+    A radian counts as a base unit, as it does in FMI.
+
+    Raises
+    ------
+    InputError
+        If the name is no unit.
+    """
+    if len(name) > _LONGEST_NAME:
+        raise InputError(f"{name[:40]!r}... is not a unit; define it with a BaseUnit")
+    text = _POWER.sub(r"\1**(\2)", _DOT.sub("*", name.strip()))
+    text = _SPELLED.sub(lambda found: _SPELLINGS[found.group(1)], text).replace("%", "percent")
+    return _from_pint(name, "dimensionless" if text in _PLAIN_NUMBER else text)
+
+
+def _from_pint(name: str, text: str) -> Unit:
+    registry = _registry()
+    try:
+        units = registry.Unit(text)
+        zero = registry.Quantity(0.0, units).to_base_units()
+        # A scale that starts elsewhere is a bare temperature, whose differences pint knows under this name.
+        step = units if zero.magnitude == 0 else f"delta_{text}"
+        factor = float(registry.Quantity(1.0, step).to_base_units().magnitude)
+    except Exception as fault:  # its parser raises many kinds, pint's own and syntax errors among them
+        raise InputError(
+            f"{name!r} is not a known unit; define it with a BaseUnit, or write it as in W/(m2.K)"
+        ) from fault
+    exponents = [0] * len(BASE_UNITS)
+    for dimension, power in zero.dimensionality.items():
+        if dimension not in _DIMENSIONS or int(power) != power or abs(power) > 20:
+            raise InputError(f"{name!r} is not a unit of SI base units and rad with whole exponents")
+        exponents[_DIMENSIONS[dimension]] = int(power)
+    if not math.isfinite(factor) or factor == 0:
+        raise InputError(f"{name!r} is not a unit of finite size")
+    return Unit(name, tuple(exponents), factor, float(zero.magnitude))
+
+
+_DIMENSIONS = {
+    "[mass]": 0,
+    "[length]": 1,
+    "[time]": 2,
+    "[current]": 3,
+    "[temperature]": 4,
+    "[substance]": 5,
+    "[luminosity]": 6,
+    "[angle]": 7,
+}
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    """Give pint's registry with kilogram as base unit, and plane angles with a dimension of their own."""
+    import pint
+
+    registry: Any = pint.UnitRegistry(system="mks", autoconvert_offset_to_baseunit=True)
+    for definition in _PLANE_ANGLES:
+        registry.define(definition)
+    return registry
+
+
+def _shown(unit: Unit) -> str:
+    return unit.name or "1"
