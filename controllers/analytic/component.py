@@ -1,0 +1,79 @@
+"""The paper's expression as a compensating controller."""
+
+from __future__ import annotations
+
+from warmlink.controllers.analytic import law
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
+from warmlink.fmus.packaging.component import Component, Parameter, State
+from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+
+_MATERIAL = tuple(
+    parameter
+    for parameter in LINK.parameters
+    if parameter.name in {"conductivity", "density", "specific_heat", "expansion_coefficient"}
+)
+
+_PARAMETERS = (
+    SAMPLE_TIME,
+    TOLERANCE,
+    Parameter(
+        "form",
+        "1",
+        law.CORRECTED,
+        "Eq. (4): 0 as printed, 1 corrected",
+        type="Integer",
+        minimum=law.PRINTED,
+        maximum=law.CORRECTED,
+    ),
+    Parameter(
+        "temperature_source",
+        "1",
+        law.BASE,
+        "temperature to go by: 0 base, 1 shaft",
+        type="Integer",
+        minimum=law.BASE,
+        maximum=law.SHAFT,
+    ),
+    Parameter("heated_length", "m", 0.2916, "length from base to tip position", display="mm", positive=True),
+    *_MATERIAL,
+    Parameter(
+        "reference_temperature",
+        "K",
+        0,
+        "temperature of no elongation; 0: the first good reading",
+        minimum=0,
+        nominal=NOMINAL_TEMPERATURE,
+    ),
+    Parameter(
+        "heating_rise", "K", 0.5, "rise from which on the time of heating counts", minimum=0, nominal=0.5
+    ),
+    Parameter("relative_error", "1", 0.3, "standard deviation of the relative error", minimum=0, nominal=0.1),
+    Parameter(
+        "least_error",
+        "m",
+        1e-6,
+        "standard deviation of the error at no elongation",
+        display="um",
+        minimum=0,
+        nominal=1e-6,
+    ),
+)
+
+COMPONENT = Component(
+    name="AnalyticCompensator",
+    description="Growth by the paper's Eq. (4), from the temperature at the base and the time of heating",
+    inputs=INPUTS,
+    parameters=_PARAMETERS,
+    states=(
+        State("reference", "K"),
+        State("held", "K"),
+        State("heated_for", "s"),
+        State("elongation", "m"),
+        State("distrusted", "1"),
+    ),
+    outputs=OUTPUTS,
+    update=law.update,
+    begin=law.begin,
+    observe=law.outputs,
+)

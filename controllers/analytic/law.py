@@ -1,0 +1,109 @@
+"""Growth of a link from the temperature at its base and the time since it began to rise.
+
+Eq. (4) of P. Poonyapak, M. J. D. Hayes and J. M. J. McDill, "Temperature-Induced Deformation in a Mechanical
+System", as printed and corrected. Both take the base for a surface of a semi-infinite solid that stepped to
+its present temperature when heating began.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from warmlink.controllers.verdict import error_std, ready
+from warmlink.fmus.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
+from warmlink.fmus.packaging.component import Record
+
+PRINTED, CORRECTED = 0, 1
+"""Values of the parameter `form`."""
+
+BASE, SHAFT = 0, 1
+"""Values of the parameter `temperature_source`."""
+
+_SHORTEST = 1e-9
+"""s, in place of no time at all."""
+
+
+def begin(u: Record, p: Record) -> Mapping[str, Number]:
+    """States at the start: the first good reading is where the link does not deform."""
+    reading = measured(u, p)
+    first = where(finite(reading), reading, u.ambient_temperature)
+    return {
+        "reference": where(p.reference_temperature > 0, p.reference_temperature, first),
+        "held": first,
+        "heated_for": 0.0,
+        "elongation": 0.0,
+        "distrusted": where(finite(reading), 0.0, 1.0),
+    }
+
+
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    """States after a sample."""
+    reading = measured(u, p)
+    good = finite(reading)
+    temperature = where(good, reading, x.held)
+    rise = temperature - x.reference
+    heated_for = where(absolute(rise) < p.heating_rise, 0.0, x.heated_for + step)
+    return {
+        "reference": x.reference,
+        "held": temperature,
+        "heated_for": heated_for,
+        "elongation": where(heated_for > 0, elongation(rise, heated_for, p), 0.0),
+        "distrusted": where(good, 0.0, 1.0),
+    }
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Correction and its uncertainty in m."""
+    std = error_std(x.elongation, p.relative_error, p.least_error)
+    return {
+        "correction": x.elongation,
+        "predicted_elongation": x.elongation,
+        "correction_std": std,
+        "ready": ready(std, p.tolerance),
+        "distrusted": x.distrusted,
+    }
+
+
+def measured(u: Record, p: Record) -> Number:
+    """The reading in K that the law goes by; may be NaN."""
+    return where(p.temperature_source == SHAFT, u.shaft_temperature, u.base_temperature)
+
+
+def elongation(rise: Number, time: Number, p: Record) -> Number:
+    """Growth in m at a time in s after the base rose by so many K, in the form asked for."""
+    diffusivity = p.conductivity / (p.density * p.specific_heat)
+    depth = sqrt(diffusivity * maximum(time, _SHORTEST))
+    length, expansion = p.heated_length, p.expansion_coefficient
+    return where(
+        p.form == PRINTED,
+        printed(rise, depth, length, expansion),
+        corrected(rise, depth, length, expansion),
+    )
+
+
+def printed(rise: Number, depth: Number, length: Number, expansion: Number) -> Number:
+    """Eq. (4) as printed, in m: it falls with time, and takes cooling for heating.
+
+    Parameters
+    ----------
+    rise : step of the base temperature in K
+    depth : square root of diffusivity times time, in m
+    length : length that expands, in m
+    expansion : linear coefficient of thermal expansion in 1/K
+    """
+    return expansion * length * absolute(rise) * erf(length / depth)
+
+
+def corrected(rise: Number, depth: Number, length: Number, expansion: Number) -> Number:
+    """Integral in m over the length of the rise in a semi-infinite solid whose surface stepped.
+
+        alpha dT [L erfc(L / 2 d) + 2 d / sqrt(pi) (1 - exp(-(L / 2 d)^2))],  d = sqrt(a t)
+
+    The temperatures are those of J. P. Holman, *Heat Transfer*, 9th ed., McGraw-Hill 2002, section 4-3.
+    Arguments as for `printed`.
+    """
+    reach = length / (2 * depth)
+    far = length * (1 - erf(reach))
+    near = 2 * depth / math.sqrt(math.pi) * (1 - exp(-(reach**2)))
+    return expansion * rise * (far + near)

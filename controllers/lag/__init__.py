@@ -1,0 +1,1 @@
+"""Growth that follows the losses of the motor with one time constant."""

@@ -1,0 +1,50 @@
+"""The first-order lag as a compensating controller."""
+
+from __future__ import annotations
+
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
+from warmlink.controllers.lag import law
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.component import Component, Parameter, State
+
+_LOSSES = tuple(
+    parameter
+    for parameter in MOTOR.parameters
+    if parameter.name
+    in {
+        "winding_resistance",
+        "torque_constant",
+        "iron_loss_coefficient",
+        "coulomb_friction",
+        "viscous_friction",
+    }
+)
+
+_PARAMETERS = (
+    SAMPLE_TIME,
+    TOLERANCE,
+    Parameter("gain", "m/W", 4e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6),
+    Parameter("time_constant", "s", 1900, "time constant of the growth", positive=True),
+    *_LOSSES,
+    Parameter("relative_error", "1", 0.1, "standard deviation of the relative error", minimum=0, nominal=0.1),
+    Parameter(
+        "least_error",
+        "m",
+        1e-6,
+        "standard deviation of the error at no elongation",
+        display="um",
+        minimum=0,
+        nominal=1e-6,
+    ),
+)
+
+COMPONENT = Component(
+    name="LagCompensator",
+    description="Growth as a first-order lag of the motor's losses",
+    inputs=INPUTS,
+    parameters=_PARAMETERS,
+    states=(State("elongation", "m"),),
+    outputs=OUTPUTS,
+    update=law.update,
+    observe=law.outputs,
+)

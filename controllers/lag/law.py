@@ -1,0 +1,38 @@
+"""Growth as a first-order lag of the motor's losses.
+
+time_constant dE/dt = gain P - E,   P = R I^2 + c_fe w^2 + (t_c + b_v |w|) |w|,   I = torque / k_t
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.controllers.verdict import error_std, ready
+from warmlink.fmus.arithmetic import Number, absolute, exp
+from warmlink.fmus.packaging.component import Record
+
+
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    """States after a sample; exact for losses held over it."""
+    final = p.gain * loss(u, p)
+    return {"elongation": final + (x.elongation - final) * exp(-step / p.time_constant)}
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Correction and its uncertainty in m."""
+    std = error_std(x.elongation, p.relative_error, p.least_error)
+    return {
+        "correction": x.elongation,
+        "predicted_elongation": x.elongation,
+        "correction_std": std,
+        "ready": ready(std, p.tolerance),
+        "distrusted": 0.0,
+    }
+
+
+def loss(u: Record, p: Record) -> Number:
+    """Heat in W that the motor makes at its nominal temperature."""
+    speed = absolute(u.speed)
+    copper = p.winding_resistance * (u.torque / p.torque_constant) ** 2
+    iron = p.iron_loss_coefficient * speed**2
+    return copper + iron + (p.coulomb_friction + p.viscous_friction * speed) * speed

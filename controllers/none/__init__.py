@@ -1,0 +1,1 @@
+"""No compensation: what every other law is measured against."""

@@ -1,0 +1,27 @@
+"""No compensation, as a component."""
+
+from __future__ import annotations
+
+from warmlink.controllers.interface import INPUTS, OUTPUTS, TOLERANCE
+from warmlink.controllers.none import law
+from warmlink.fmus.packaging.component import Component, Parameter
+
+COMPONENT = Component(
+    name="NoCompensator",
+    description="No compensation",
+    inputs=INPUTS,
+    parameters=(
+        TOLERANCE,
+        Parameter(
+            "elongation_std",
+            "m",
+            5e-5,
+            "standard deviation of the growth that is left alone",
+            display="um",
+            minimum=0,
+            nominal=5e-5,
+        ),
+    ),
+    outputs=OUTPUTS,
+    observe=law.outputs,
+)

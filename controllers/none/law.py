@@ -1,0 +1,20 @@
+"""No correction at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.controllers.verdict import ready
+from warmlink.fmus.arithmetic import Number
+from warmlink.fmus.packaging.component import Record
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """No correction in m, and the size of the growth that it leaves."""
+    return {
+        "correction": 0.0,
+        "predicted_elongation": 0.0,
+        "correction_std": p.elongation_std,
+        "ready": ready(p.elongation_std, p.tolerance),
+        "distrusted": 0.0,
+    }

@@ -1,0 +1,87 @@
+"""The camera as a component."""
+
+from __future__ import annotations
+
+from warmlink.fmus import faults
+from warmlink.fmus.arithmetic import minimum
+from warmlink.fmus.drift_camera import equations
+from warmlink.fmus.packaging.component import Check, Component, Input, Output, Parameter, State
+
+_PARAMETERS = (
+    Parameter("sample_time", "s", 1.0, "time between two looks at whether a picture is due", positive=True),
+    Parameter("moving_interval", "s", 30, "time between two pictures while the joint moves", positive=True),
+    Parameter("still_interval", "s", 120, "time between two pictures while it is still", positive=True),
+    Parameter("still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0),
+    Parameter(
+        "pixel_size", "m", 8.6e-6, "size of a pixel along the link", display="um", positive=True, nominal=1e-5
+    ),
+    Parameter(
+        "centroid_noise",
+        "1",
+        0.02,
+        "standard deviation of the spot's centroid in pixels",
+        minimum=0,
+        nominal=0.02,
+    ),
+    Parameter("drift_rate", "m/s", 0, "drift of the camera itself a second", display="um/h", nominal=1e-9),
+    Parameter("scale", "1", 1, "measured over true movement of the tool point", positive=True),
+    Parameter(
+        "dropout_probability", "1", 0, "probability that a picture is lost", minimum=0, maximum=1, nominal=0.1
+    ),
+    Parameter("delay", "s", 0, "time from a picture to its reading", minimum=0),
+    Parameter(
+        "fault_kind",
+        "1",
+        0,
+        f"fault: {faults.KINDS}",
+        type="Integer",
+        minimum=0,
+        maximum=faults.DROPOUT,
+    ),
+    Parameter("fault_time", "s", 0, "simulation time at which the fault begins", nominal=3600),
+    Parameter("fault_size", "m", 0, "what a jump adds (fault 2)", display="um", nominal=1e-5),
+    Parameter("fault_rate", "m/s", 0, "what a drift adds a second (fault 3)", display="um/h", nominal=1e-9),
+    Parameter("seed", "1", 1, "seed of noise and dropouts", type="Integer", minimum=0),
+)
+
+COMPONENT = Component(
+    name="DriftCamera",
+    description="Camera that sees, a picture at a time, elongation minus correction",
+    inputs=(
+        Input("elongation", "m", "true growth of the link", display="um", nominal=5e-5),
+        Input("correction", "m", "what the tool point is moved back by", display="um", nominal=5e-5),
+        Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+    ),
+    parameters=_PARAMETERS,
+    states=(
+        State("generator", "1", size=2),
+        State("count", "1"),
+        State("seen", "m"),
+        State("lost", "1"),
+        State("unread", "1"),
+        State("measured_drift", "m"),
+        State("drift_valid", "1"),
+        State("age_count", "1"),
+    ),
+    outputs=(
+        Output(
+            "measured_drift",
+            "m",
+            "elongation minus correction on the last good picture; NaN under fault 4",
+            display="um",
+            nominal=5e-5,
+        ),
+        Output("drift_valid", "1", "whether the last picture is good", type="Boolean", discrete=True),
+        Output("age", "s", "time since the last good picture was taken", nominal=30),
+    ),
+    update=equations.update,
+    begin=equations.begin,
+    observe=equations.outputs,
+    checks=(
+        Check(
+            lambda p: minimum(p.moving_interval, p.still_interval) - p.delay,
+            "delay: {delay} s is longer than the time between two pictures; "
+            "keep it within moving_interval ({moving_interval} s) and still_interval ({still_interval} s)",
+        ),
+    ),
+)

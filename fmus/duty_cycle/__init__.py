@@ -1,0 +1,1 @@
+"""What the cell is asked to do, segment after segment."""

@@ -1,0 +1,1 @@
+"""An electric heater on a link."""

@@ -1,0 +1,316 @@
+"""modelDescription.xml of FMI 2.0 and FMI 3.0 co-simulation from a component's declaration."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree as ET
+
+from warmlink.fmus.packaging import release
+from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+from warmlink.fmus.packaging.dependencies import TIME, Dependencies, dependencies
+from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE
+from warmlink.fmus.packaging.units import display_conversion, unit
+
+GENERATION_DATE = "1980-01-01T00:00:00Z"
+"""The same in every build, so that equal sources give equal files."""
+
+VENDOR = "warmlink"
+"""Name under which this project annotates a model description."""
+
+LOG_CATEGORIES = {
+    "logStatusWarning": "What a user should know of",
+    "logStatusDiscard": "Why a step was refused",
+    "logStatusError": "What went wrong",
+    "logStatusFatal": "Why the instance cannot be used any more",
+    "logAll": "Everything",
+}
+
+_NAMESPACE = uuid.UUID("5d0f0d6b-2c5e-5a4c-9a53-0c1f6f7a2b11")
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What the form of an FMU can do beyond what every one of ours can.
+
+    All of them get, set and serialise their state, take any communication step size, and need no tool.
+
+    Attributes
+    ----------
+    directional_derivatives : fmi2GetDirectionalDerivative or fmi3GetDirectionalDerivative works
+    interpolates_inputs : FMI 2.0: input derivatives act within the step
+    output_derivative_order : highest order of output derivatives
+    intermediate_update : FMI 3.0: continuous inputs may be set within the step
+    own_memory_only : FMI 2.0: the host's memory callbacks are not used
+    """
+
+    directional_derivatives: bool = False
+    interpolates_inputs: bool = False
+    output_derivative_order: int = 0
+    intermediate_update: bool = False
+    own_memory_only: bool = False
+
+
+def instantiation_token(component: Component) -> str:
+    """GUID of FMI 2.0 and instantiation token of FMI 3.0: the same as long as the interface is."""
+    interface = [
+        (s.name, s.reference, _causality(s), _variability(s), s.variable.type, s.variable.unit)
+        for s in component.scalars()
+    ]
+    return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface]))) + "}"
+
+
+def fmi2_model_description(
+    component: Component,
+    identifier: str,
+    capabilities: Capabilities,
+    *,
+    sources: Sequence[str] = (),
+    found: Dependencies | None = None,
+) -> bytes:
+    """Write modelDescription.xml for FMI 2.0 co-simulation.
+
+    Parameters
+    ----------
+    component : the declaration
+    identifier : `modelIdentifier`, the stem of the library's file name
+    capabilities : what this form of the FMU can do
+    sources : names of the files in `sources/` to compile, where there are any
+    found : dependencies, where they are known already
+    """
+    found = found or dependencies(component)
+    root = ET.Element(
+        "fmiModelDescription",
+        {"fmiVersion": "2.0", "modelName": component.name, "guid": instantiation_token(component)}
+        | _origin(component),
+    )
+    flags = {
+        "canHandleVariableCommunicationStepSize": True,
+        "canInterpolateInputs": capabilities.interpolates_inputs,
+        "canNotUseMemoryManagementFunctions": capabilities.own_memory_only,
+        "canGetAndSetFMUstate": True,
+        "canSerializeFMUstate": True,
+        "providesDirectionalDerivative": capabilities.directional_derivatives,
+    }
+    simulation = ET.SubElement(root, "CoSimulation", _simulation(identifier, capabilities, flags))
+    if sources:
+        files = ET.SubElement(simulation, "SourceFiles")
+        for name in sources:
+            ET.SubElement(files, "File", name=name)
+    _common_head(root, component)
+    accepting = _accepting_nan(component)
+    if accepting:
+        tool = ET.SubElement(ET.SubElement(root, "VendorAnnotations"), "Tool", name=VENDOR)
+        ET.SubElement(tool, "acceptsNaN", variables=" ".join(accepting))
+
+    variables = ET.SubElement(root, "ModelVariables")
+    for scalar in component.scalars():
+        around = ET.SubElement(variables, "ScalarVariable", _identity(scalar))
+        ET.SubElement(around, scalar.variable.type, _attributes(scalar))
+
+    # FMI 2.0 counts variables from 1 in the order of their declaration, and time is not one of them.
+    index = {s.name: s.reference + 1 for s in component.scalars()}
+    structure = ET.SubElement(root, "ModelStructure")
+    for group, of in (("Outputs", found.outputs), ("InitialUnknowns", found.initial)):
+        unknowns = ET.SubElement(structure, group) if of else structure
+        for name, known in of.items():
+            attributes = _dependency_attributes(index[k] for k in known if k != TIME)
+            ET.SubElement(unknowns, "Unknown", {"index": str(index[name])} | attributes)
+    return _file(root)
+
+
+def fmi3_model_description(
+    component: Component,
+    identifier: str,
+    capabilities: Capabilities,
+    *,
+    found: Dependencies | None = None,
+) -> bytes:
+    """Write modelDescription.xml for FMI 3.0 co-simulation; the parameters as for FMI 2.0.
+
+    The independent variable `time` has the value reference after the last of the component's own.
+    """
+    found = found or dependencies(component)
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "3.0",
+            "modelName": component.name,
+            "instantiationToken": instantiation_token(component),
+        }
+        | _origin(component),
+    )
+    flags = {
+        "canHandleVariableCommunicationStepSize": True,
+        "canGetAndSetFMUState": True,
+        "canSerializeFMUState": True,
+        "providesDirectionalDerivatives": capabilities.directional_derivatives,
+        "providesIntermediateUpdate": capabilities.intermediate_update,
+    }
+    ET.SubElement(root, "CoSimulation", _simulation(identifier, capabilities, flags))
+    _common_head(root, component)
+
+    variables = ET.SubElement(root, "ModelVariables")
+    elements = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
+    for scalar in component.scalars():
+        attributes = _identity(scalar) | _attributes(scalar)
+        if capabilities.intermediate_update and _set_within_step(scalar):
+            attributes["intermediateUpdate"] = "true"
+        ET.SubElement(variables, elements[scalar.variable.type], attributes)
+    time = {"name": TIME, "valueReference": str(time_reference(component)), "causality": "independent"}
+    ET.SubElement(variables, "Float64", time | {"variability": "continuous", "unit": "s"})
+
+    reference = {s.name: s.reference for s in component.scalars()} | {TIME: time_reference(component)}
+    structure = ET.SubElement(root, "ModelStructure")
+    for element, of in (("Output", found.outputs), ("InitialUnknown", found.initial)):
+        for name, known in of.items():
+            attributes = _dependency_attributes(reference[k] for k in known)
+            ET.SubElement(structure, element, {"valueReference": str(reference[name])} | attributes)
+    accepting = _accepting_nan(component)
+    if accepting:
+        annotation = ET.SubElement(ET.SubElement(root, "Annotations"), "Annotation", type=VENDOR)
+        ET.SubElement(annotation, "acceptsNaN", variables=" ".join(accepting))
+    return _file(root)
+
+
+def time_reference(component: Component) -> int:
+    """Value reference of the independent variable in FMI 3.0."""
+    return component.p.size + component.u.size + component.y.size
+
+
+def inputs_accepting_nan(model_description: bytes) -> frozenset[str]:
+    """Names of the inputs that a model description of ours declares to cope with NaN.
+
+    Parameters
+    ----------
+    model_description : contents of a modelDescription.xml of FMI 2.0 or 3.0, trusted
+
+    Returns
+    -------
+    frozenset of str
+        Empty for a description that does not say.
+    """
+    root = ET.fromstring(model_description)
+    names: list[str] = []
+    for path in (f"VendorAnnotations/Tool[@name='{VENDOR}']", f"Annotations/Annotation[@type='{VENDOR}']"):
+        for element in root.findall(f"{path}/acceptsNaN"):
+            names += element.get("variables", "").split()
+    return frozenset(names)
+
+
+def _origin(component: Component) -> dict[str, str]:
+    return {
+        "description": component.description,
+        "author": release.AUTHOR,
+        "version": release.version(),
+        "copyright": release.COPYRIGHT,
+        "license": release.LICENSE,
+        "generationTool": f"warmlink {release.version()}",
+        "generationDateAndTime": GENERATION_DATE,
+        "variableNamingConvention": "structured",
+    }
+
+
+def _simulation(identifier: str, capabilities: Capabilities, flags: dict[str, bool]) -> dict[str, str]:
+    order = capabilities.output_derivative_order
+    return (
+        {"modelIdentifier": identifier, "needsExecutionTool": "false"}
+        | {name: _text(flag) for name, flag in flags.items()}
+        | ({"maxOutputDerivativeOrder": str(order)} if order else {})
+    )
+
+
+def _common_head(root: ET.Element, component: Component) -> None:
+    """Units, log categories and default experiment, which FMI 2.0 and 3.0 write alike."""
+    displays: dict[str, set[str]] = {"s": set()}
+    for scalar in component.scalars():
+        if scalar.variable.type == "Real":
+            shown = displays.setdefault(scalar.variable.unit, set())
+            if scalar.variable.display is not None:
+                shown.add(scalar.variable.display)
+    definitions = ET.SubElement(root, "UnitDefinitions")
+    for name in sorted(displays):
+        definition = ET.SubElement(definitions, "Unit", name=name)
+        described = unit(name)
+        attributes = {base: str(exponent) for base, exponent in described.exponents.items()}
+        if described.factor != 1:
+            attributes["factor"] = _text(float(described.factor))
+        ET.SubElement(definition, "BaseUnit", attributes)
+        for display in sorted(displays[name]):
+            factor, offset = display_conversion(name, display)
+            conversion = {"factor": factor, "offset": offset}
+            kept = {key: _text(value) for key, value in conversion.items() if value != (key == "factor")}
+            ET.SubElement(definition, "DisplayUnit", {"name": display} | kept)
+
+    categories = ET.SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=description)
+    experiment = {"startTime": 0.0, "stopTime": component.default_stop_time}
+    experiment["stepSize"] = component.default_step_size
+    ET.SubElement(root, "DefaultExperiment", {key: _text(value) for key, value in experiment.items()})
+
+
+def _identity(scalar: Scalar) -> dict[str, str]:
+    identity = {
+        "name": scalar.name,
+        "valueReference": str(scalar.reference),
+        "description": scalar.variable.description,
+        "causality": _causality(scalar),
+        "variability": _variability(scalar),
+    }
+    initial = {"parameter": "exact", "output": "calculated"}.get(identity["causality"])
+    return identity | ({"initial": initial} if initial else {})
+
+
+def _causality(scalar: Scalar) -> str:
+    return type(scalar.variable).__name__.lower()
+
+
+def _variability(scalar: Scalar) -> str:
+    variable = scalar.variable
+    if isinstance(variable, Parameter):
+        return "fixed"
+    return "discrete" if variable.discrete or variable.type != "Real" else "continuous"
+
+
+def _attributes(scalar: Scalar) -> dict[str, str]:
+    """Unit, range, nominal and start, in the order of FMI."""
+    variable = scalar.variable
+    real, boolean = variable.type == "Real", variable.type == "Boolean"
+    attributes: dict[str, str] = {}
+    if real:
+        attributes["unit"] = variable.unit
+        if variable.display is not None:
+            attributes["displayUnit"] = variable.display
+        elif variable.unit == "K" and variable.nominal != NOMINAL_TEMPERATURE:
+            attributes["relativeQuantity"] = "true"
+    values = {} if boolean else {"min": scalar.lower, "max": variable.maximum}
+    if real:
+        values["nominal"] = variable.nominal
+    values["start"] = scalar.start
+    kind = {"Real": float, "Integer": int, "Boolean": bool}[variable.type]
+    return attributes | {key: _text(kind(value)) for key, value in values.items() if value is not None}
+
+
+def _set_within_step(scalar: Scalar) -> bool:
+    return isinstance(scalar.variable, Input) and _variability(scalar) == "continuous"
+
+
+def _accepting_nan(component: Component) -> list[str]:
+    return [s.name for s in component.scalars() if isinstance(s.variable, Input) and s.variable.accepts_nan]
+
+
+def _dependency_attributes(known: Iterable[int]) -> dict[str, str]:
+    listed = [str(each) for each in sorted(known)]
+    return {"dependencies": " ".join(listed), "dependenciesKind": " ".join("dependent" for _ in listed)}
+
+
+def _text(value: float | bool) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _file(root: ET.Element) -> bytes:
+    ET.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"

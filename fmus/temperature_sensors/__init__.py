@@ -1,0 +1,1 @@
+"""Thermometers between the true temperatures and whoever reads them."""

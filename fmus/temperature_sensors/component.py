@@ -1,0 +1,74 @@
+"""The thermometers as a component."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from warmlink.fmus import faults
+from warmlink.fmus.packaging.component import Component, Parameter, State
+from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, temperature_input, temperature_output
+from warmlink.fmus.temperature_sensors import equations
+
+CHANNELS = equations.CHANNELS
+
+_PARAMETERS = (
+    Parameter("sample_time", "s", 1.0, "time between two readings", positive=True),
+    Parameter("noise", "K", 0, "standard deviation of a reading", size=CHANNELS, minimum=0, nominal=0.1),
+    Parameter("offset", "K", 0, "reading minus temperature", size=CHANNELS, nominal=0.1),
+    Parameter("lag", "s", 0, "time constant of the first-order lag", size=CHANNELS, minimum=0, nominal=10),
+    Parameter(
+        "stem_conduction",
+        "1",
+        0,
+        "share of the rise above the surroundings that the stem takes away",
+        size=CHANNELS,
+        minimum=0,
+        maximum=1,
+        nominal=0.01,
+    ),
+    Parameter("quantum", "K", 0, "step between readings; 0: none", size=CHANNELS, minimum=0, nominal=0.1),
+    Parameter(
+        "fault_kind",
+        "1",
+        0,
+        f"fault: {faults.KINDS}",
+        size=CHANNELS,
+        type="Integer",
+        minimum=0,
+        maximum=faults.DROPOUT,
+    ),
+    Parameter("fault_time", "s", 0, "simulation time at which the fault begins", size=CHANNELS, nominal=3600),
+    Parameter("fault_size", "K", 0, "what a jump adds (fault 2)", size=CHANNELS, nominal=1),
+    Parameter(
+        "fault_rate",
+        "K/s",
+        0,
+        "what a drift adds a second (fault 3)",
+        size=CHANNELS,
+        display="K/h",
+        nominal=1e-4,
+    ),
+    Parameter("seed", "1", 1, "seed of the noise", type="Integer", minimum=0),
+)
+
+COMPONENT = Component(
+    name="TemperatureSensors",
+    description="Eight thermometers: noise, offset, lag, stem conduction, quantum, and faults",
+    inputs=(
+        replace(temperature_input("temperature", "true temperature at each sensor"), size=CHANNELS),
+        AMBIENT_TEMPERATURE,
+    ),
+    parameters=_PARAMETERS,
+    states=(
+        State("sensed", "K", size=CHANNELS),
+        State("reading", "K", size=CHANNELS),
+        State("generator_a", "1", size=CHANNELS),
+        State("generator_b", "1", size=CHANNELS),
+    ),
+    outputs=(
+        temperature_output("reading", "reading of each sensor; NaN where it dropped out", size=CHANNELS),
+    ),
+    update=equations.update,
+    begin=equations.begin,
+    observe=equations.outputs,
+)

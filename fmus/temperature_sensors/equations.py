@@ -1,0 +1,75 @@
+"""What a thermometer makes of a temperature, once a sample.
+
+    T' = T - s (T - T_a)                        conduction along the stem
+    z <- T' + (z - T') exp(-step / lag)         first-order lag, exact for an input held over the step
+    reading = round(z + offset + noise + fault)
+
+Stem conduction and lag are the usual first-order models of contact thermometers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.fmus import faults, noise
+from warmlink.fmus.arithmetic import Number, exp, floor, maximum, where
+from warmlink.fmus.packaging.component import Record
+
+CHANNELS = 8
+
+_SHORTEST_LAG = 1e-9
+"""s, in place of a lag of 0: the exponential vanishes for any sample time in use."""
+
+_ZERO_CELSIUS = 273.15
+"""K, from which instruments count their quanta."""
+
+
+def begin(u: Record, p: Record) -> Mapping[str, Number]:
+    """States at the start: settled on the temperatures that the inputs have."""
+    a, b = noise.starts(p.seed, range(CHANNELS))
+    settled = attained(u, p)
+    number, a, b = noise.normals(a, b)
+    first = disturbed(settled, number, p, 0.0)
+    return {
+        "sensed": settled,
+        "reading": faults.replaced(first, first, p.fault_kind, -p.fault_time),
+        "generator_a": a,
+        "generator_b": b,
+    }
+
+
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    """States after a sample: temperatures in K, and the random generators."""
+    target = attained(u, p)
+    sensed = target + (x.sensed - target) * exp(-step / maximum(p.lag, _SHORTEST_LAG))
+    number, a, b = noise.normals(x.generator_a, x.generator_b)
+    value = disturbed(sensed, number, p, time)
+    return {
+        "sensed": sensed,
+        "reading": faults.replaced(value, x.reading, p.fault_kind, time - p.fault_time),
+        "generator_a": a,
+        "generator_b": b,
+    }
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Readings in K; NaN where a channel dropped out."""
+    return {"reading": x.reading}
+
+
+def attained(u: Record, p: Record) -> Number:
+    """Temperature in K that each sensor settles at, shape (8,)."""
+    return u.temperature - p.stem_conduction * (u.temperature - u.ambient_temperature)
+
+
+def disturbed(sensed: Number, number: Number, p: Record, time: Number) -> Number:
+    """Reading in K of what is sensed, shape (8,), for standard normal numbers."""
+    shift = faults.shift(p.fault_kind, p.fault_size, p.fault_rate, time - p.fault_time)
+    return quantised(sensed + p.offset + p.noise * number + shift, p.quantum)
+
+
+def quantised(value: Number, quantum: Number) -> Number:
+    """Value in K rounded to whole quanta on the Celsius scale; as it is where the quantum is 0."""
+    size = where(quantum > 0, quantum, 1.0)
+    rounded = size * floor((value - _ZERO_CELSIUS) / size + 0.5) + _ZERO_CELSIUS
+    return where(quantum > 0, rounded, value)

@@ -1,0 +1,78 @@
+"""`warmlink build`: FMUs and systems for other tools, each validated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.build import build_python_fmus, catalogue
+from warmlink.orchestration.commands.console import answer, answer_json, progress_bar
+from warmlink.orchestration.system.shipped import SHIPPED, Blueprint
+from warmlink.orchestration.system.write import write_ssp
+
+KINDS = ("native", "python", "all")
+SHOWN_CONTROLLER = "lag"
+"""Controller that the shipped WarmupCell.ssp holds; any other FMU of the same connectors may replace it."""
+
+
+def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) -> None:
+    """Build, validate and list what was built."""
+    if kind not in KINDS:
+        raise InputError(f"--fmus {kind}: no such kind; choose {', '.join(KINDS)}")
+    built: list[Path] = []
+    if kind in ("python", "all"):
+        with progress_bar("Python FMUs") as progress:
+            built += build_python_fmus(catalogue(), out / "python", progress)
+    if kind in ("native", "all"):
+        built += _build_native(platforms, out)
+    fmus = {path.stem: path for path in built}
+    for blueprint in SHIPPED.values():
+        built.append(_write_system(blueprint, fmus, out))
+    _validate(built)
+    if as_json:
+        answer_json([str(path) for path in built])
+    else:
+        for path in built:
+            answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+
+
+def _build_native(platforms: str | None, out: Path) -> list[Path]:
+    from warmlink.fmus.packaging.native_fmu import build_native_fmus, platforms_named
+
+    chosen = platforms_named(platforms)
+    built: list[Path] = []
+    for version in ("3.0", "2.0"):
+        with progress_bar(f"native FMUs, FMI {version}") as progress:
+            folder = out / "native" / f"fmi{version[0]}"
+            built += build_native_fmus(catalogue(), folder, version, chosen, progress)
+    return built
+
+
+def _write_system(blueprint: Blueprint, fmus: dict[str, Path], out: Path) -> Path:
+    path = out / f"{blueprint.name}.ssp"
+    write_ssp(blueprint.system(fmus, controller_component(SHOWN_CONTROLLER).name), path)
+    return path
+
+
+def _validate(built: list[Path]) -> None:
+    """Hold every file against the standards' schemas and rules.
+
+    Raises
+    ------
+    InputError
+        If one does not pass, which is a fault of warmlink and not of its user.
+    """
+    import tempfile
+
+    from fmpy.validation import validate_fmu
+
+    from warmlink.orchestration.system.read import read_system
+
+    for path in built:
+        if path.suffix == ".fmu":
+            problems = validate_fmu(str(path))
+            if problems:
+                raise InputError(f"{path}: {problems[0]}; please report this")
+        else:
+            with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+                read_system(path, Path(work))

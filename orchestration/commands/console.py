@@ -1,0 +1,39 @@
+"""How commands speak: progress and remarks on standard error, answers on standard output."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+def answer(text: str) -> None:
+    """Print an answer."""
+    print(text)
+
+
+def answer_json(value: Any) -> None:
+    """Print an answer for machines."""
+    print(json.dumps(value, indent=2, allow_nan=False))
+
+
+def remark(text: str) -> None:
+    """Say something beside the answer."""
+    print(f"warmlink: {text}", file=sys.stderr)
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """Progress bar on a terminal, nothing elsewhere; give it the share done, 0 to 1."""
+    if not sys.stderr.isatty():
+        yield lambda share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(what), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)

@@ -1,0 +1,35 @@
+"""Files that are whole or not there: written under another name, then renamed."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+
+
+@contextmanager
+def fresh_folder(folder: Path) -> Iterator[Path]:
+    """Folder to write results into; its files move to `folder` when all are written.
+
+    Files of the same names are replaced, others in `folder` are left alone.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        work = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
+    except OSError as fault:
+        raise InputError(f"{folder}: cannot be written ({fault.strerror}); choose another --out") from None
+    try:
+        yield work
+        for path in sorted(work.iterdir()):
+            path.replace(folder / path.name)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)

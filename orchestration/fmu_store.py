@@ -1,0 +1,118 @@
+"""The FMUs that a run needs: found where an earlier run left them, built where they are missing."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Literal
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.build import build_python_fmus, catalogue, controller_catalogue
+from warmlink.fmus.packaging.component import Component
+
+FmuKind = Literal["native", "python"]
+FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
+
+CACHE_VARIABLE = "WARMLINK_CACHE"
+"""Environment variable that names the folder for built FMUs."""
+
+Remark = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class FmuStore:
+    """FMUs of one kind, kept in a folder of the user's cache under a digest of what they are built from."""
+
+    kind: FmuKind
+    root: Path = field(default_factory=lambda: cache_folder())
+
+    @cached_property
+    def folder(self) -> Path:
+        """Where this version's FMUs of this kind lie."""
+        return self.root / source_digest() / self.kind
+
+    @cached_property
+    def _components(self) -> dict[str, Component]:
+        return {component.name: component for component in catalogue()}
+
+    def controllers(self) -> dict[str, Component]:
+        """Component of each controller by the controller's name."""
+        return controller_catalogue()
+
+    def component(self, name: str) -> Component:
+        """Declaration of a component by its name.
+
+        Raises
+        ------
+        InputError
+            If warmlink has no component of that name.
+        """
+        if name not in self._components:
+            raise InputError(f"{name}: no such component; there are {', '.join(sorted(self._components))}")
+        return self._components[name]
+
+    def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
+        """File of each component by name; what is missing is built first.
+
+        Raises
+        ------
+        InputError
+            If native FMUs are asked for and nothing on this machine can compile them.
+        """
+        wanted = {name: self.folder / f"{name}.fmu" for name in names}
+        missing = [self.component(name) for name, path in wanted.items() if not path.is_file()]
+        if missing:
+            if remark is not None:
+                remark(f"building {len(missing)} {self.kind} FMUs, once for this version")
+            self._build(missing)
+        return wanted
+
+    def _build(self, components: list[Component]) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        if self.kind == "python":
+            build_python_fmus(components, self.folder)
+            return
+        from warmlink.fmus.packaging.native_fmu import build_native_fmus
+
+        build_native_fmus(components, self.folder)
+
+
+def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
+    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
+    if kind is not None:
+        return FmuStore(kind)
+    native = FmuStore("native")
+    try:
+        native.files(names, remark)
+    except InputError as fault:
+        remark(f"{fault}; using the Python FMUs meanwhile")
+        return FmuStore("python")
+    return native
+
+
+def cache_folder() -> Path:
+    """Folder for built FMUs: `WARMLINK_CACHE`, or warmlink's place in the user's cache."""
+    named = os.environ.get(CACHE_VARIABLE)
+    if named:
+        return Path(named)
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "warmlink"
+
+
+def source_digest() -> str:
+    """Digest of everything that FMUs are built from, so that a changed equation is never run stale."""
+    digest = hashlib.sha256()
+    for package in ("casadi", "pythonfmu"):
+        digest.update(f"{package} {metadata.version(package)}\n".encode())
+    for package in ("warmlink.fmus", "warmlink.controllers"):
+        root = Path(str(resources.files(package)))
+        for path in sorted(root.rglob("*")):
+            if path.is_file() and path.suffix != ".pyc":
+                digest.update(path.relative_to(root).as_posix().encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

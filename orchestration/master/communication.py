@@ -1,0 +1,74 @@
+"""Communication points as integer step counts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from warmlink.fmus.errors import InputError
+
+
+@dataclass(frozen=True)
+class CommunicationPoints:
+    """The points `start_time + i * step_size`, i = 0 ... count; no time is ever summed up.
+
+    Attributes
+    ----------
+    start_time, step_size : float
+        In s.
+    count : int
+        Number of steps.
+    """
+
+    start_time: float
+    step_size: float
+    count: int
+
+    @classmethod
+    def between(cls, start_time: float, stop_time: float, step_size: float) -> CommunicationPoints:
+        """Lay out the points of a run.
+
+        Parameters
+        ----------
+        start_time, stop_time, step_size : float
+            In s.
+
+        Raises
+        ------
+        InputError
+            Where a time is not finite, the step not above 0 s, the stop time before the start time, or
+            the step does not divide the time between them (within rounding).
+        """
+        for name, value in (
+            ("start time", start_time),
+            ("stop time", stop_time),
+            ("communication step size", step_size),
+        ):
+            if not math.isfinite(value):
+                raise InputError(f"{name}: {value} s is not a time; give a finite number of seconds")
+        if step_size <= 0:
+            raise InputError(
+                f"communication step size: {step_size:g} s is not positive; give a step above 0 s"
+            )
+        duration = stop_time - start_time
+        if duration < 0:
+            raise InputError(
+                f"stop time: {stop_time:g} s lies before the start time {start_time:g} s; give a later one"
+            )
+        count = round(duration / step_size)
+        if abs(count * step_size - duration) > 1e-9 * max(duration, step_size):
+            near = duration / max(count, 1)
+            raise InputError(
+                f"communication step size: {step_size:g} s does not divide the {duration:g} s to simulate; "
+                f"choose one that does, {near:.6g} s for instance"
+            )
+        return cls(start_time, step_size, count)
+
+    def time(self, point: int) -> float:
+        """Give the time in s of a communication point."""
+        return self.start_time + point * self.step_size
+
+    @property
+    def stop_time(self) -> float:
+        """Time in s of the last point."""
+        return self.time(self.count)

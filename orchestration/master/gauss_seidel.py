@@ -1,0 +1,46 @@
+"""Gauss-Seidel: slaves step one after the other, each with the newest values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from warmlink.orchestration.master.algorithm import Memoryless
+from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.ordering import feedthrough_order, named_order
+
+
+@dataclass(frozen=True)
+class GaussSeidel:
+    """Set a slave's inputs from the newest outputs, step it, read its outputs; then the next.
+
+    Parameters
+    ----------
+    sequence : tuple of str, optional
+        The slaves' names in the order of stepping; default: by direct feedthrough.
+    """
+
+    sequence: tuple[str, ...] | None = None
+    order: ClassVar[int] = 1
+
+    def bind(self, network: Network) -> GaussSeidelStepper:
+        """Prepare for one network."""
+        if self.sequence is None:
+            return GaussSeidelStepper(network, feedthrough_order(network))
+        return GaussSeidelStepper(network, named_order(network, self.sequence))
+
+
+class GaussSeidelStepper(Memoryless):
+    """Gauss-Seidel on one network, in one order."""
+
+    def __init__(self, network: Network, sequence: tuple[int, ...]) -> None:
+        self.network = network
+        self.sequence = sequence
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance all slaves by one communication step."""
+        network = self.network
+        for k in self.sequence:
+            network.write(k)
+            network.step(k, time, step_size)
+            network.read(k)

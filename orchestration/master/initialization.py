@@ -1,0 +1,102 @@
+"""From start values to consistent values at the first communication point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.ordering import feedthrough_order
+from warmlink.orchestration.master.slave import SlaveError, nominal
+from warmlink.orchestration.system.model import Value
+
+TOLERANCE = 1e-12
+SWEEPS = 200
+
+
+def initialize(
+    network: Network, points: CommunicationPoints, values: Mapping[str, Mapping[str, Value]]
+) -> int:
+    """Set start values, settle the connected values, leave initialization mode.
+
+    Parameters
+    ----------
+    network : Network
+        Slaves just instantiated.
+    points : CommunicationPoints
+        Start and stop time are told to the slaves.
+    values : mapping
+        Start values by slave and variable, in the variables' own units.
+
+    Returns
+    -------
+    int
+        Sweeps over all slaves that the feedthrough loops needed.
+
+    Raises
+    ------
+    SlaveError
+        Where a slave refuses, a value is not finite, or a loop does not settle.
+    """
+    network.time = points.start_time
+    for slave in network.slaves:
+        given = values.get(slave.name, {})
+        if given:
+            slave.set(tuple(given), tuple(given.values()))
+    for slave in network.slaves:
+        slave.enter_initialization(points.start_time, points.stop_time)
+    sweeps = settle(network)
+    for slave in network.slaves:
+        slave.exit_initialization()
+    # Some slaves compute their first outputs only on leaving initialization mode.
+    for k in range(len(network.slaves)):
+        network.read(k)
+    for k in range(len(network.slaves)):
+        network.write(k)
+    return sweeps
+
+
+def settle(network: Network) -> int:
+    """Pass outputs to inputs until nothing changes by more than 1e-12 of its size or nominal value."""
+    order = feedthrough_order(network)
+    for k in order:
+        network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
+    moved = ""
+    for sweep in range(1, SWEEPS + 1):
+        moved = ""
+        for k in order:
+            values = network.gather(k)
+            changed = _change(network, k, values)
+            if changed is not None:
+                moved = f"{network.slaves[k].name}.{changed}"
+                network.put(k, values)
+                network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
+        if not moved:
+            return sweep
+    slave, _, variable = moved.rpartition(".")
+    raise SlaveError(
+        slave,
+        "error",
+        network.time,
+        f"the values connected to it do not settle in {SWEEPS} sweeps of initialization; "
+        "check the gain of the loop of direct feedthrough that it is part of",
+        variable,
+    )
+
+
+def _change(network: Network, k: int, values: list[Value]) -> str | None:
+    """Name the first input whose value is new by more than the tolerance."""
+    old = network.inputs[k]
+    if not old:
+        return network.writes[k][0] if network.writes[k] else None
+    variables = network.slaves[k].variables
+    for name, before, now, wire in zip(network.writes[k], old, values, network.wires[k], strict=True):
+        if before == now or (before != before and now != now):
+            continue
+        if not wire.real:
+            return name
+        size = max(nominal(variables[name]), abs(float(now)))
+        # Written so that a NaN on one side counts as a change.
+        if not abs(float(now) - float(before)) <= TOLERANCE * size:
+            return name
+    return None

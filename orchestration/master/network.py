@@ -1,0 +1,250 @@
+"""Slaves and the connections between them, with the values last exchanged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slave import Names, Slave, SlaveError
+from warmlink.orchestration.system.model import Connection, Value
+
+
+@dataclass(frozen=True)
+class Wire:
+    """Where an input takes its value from: `factor * outputs[slave][position] + offset`."""
+
+    slave: int
+    position: int
+    factor: float
+    offset: float
+    real: bool
+
+    def convert(self, value: Value) -> Value:
+        """Give the input's value for an output's value."""
+        if not self.real:
+            return value
+        # A plain wire passes the very same bits, -0.0 included.
+        if self.factor == 1.0 and self.offset == 0.0:
+            return float(value)
+        return self.factor * float(value) + self.offset
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that a rollback of some slaves needs."""
+
+    members: tuple[int, ...]
+    states: tuple[object, ...]
+    outputs: tuple[list[Value], ...]
+    inputs: tuple[list[Value], ...]
+
+
+class Network:
+    """The slaves by index, what is read from each, what is written to each, and the values.
+
+    Parameters
+    ----------
+    slaves : sequence of Slave
+        In the order of the system.
+    connections : sequence of Connection
+        From outputs to inputs; refused where an end is unknown or an input has two sources.
+    watched : collection of str
+        Further outputs, as `slave.variable`, that are read at every communication point.
+
+    Attributes
+    ----------
+    reads, writes : list of tuple of str
+        For each slave the outputs read from it and the inputs written to it.
+    outputs, inputs : list of list
+        For each slave the values last read and last written, in those orders.
+    wires : list of list of Wire
+        For each slave the sources of its inputs, as `writes`.
+    """
+
+    def __init__(
+        self, slaves: Sequence[Slave], connections: Sequence[Connection], watched: Collection[str] = ()
+    ) -> None:
+        self.slaves = list(slaves)
+        self.connections = tuple(connections)
+        self.index = {slave.name: k for k, slave in enumerate(self.slaves)}
+        if len(self.index) < len(self.slaves):
+            names = [slave.name for slave in self.slaves]
+            twice = next(n for n in names if names.count(n) > 1)
+            raise InputError(f"{twice}: two slaves have this name; give each its own")
+        reads: list[dict[str, None]] = [{} for _ in self.slaves]
+        for connection in connections:
+            self._check(connection)
+            reads[self.index[connection.source_component]][connection.source_variable] = None
+        for name in watched:
+            component, variable = self.locate(name)
+            reads[component][variable] = None
+        self.reads: list[Names] = [tuple(names) for names in reads]
+        self.writes: list[Names] = []
+        self.wires: list[list[Wire]] = []
+        self._lay(connections)
+        self.outputs: list[list[Value]] = [[] for _ in self.slaves]
+        self.inputs: list[list[Value]] = [[] for _ in self.slaves]
+        self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
+        self.time = 0.0
+        self.steps = 0
+
+    def locate(self, name: str) -> tuple[int, str]:
+        """Give slave index and variable of a full name.
+
+        Raises
+        ------
+        InputError
+            Where no slave has such a variable.
+        """
+        for k, slave in enumerate(self.slaves):
+            variable = name.removeprefix(f"{slave.name}.")
+            if variable != name and variable in slave.variables:
+                return k, variable
+        raise InputError(
+            f"{name}: no slave has such a variable; give slave.variable as the system names them"
+        )
+
+    def _check(self, connection: Connection) -> None:
+        ends = (
+            ("source", connection.source_component, connection.source_variable),
+            ("target", connection.target_component, connection.target_variable),
+        )
+        for end, component, variable in ends:
+            if component not in self.index or variable not in self.slaves[self.index[component]].variables:
+                raise InputError(
+                    f"connection {connection.source} -> {connection.target}: its {end} "
+                    f"{component}.{variable} does not exist; correct the name"
+                )
+
+    def _lay(self, connections: Sequence[Connection]) -> None:
+        sources: list[dict[str, Wire]] = [{} for _ in self.slaves]
+        for connection in connections:
+            source, target = self.index[connection.source_component], self.index[connection.target_component]
+            if connection.target_variable in sources[target]:
+                raise InputError(
+                    f"connection {connection.source} -> {connection.target}: the input has another source "
+                    "already; an input takes one"
+                )
+            kind = self.slaves[target].variables[connection.target_variable].kind
+            sources[target][connection.target_variable] = Wire(
+                source,
+                self.reads[source].index(connection.source_variable),
+                connection.factor,
+                connection.offset,
+                kind == "Real",
+            )
+        for named in sources:
+            self.writes.append(tuple(named))
+            self.wires.append(list(named.values()))
+
+    def _finite_positions(self, k: int) -> tuple[int, ...]:
+        """Give the positions of the Real outputs of a slave that must be finite.
+
+        An output may be NaN where it says so itself or where everything it feeds accepts that.
+        """
+        slave, positions = self.slaves[k], []
+        for position, name in enumerate(self.reads[k]):
+            if slave.variables[name].kind != "Real" or name in slave.accepts_nan:
+                continue
+            takers = [
+                target_name in self.slaves[target].accepts_nan
+                for target, wires in enumerate(self.wires)
+                for target_name, wire in zip(self.writes[target], wires, strict=True)
+                if (wire.slave, wire.position) == (k, position)
+            ]
+            if not takers or not all(takers):
+                positions.append(position)
+        return tuple(positions)
+
+    def read(self, k: int) -> None:
+        """Read a slave's outputs.
+
+        Raises
+        ------
+        SlaveError
+            Where one is NaN or infinite and must not be.
+        """
+        names = self.reads[k]
+        if names:
+            values = self.slaves[k].get(names)
+            self.outputs[k] = values
+            self.check(k, values)
+
+    def check(self, k: int, values: Sequence[Value]) -> None:
+        """Refuse values of a slave's outputs that are not finite."""
+        for position in self._checked[k]:
+            value = values[position]
+            if not math.isfinite(value):  # type: ignore[arg-type]
+                raise SlaveError(
+                    self.slaves[k].name,
+                    "not finite",
+                    self.time,
+                    f"the output is {value}; no input that it feeds accepts that",
+                    self.reads[k][position],
+                )
+
+    def gather(self, k: int) -> list[Value]:
+        """Give the values that a slave's inputs should have, from the outputs last read."""
+        outputs = self.outputs
+        return [wire.convert(outputs[wire.slave][wire.position]) for wire in self.wires[k]]
+
+    def write(self, k: int) -> None:
+        """Set a slave's inputs from the outputs last read."""
+        if self.writes[k]:
+            self.put(k, self.gather(k))
+
+    def put(self, k: int, values: list[Value]) -> None:
+        """Set a slave's connected inputs to given values."""
+        self.inputs[k] = values
+        self.slaves[k].set(self.writes[k], values)
+
+    def step(self, k: int, time: float, step_size: float) -> None:
+        """Advance one slave; its outputs are then those of `time + step_size`."""
+        self.time = time
+        self.slaves[k].step(time, step_size)
+        self.time = time + step_size
+        self.steps += 1
+
+    def snapshot(self, members: Sequence[int] | None = None) -> Snapshot:
+        """Copy the states of some slaves (default: all) and all exchanged values."""
+        chosen = tuple(range(len(self.slaves)) if members is None else members)
+        return Snapshot(
+            chosen,
+            tuple(self.slaves[k].state() for k in chosen),
+            tuple(list(values) for values in self.outputs),
+            tuple(list(values) for values in self.inputs),
+        )
+
+    def rewind(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot, which may be used again."""
+        for k, state in zip(snapshot.members, snapshot.states, strict=True):
+            self.slaves[k].restore(state)
+        self.outputs = [list(values) for values in snapshot.outputs]
+        self.inputs = [list(values) for values in snapshot.inputs]
+
+    def release(self, snapshot: Snapshot) -> None:
+        """Free the copied states."""
+        for k, state in zip(snapshot.members, snapshot.states, strict=True):
+            self.slaves[k].free(state)
+
+    def unable_to_restore(self) -> tuple[str, ...]:
+        """Name the slaves that cannot be rolled back."""
+        return tuple(s.name for s in self.slaves if not s.capabilities.get_set_state)
+
+    def terminate(self) -> None:
+        """End every slave; one that fails to end does not keep the others from it."""
+        failures: list[SlaveError] = []
+        for slave in self.slaves:
+            try:
+                slave.terminate()
+            except SlaveError as error:
+                failures.append(error)
+        if failures:
+            raise failures[0]
+
+
+def mapping_of_units(slaves: Sequence[Slave]) -> Mapping[str, str | None]:
+    """Give the unit of every variable by its full name."""
+    return {f"{s.name}.{v.name}": v.unit for s in slaves for v in s.variables.values()}

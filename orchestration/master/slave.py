@@ -1,0 +1,132 @@
+"""What the master asks of a slave, whatever stands behind it: an FMU, a process, a few lambdas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, Protocol
+
+from warmlink.orchestration.system.description import Capabilities, Variable
+from warmlink.orchestration.system.model import Value
+
+Names = tuple[str, ...]
+Status = Literal["discard", "error", "fatal", "terminated", "not finite", "crash", "time limit"]
+
+
+class SlaveError(Exception):
+    """A slave could not do what was asked; the run ends there, and its results up to there are kept.
+
+    Parameters
+    ----------
+    slave : str
+        The slave's name.
+    status : Status
+        The FMI status, or what stands in its place.
+    time : float
+        Communication point in s at which the call was made.
+    message : str
+        What happened, with the slave's own log lines.
+    variable : str, optional
+        The variable concerned.
+    """
+
+    def __init__(
+        self, slave: str, status: Status, time: float, message: str, variable: str | None = None
+    ) -> None:
+        self.slave, self.status, self.time, self.message, self.variable = (
+            slave,
+            status,
+            time,
+            message,
+            variable,
+        )
+        name = slave if variable is None else f"{slave}.{variable}"
+        super().__init__(f"{name}: {status} at {time:.10g} s: {message}")
+
+    def __reduce__(self) -> tuple[type[SlaveError], tuple[str, Status, float, str, str | None]]:
+        # The default would hand the finished sentence to the constructor; errors cross processes.
+        return type(self), (self.slave, self.status, self.time, self.message, self.variable)
+
+
+def nominal(variable: Variable) -> float:
+    """Give the size by which a variable's tolerances are scaled; 1 where the slave gives none."""
+    return abs(variable.nominal) if variable.nominal else 1.0
+
+
+def takes_input_derivatives(slave: Slave) -> bool:
+    """Tell whether a slave's Real inputs may vary inside a step (FMI 3.0: by intermediate update)."""
+    return slave.capabilities.interpolate_inputs or slave.capabilities.intermediate_update
+
+
+class Slave(Protocol):
+    """A co-simulation slave, from instantiated to terminated.
+
+    The order of calls is that of FMI: `set` start values, `enter_initialization`, `set` and `get`,
+    `exit_initialization`, then `step`, `set` and `get`, at last `terminate`. Every method raises
+    `SlaveError` where the slave answers discard, error or fatal.
+
+    Attributes
+    ----------
+    name : str
+        The name in the system.
+    variables : mapping
+        Variables by name.
+    capabilities : Capabilities
+        What it can do beyond stepping.
+    dependencies : mapping
+        For each output, the inputs that it depends on at once (direct feedthrough).
+    accepts_nan : frozenset
+        Inputs that take NaN to mean "no value", and outputs that give it in that sense.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def variables(self) -> Mapping[str, Variable]: ...  # noqa: D102
+    @property
+    def capabilities(self) -> Capabilities: ...  # noqa: D102
+    @property
+    def dependencies(self) -> Mapping[str, frozenset[str]]: ...  # noqa: D102
+    @property
+    def accepts_nan(self) -> frozenset[str]: ...  # noqa: D102
+
+    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
+        """Set up the experiment (times in s) and enter initialization mode."""
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode; the slave is ready to step."""
+
+    def get(self, names: Names) -> list[Value]:
+        """Give the values of variables, in the order of `names`."""
+
+    def set(self, names: Names, values: Sequence[Value]) -> None:
+        """Set variables; pass the same `names` tuple again and again, it is prepared once."""
+
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
+        """Set time derivatives of Real inputs at the communication point, for the next step alone.
+
+        Setting an input's value drops its derivatives.
+        """
+
+    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
+        """Give time derivatives of Real outputs at the end of the last step."""
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` to `time + step_size`, both in s."""
+
+    def state(self) -> object:
+        """Copy the complete state; the copy belongs to this slave until it is freed."""
+
+    def restore(self, state: object) -> None:
+        """Return to a copied state, which may be used again."""
+
+    def free(self, state: object) -> None:
+        """Release a copied state."""
+
+    def serialize(self) -> bytes:
+        """Give the present state as bytes that another instance of the same slave can take."""
+
+    def deserialize(self, data: bytes) -> None:
+        """Take a state that `serialize` gave."""
+
+    def terminate(self) -> None:
+        """End the simulation and release everything; harmless when called twice."""

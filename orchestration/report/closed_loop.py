@@ -1,0 +1,161 @@
+"""The report of one scenario in closed loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from warmlink.orchestration.report.figures import Band, Line, time_plot
+from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.scenarios.closed_loop import (
+    CORRECTION,
+    ELONGATION,
+    NO_CONTROLLER,
+    ClosedLoop,
+    remaining_error,
+)
+from warmlink.orchestration.scenarios.metrics import ErrorMetrics
+
+ZERO_CELSIUS = 273.15
+
+_TEMPERATURES = (
+    ("winding", "motor.winding_temperature"),
+    ("shaft", "motor.shaft_temperature"),
+    ("link, base", "link.base_temperature"),
+    ("link, middle", "link.sensor_temperature[2]"),
+    ("link, tip", "link.tip_temperature"),
+    ("surroundings", "duty.ambient_temperature"),
+)
+
+
+def write_report(outcome: ClosedLoop, path: Path) -> None:
+    """Write `report.html`."""
+    scenario = outcome.scenario
+    write_page(
+        path,
+        f"{scenario.title} · {outcome.controller}",
+        _lead(outcome),
+        [
+            Section("Figures", text=scenario.about.strip(), table=_figures(outcome)),
+            Section("Error of the tool point", _ERROR_TEXT, figure=_error_plot(outcome)),
+            Section("Elongation and correction", figure=_elongation_plot(outcome)),
+            Section("Temperatures", figure=_temperature_plot(outcome)),
+            Section("Heat flows", figure=_heat_plot(outcome)),
+            Section("How far to trust this", _trust(outcome), table=_budget(outcome)),
+            Section("Settings", table=_settings(outcome)),
+            Section("Versions", table=versions()),
+        ],
+    )
+
+
+_ERROR_TEXT = "True elongation minus correction, at the communication points."
+
+
+def _lead(outcome: ClosedLoop) -> str:
+    before, after = outcome.uncompensated, outcome.metrics
+    settled = after.time_to_tolerance_s
+    tolerance = f"±{1e6 * outcome.scenario.tolerance:g} µm"
+    if settled is None:
+        when = f"it does not stay within {tolerance}"
+    elif settled == 0:
+        when = f"it stays within {tolerance} from the start"
+    else:
+        when = f"it stays within {tolerance} from {settled / 60:.1f} min"
+    return (
+        f"Without compensation the tool point is off by up to {before.max_abs_um:.1f} µm; with "
+        f"{outcome.controller} by up to {after.max_abs_um:.1f} µm, and {when}."
+    )
+
+
+def _figures(outcome: ClosedLoop) -> Table:
+    before, after = outcome.uncompensated, outcome.metrics
+    rows = [
+        ("largest error", f"{before.max_abs_um:.2f} µm", f"{after.max_abs_um:.2f} µm"),
+        ("95 % of the time below", f"{before.p95_abs_um:.2f} µm", f"{after.p95_abs_um:.2f} µm"),
+        ("root mean square", f"{before.rms_um:.2f} µm", f"{after.rms_um:.2f} µm"),
+        (f"within ±{1e6 * outcome.scenario.tolerance:g} µm from", _when(before), _when(after)),
+    ]
+    return Table(("", NO_CONTROLLER, outcome.controller), rows)
+
+
+def _when(metrics: ErrorMetrics) -> str:
+    if metrics.time_to_tolerance_s is None:
+        return "never"
+    return "start" if metrics.time_to_tolerance_s == 0 else f"{metrics.time_to_tolerance_s / 60:.1f} min"
+
+
+def _error_plot(outcome: ClosedLoop) -> object:
+    tolerance = 1e6 * outcome.scenario.tolerance
+    lines = [
+        Line(outcome.controller, 1e6 * outcome.error),
+        Line(NO_CONTROLLER, 1e6 * remaining_error(outcome.without), dash="dot"),
+    ]
+    band = Band(-tolerance, tolerance, f"±{tolerance:g} µm")
+    return time_plot(outcome.time, lines, "error [µm]", band)
+
+
+def _elongation_plot(outcome: ClosedLoop) -> object:
+    run = outcome.compensated
+    lines = [
+        Line("elongation", 1e6 * run[ELONGATION]),
+        Line("correction", 1e6 * run[CORRECTION], dash="dash"),
+    ]
+    return time_plot(outcome.time, lines, "length [µm]")
+
+
+def _temperature_plot(outcome: ClosedLoop) -> object:
+    run = outcome.compensated
+    lines = [Line(name, run[variable] - ZERO_CELSIUS) for name, variable in _TEMPERATURES]
+    return time_plot(outcome.time, lines, "temperature [°C]")
+
+
+def _heat_plot(outcome: ClosedLoop) -> object:
+    run = outcome.compensated
+    lines = [
+        Line("motor to link", run["motor.heat_flow"]),
+        Line("link's surface to surroundings", run["link.surface_heat_loss"]),
+    ]
+    return time_plot(outcome.time, lines, "heat flow [W]")
+
+
+def _trust(outcome: ClosedLoop) -> str:
+    return (
+        "Coupling: what halving the communication step changes of the elongation, extrapolated. "
+        "Discretisation: the link's own estimate for its grid. Heat balance: heat that left the motor less "
+        "heat that reached the link."
+    )
+
+
+def _budget(outcome: ClosedLoop) -> Table:
+    rows = [
+        ("coupling error of the elongation", f"±{outcome.coupling_error_um:.2g} µm"),
+        ("discretisation error of the elongation", f"±{outcome.discretisation_error_um:.2g} µm"),
+    ]
+    for audit in outcome.compensated.audits:
+        share = abs(audit.total) / max(abs(audit.delivered), 1e-12)
+        rows.append(
+            (
+                f"{audit.balance.delivered} less {audit.balance.received}",
+                f"{audit.total:.3g} J ({share:.2g} of it)",
+            )
+        )
+        rows.append(("largest in one step", f"{audit.largest_step:.3g} J"))
+    return Table(("", "at most"), rows)
+
+
+def _settings(outcome: ClosedLoop) -> Table:
+    scenario = outcome.scenario
+    rows = [
+        ("scenario", scenario.name),
+        ("stop time", f"{scenario.stop_time:g} s"),
+        ("communication step size", f"{scenario.step_size:g} s"),
+        ("master algorithm", scenario.master),
+        ("FMUs", outcome.fmus),
+        ("controller", outcome.controller),
+        ("tolerance", f"±{1e6 * scenario.tolerance:g} µm"),
+        *((name, str(value)) for name, value in scenario.parameters.items()),
+        ("computed in", f"{outcome.wall_seconds:.2f} s"),
+        ("communication points", f"{np.size(outcome.time)}"),
+    ]
+    return Table(("setting", "value"), rows)

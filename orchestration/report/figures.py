@@ -1,0 +1,79 @@
+"""Plots over time, alike in every report: one look, units on every axis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+COLOURS = ("#3b6fb6", "#d1603d", "#3d8f6f", "#8a5fb0", "#b58a2b", "#5b6577", "#c04c7f", "#2b8fa8")
+MOST_POINTS = 2000
+"""Points a line keeps in a report; the files beside it hold them all."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a plot; `dash` as plotly names it."""
+
+    name: str
+    values: ArrayLike
+    dash: str = "solid"
+
+
+@dataclass(frozen=True)
+class Band:
+    """A stretch of the vertical axis that is marked, with a name."""
+
+    low: float
+    high: float
+    name: str
+
+
+def time_plot(
+    seconds: ArrayLike, lines: Sequence[Line], axis: str, band: Band | None = None, height: int = 360
+) -> Any:
+    """Plotly figure of lines over time in minutes or hours, with `axis` (quantity and unit) at the left."""
+    import plotly.graph_objects as go
+
+    kept = _kept(np.asarray(seconds))
+    shown = np.asarray(seconds)[kept]
+    unit, scale = ("h", 3600.0) if shown[-1] > 3 * 3600 else ("min", 60.0)
+    figure = go.Figure()
+    for line, colour in zip(lines, COLOURS * 4, strict=False):
+        figure.add_scatter(
+            x=shown / scale,
+            y=np.asarray(line.values)[kept],
+            name=line.name,
+            mode="lines",
+            line={"color": colour, "dash": line.dash, "width": 2},
+        )
+    if band is not None:
+        figure.add_hrect(y0=band.low, y1=band.high, fillcolor="#3d8f6f", opacity=0.13, line_width=0)
+        figure.add_annotation(
+            text=band.name, x=1, xref="paper", xanchor="right", y=band.high, yanchor="bottom", showarrow=False
+        )
+    figure.update_xaxes(title=f"time [{unit}]", zeroline=False)
+    figure.update_yaxes(title=axis, zeroline=False)
+    return styled(figure, height)
+
+
+def styled(figure: Any, height: int = 360) -> Any:
+    """Figure in the reports' common look."""
+    figure.update_layout(
+        template="plotly_white",
+        height=height,
+        margin={"l": 70, "r": 20, "t": 30, "b": 50},
+        legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
+        font={"family": "system-ui, sans-serif", "size": 13},
+    )
+    return figure
+
+
+def _kept(seconds: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Indices of the points to draw, the first and last among them."""
+    if seconds.size <= MOST_POINTS:
+        return np.arange(seconds.size)
+    return np.unique(np.linspace(0, seconds.size - 1, MOST_POINTS).astype(np.int64))

@@ -1,0 +1,67 @@
+"""How far off the tool point is: the figures of one run, and of a controller against none."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Series = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ErrorMetrics:
+    """Figures of one error history, in um and s.
+
+    `time_to_tolerance_s` is the first time after which the error stays inside the tolerance: 0 where it
+    always does, None where it does not at the end.
+    """
+
+    max_abs_um: float
+    rms_um: float
+    p95_abs_um: float
+    time_to_tolerance_s: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as they stand in `metrics.json`."""
+        return asdict(self)
+
+
+def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics:
+    """Figures of an error history.
+
+    Parameters
+    ----------
+    time : communication points in s, shape (n,)
+    error : true elongation minus correction in m at these points, shape (n,)
+    tolerance : largest error in m that production bears
+    """
+    size = np.abs(error)
+    outside = np.flatnonzero(~(size <= tolerance))
+    if outside.size == 0:
+        settled: float | None = 0.0
+    elif outside[-1] == size.size - 1:
+        settled = None
+    else:
+        settled = float(time[outside[-1] + 1])
+    return ErrorMetrics(
+        max_abs_um=1e6 * float(np.max(size)),
+        rms_um=1e6 * float(np.sqrt(_mean(time, error**2))),
+        p95_abs_um=1e6 * float(np.percentile(size, 95)),
+        time_to_tolerance_s=settled,
+    )
+
+
+def reduction_percent(uncompensated: ErrorMetrics, compensated: ErrorMetrics) -> float | None:
+    """Share of the largest error that was removed, in percent; None where there was none to remove."""
+    if uncompensated.max_abs_um == 0:
+        return None
+    return 100 * (1 - compensated.max_abs_um / uncompensated.max_abs_um)
+
+
+def _mean(time: Series, value: Series) -> float:
+    """Mean over time, so that uneven communication points count for what they span."""
+    span = time[-1] - time[0]
+    return float(np.trapezoid(value, time) / span) if span > 0 else float(value[-1])

@@ -1,0 +1,63 @@
+"""Start values that people write as `"motor.joint_conductance" = "2 W/K"`, checked before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging import limits
+from warmlink.fmus.packaging.component import Component, Output
+from warmlink.orchestration.scenarios.quantity import quantity
+from warmlink.orchestration.system.model import Value
+
+
+def start_values(
+    written: Mapping[str, str | float], components: Mapping[str, Component], where: str
+) -> dict[str, dict[str, Value]]:
+    """Start values in SI units by instance and variable.
+
+    Parameters
+    ----------
+    written : values with units under `instance.variable`
+    components : declaration behind each instance
+    where : what the values are for, put before a complaint
+
+    Raises
+    ------
+    InputError
+        If an instance or variable does not exist, a unit does not fit, or the component refuses a value.
+    """
+    values: dict[str, dict[str, Value]] = {}
+    for name, text in written.items():
+        instance, _, variable = name.partition(".")
+        if instance not in components:
+            raise InputError(
+                f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
+            )
+        values.setdefault(instance, {})[variable] = _value(components[instance], name, variable, text, where)
+    for instance, chosen in values.items():
+        _check(components[instance], instance, chosen)
+    return values
+
+
+def _value(component: Component, name: str, variable: str, text: str | float, where: str) -> float:
+    scalars = {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
+    if variable not in scalars:
+        near = _nearest(variable, list(scalars))
+        raise InputError(f"{where}: {name}: {component.name} has no such variable; did you mean {near}?")
+    declared = scalars[variable].variable
+    difference = declared.unit == "K" and declared.display != "degC"
+    return quantity(text, declared.unit, f"{where}: {name}", difference=difference)
+
+
+def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> None:
+    starts = {s.name: s.start for s in component.scalars() if s.name in component.p.index}
+    values = [float(chosen.get(name, start or 0.0)) for name, start in starts.items()]
+    for sentence in limits.problems(component, instance, values):
+        raise InputError(sentence)
+
+
+def _nearest(name: str, names: list[str]) -> str:
+    from difflib import get_close_matches
+
+    return (get_close_matches(name, names, n=1, cutoff=0.0) or names)[0]

@@ -1,0 +1,50 @@
+"""Values with units as people write them, `22 degC` or `2 h`, turned into SI."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.units import conversion, parse_unit
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*$")
+
+
+def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
+    """Value in an SI unit.
+
+    Parameters
+    ----------
+    text : `"22 degC"`, or a bare number, which counts as being in `unit` already
+    unit : SI unit wanted, in Modelica's notation
+    where : what the value is for, put before a complaint
+    difference : whether it is a difference, for which 5 degC are 5 K
+
+    Raises
+    ------
+    InputError
+        If it is no number with a unit, is not finite, or the unit is one of another quantity.
+    """
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        raise InputError(f'{where}: {text!r} is not a value; write it as "3.5 {unit}"')
+    found = _QUANTITY.match(str(text))
+    if found is None:
+        raise InputError(f'{where}: {text!r} is not a value; write it as "3.5 {unit}"')
+    number, given = float(found.group(1)), found.group(2) or unit
+    if not math.isfinite(number):
+        raise InputError(f"{where}: {text} is not a finite number; give one in {unit}")
+    if given == unit:
+        return number
+    try:
+        return conversion(parse_unit(given), parse_unit(unit), difference)(number)
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}; give it in {unit}") from None
+
+
+def positive(text: str | float, unit: str, where: str) -> float:
+    """Value in an SI unit that must lie above 0; raises InputError otherwise."""
+    value = quantity(text, unit, where)
+    if value <= 0:
+        raise InputError(f"{where}: {text} is not positive; give a value above 0 {unit}")
+    return value

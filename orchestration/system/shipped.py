@@ -1,0 +1,155 @@
+"""The systems that warmlink ships: which components they hold and what is wired to what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.model import (
+    Component,
+    Connection,
+    DefaultExperiment,
+    ParameterSet,
+    System,
+    Value,
+)
+
+COMPENSATOR = "compensator"
+"""Instance that a controller takes; its component differs from run to run."""
+
+
+@dataclass(frozen=True)
+class Blueprint:
+    """A system before its FMUs exist.
+
+    Attributes
+    ----------
+    components : name of the component behind each instance, as `ThermalLink` behind `link`; empty for
+        the compensator, whose component is chosen with the controller
+    wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`
+    """
+
+    name: str
+    about: str
+    components: Mapping[str, str]
+    wires: tuple[tuple[str, str], ...] = ()
+    stop_time: float = 3600.0
+    step_size: float = 1.0
+
+    def components_with(self, controller: str | None) -> dict[str, str]:
+        """Component behind each instance, once the controller's component is known."""
+        return {instance: kind or str(controller) for instance, kind in self.components.items()}
+
+    def system(
+        self,
+        fmus: Mapping[str, Path],
+        controller: str | None = None,
+        values: Mapping[str, Mapping[str, Value]] | None = None,
+    ) -> System:
+        """System with its FMUs.
+
+        Parameters
+        ----------
+        fmus : file of each component by the component's name
+        controller : component of the compensator, where the system has one
+        values : start values by instance and variable, in SI units
+
+        Raises
+        ------
+        InputError
+            If a value is meant for an instance that the system does not have.
+        """
+        values = values or {}
+        for instance in values:
+            if instance not in self.components:
+                raise InputError(
+                    f"{instance}: {self.name} has no such component; it has {', '.join(self.components)}"
+                )
+        components = {
+            instance: Component(
+                instance, fmus[kind], parameters=ParameterSet(instance, dict(values.get(instance, {})))
+            )
+            for instance, kind in self.components_with(controller).items()
+        }
+        return System(
+            self.name,
+            components,
+            tuple(_connection(source, target) for source, target in self.wires),
+            DefaultExperiment(0.0, self.stop_time, self.step_size),
+        )
+
+
+def _connection(source: str, target: str) -> Connection:
+    giving, _, output = source.partition(".")
+    taking, _, entry = target.partition(".")
+    return Connection(giving, output, taking, entry)
+
+
+def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:
+    return tuple((source, target) for target in targets)
+
+
+WARMUP_CELL = Blueprint(
+    name="WarmupCell",
+    about="duty -> motor <-> link -> sensors and camera <-> compensator",
+    components={
+        "duty": "DutyCycle",
+        "motor": "MotorHeatSource",
+        "link": "ThermalLink",
+        "sensors": "TemperatureSensors",
+        "camera": "DriftCamera",
+        COMPENSATOR: "",
+    },
+    wires=(
+        *_fan("duty.speed", "motor.speed", "link.speed", "camera.speed", "compensator.speed"),
+        *_fan("duty.torque", "motor.torque", "compensator.torque"),
+        *_fan(
+            "duty.ambient_temperature",
+            "motor.ambient_temperature",
+            "link.ambient_temperature",
+            "link.tip_sink_temperature",
+            "sensors.ambient_temperature",
+            "compensator.ambient_temperature",
+        ),
+        ("duty.pad_mode", "motor.pad_mode"),
+        ("duty.pad_temperature", "motor.pad_temperature"),
+        ("duty.pad_power", "motor.pad_power"),
+        ("motor.heat_flow", "link.heat_flow"),
+        ("link.base_temperature", "motor.link_base_temperature"),
+        ("motor.shaft_temperature", "sensors.temperature[1]"),
+        ("motor.winding_temperature", "sensors.temperature[2]"),
+        ("link.base_temperature", "sensors.temperature[3]"),
+        ("link.sensor_temperature[2]", "sensors.temperature[4]"),
+        ("link.tip_temperature", "sensors.temperature[5]"),
+        ("link.sensor_temperature[4]", "sensors.temperature[6]"),
+        ("link.sensor_temperature[5]", "sensors.temperature[7]"),
+        ("link.sensor_temperature[6]", "sensors.temperature[8]"),
+        ("sensors.reading[1]", "compensator.shaft_temperature"),
+        ("sensors.reading[2]", "compensator.winding_temperature"),
+        ("sensors.reading[3]", "compensator.base_temperature"),
+        ("sensors.reading[4]", "compensator.middle_temperature"),
+        ("sensors.reading[5]", "compensator.tip_temperature"),
+        ("link.elongation", "camera.elongation"),
+        ("compensator.correction", "camera.correction"),
+        ("camera.measured_drift", "compensator.measured_drift"),
+        ("camera.drift_valid", "compensator.drift_valid"),
+    ),
+    stop_time=7200.0,
+)
+
+BENCH_ROD = Blueprint(
+    name="BenchRod",
+    about="heater -> link -> sensors: a plain rod, heated at base position",
+    components={"heater": "Heater", "link": "ThermalLink", "sensors": "TemperatureSensors"},
+    wires=(
+        ("heater.heat_flow", "link.heat_flow"),
+        ("link.base_temperature", "heater.link_base_temperature"),
+        *((f"link.sensor_temperature[{i}]", f"sensors.temperature[{i}]") for i in range(1, 9)),
+    ),
+)
+
+BENCH_MOTOR = Blueprint(name="BenchMotor", about="a motor by itself", components={"motor": "MotorHeatSource"})
+
+SHIPPED = {blueprint.name: blueprint for blueprint in (WARMUP_CELL, BENCH_ROD, BENCH_MOTOR)}

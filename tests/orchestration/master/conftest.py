@@ -1,0 +1,25 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.trivial_fmu import build_trivial_fmu
+
+
+def _build(folder: Path, version: str) -> Path:
+    try:
+        return build_trivial_fmu(folder, version)  # type: ignore[arg-type]
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def trivial2(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return _build(tmp_path_factory.mktemp("fmu"), "2.0")
+
+
+@pytest.fixture(scope="session")
+def trivial3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return _build(tmp_path_factory.mktemp("fmu"), "3.0")

@@ -1,0 +1,42 @@
+"""Mock systems whose monolithic solution is known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from warmlink.orchestration.master.assembly import Assembly
+from warmlink.orchestration.master.mock import MockSlave
+from warmlink.orchestration.system.model import Connection
+
+
+def wire(text: str, factor: float = 1.0, offset: float = 0.0) -> Connection:
+    """Read `a.y -> b.u`."""
+    source, target = (end.strip().split(".") for end in text.split("->"))
+    return Connection(*source, *target, factor, offset)
+
+
+def counter(name: str, rate: float = 1.0, **options: Any) -> MockSlave:
+    """x' = rate * u, y = x, exact for held inputs."""
+    return MockSlave(
+        name,
+        inputs={"u": 1.0},
+        outputs={"y": lambda x, u, t: x},
+        state=0.0,
+        advance=lambda x, u, t, h: x + rate * h * u["u"],
+        **options,
+    )
+
+
+def gain(name: str, factor: float, **options: Any) -> MockSlave:
+    """y = factor * u at once."""
+    return MockSlave(
+        name,
+        inputs={"u": 0.0},
+        outputs={"y": lambda x, u, t: factor * u["u"]},
+        feedthrough={"y": ["u"]},
+        **options,
+    )
+
+
+def assembly(slaves: list[MockSlave], *wires: Connection, **values: dict[str, Any]) -> Assembly:
+    return Assembly(slaves, wires, values)

@@ -1,0 +1,161 @@
+"""FMI 2.0 slaves: native ones of plain C, and one made with pythonfmu."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.assembly import assemble
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.model import Component, Connection, ParameterSet, System, Value
+
+from .pairs import wire
+
+
+def system(fmu: Path, *wires: Connection, **values: dict[str, Value]) -> System:
+    components = {n: Component(n, fmu, (), ParameterSet("p", v)) for n, v in values.items()}
+    return System("s", components, wires)
+
+
+def test_all_types_are_set_and_got(trivial2: Path) -> None:
+    assembly = assemble(system(trivial2, a={}))
+    (slave,) = assembly.slaves
+    names = ("u", "fail_status", "on", "label", "rate")
+    slave.set(names, [0.25, 3, True, "größe", 2.0])
+    assert slave.get(names) == [0.25, 3, True, "größe", 2.0]
+    assert slave.get(("off", "z")) == [False, 0.25]
+    slave.terminate()
+    slave.terminate()
+    assembly.close()
+    assert assembly.folder is not None
+    assert not assembly.folder.exists()
+
+
+def test_a_loop_of_two_equals_the_recursion(trivial2: Path) -> None:
+    # x' = y, y' = -x by Jacobi with held inputs is the explicit Euler recursion.
+    wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0, offset=1.0))
+    result = simulate(system(trivial2, *wires, a={}, b={"rate": 0.5}), 5.0, 0.25, Jacobi())
+    x, y = 0.0, 0.0
+    for point in range(21):
+        assert result["a.y"][point] == x
+        assert result["b.y"][point] == y
+        x, y = x + 0.25 * (1.0 - y), y + 0.5 * 0.25 * x
+    assert result["a.steps"][-1] == 20
+    assert result.status == "completed"
+
+
+def test_booleans_and_integers_travel(trivial2: Path) -> None:
+    wires = (wire("a.off -> b.on"), wire("a.steps -> b.switched"))
+    result = simulate(
+        system(trivial2, *wires, a={"on": True}, b={}),
+        3.0,
+        1.0,
+        GaussSeidel(),
+        record=["b.off", "b.switched"],
+    )
+    np.testing.assert_array_equal(result["b.off"], [1, 1, 1, 1])
+    np.testing.assert_array_equal(result["b.switched"], [0, 1, 2, 3])
+
+
+@pytest.mark.parametrize(("status", "name"), [(2, "discard"), (3, "error"), (4, "fatal")])
+def test_a_bad_status_stops_the_run_with_the_slaves_own_words(trivial2: Path, status: int, name: str) -> None:
+    result = simulate(system(trivial2, a={}, b={"fail_at": 3.5, "fail_status": status}), 10.0, 1.0, Jacobi())
+    assert result.reason == f"b: {name} at 3 s: fmi2DoStep answered {name}; it logged: it fails from 3.5"
+    assert result.times[-1] == 3.0
+    assert np.all(np.isfinite(result.table.values))
+
+
+def test_nan_from_an_fmu_is_named(trivial2: Path) -> None:
+    result = simulate(system(trivial2, a={"fail_at": 3.5, "fail_status": 7}), 10.0, 1.0)
+    assert result.error is not None
+    assert (result.error.variable, result.error.time) == ("y", 4.0)
+
+
+def test_states_restore_and_serialise(trivial2: Path) -> None:
+    assembly = assemble(system(trivial2, a={}, b={}))
+    a, b = assembly.slaves
+    for slave in (a, b):
+        slave.enter_initialization(0.0, None)
+        slave.exit_initialization()
+    a.step(0.0, 1.0)
+    state, data = a.state(), a.serialize()
+    a.step(1.0, 1.0)
+    assert a.get(("y",)) == [2.0]
+    a.restore(state)
+    a.free(state)
+    b.deserialize(data)
+    assert a.get(("y",)) == b.get(("y",)) == [1.0]
+    a.set(("u",), [1.0])
+    a.set_input_derivatives(("u",), 1, [3.0])
+    a.step(1.0, 2.0)
+    assert a.get(("y",)) == [1.0 + 2.0 + 6.0]
+    assert a.get_output_derivatives(("y",), 1) == [7.0]
+    for slave in (a, b):
+        slave.terminate()
+    assembly.close()
+
+
+def test_unknown_names_and_missing_platforms_are_said(trivial2: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"a\.nothing: the FMU has no such variable"):
+        simulate(system(trivial2, a={"nothing": 1.0}), 1.0, 1.0)
+    import zipfile
+
+    other = tmp_path / "other.fmu"
+    with zipfile.ZipFile(trivial2) as old, zipfile.ZipFile(other, "w") as new:
+        new.writestr("modelDescription.xml", old.read("modelDescription.xml"))
+        new.writestr("binaries/amiga/Trivial.library", b"")
+    with pytest.raises(InputError, match=r"a: other\.fmu holds no library for .* \(it has: amiga\)"):
+        simulate(system(other, a={}), 1.0, 1.0)
+
+
+PYTHON_SLAVE = """
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu.enums import Fmi2Status
+
+class Spring(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.u, self.y, self.label, self.broken = 1.0, 0.0, "", False
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+        self.register_variable(
+            Boolean("broken", causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
+
+    def do_step(self, t, h):
+        if self.broken and t >= 2:
+            self.log("the spring broke", Fmi2Status.error)
+            return False
+        self.y += h * self.u
+        return True
+"""
+
+
+@pytest.fixture(scope="module")
+def springs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from pythonfmu.builder import FmuBuilder
+
+    folder = tmp_path_factory.mktemp("python")
+    script = folder / "spring_of_master_tests.py"
+    script.write_text(textwrap.dedent(PYTHON_SLAVE))
+    built: Path = FmuBuilder.build_FMU(str(script), dest=str(folder), needsExecutionTool="false")
+    return Path(built)
+
+
+def test_python_fmus_run_and_their_log_is_heard(springs: Path) -> None:
+    wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
+    result = simulate(system(springs, *wires, a={}, b={"y": 1.0}), 1.0, 0.01, Jacobi())
+    assert result.status == "completed"
+    assert result["b.y"][-1] == pytest.approx(math.cos(1.0), abs=0.01)
+    result = simulate(system(springs, a={"broken": True}), 5.0, 1.0)
+    # pythonfmu answers fmi2Terminated for every step that returns False.
+    assert result.reason == (
+        "a: terminated at 2 s: fmi2DoStep answered discard and asks to end the simulation; "
+        "it logged: the spring broke"
+    )

@@ -1,0 +1,40 @@
+import numpy as np
+import pytest
+
+from warmlink.orchestration.scenarios.metrics import error_metrics, reduction_percent
+
+TOLERANCE = 5e-6
+
+
+def test_figures_of_a_ramp() -> None:
+    time = np.linspace(0.0, 100.0, 101)
+    metrics = error_metrics(time, 1e-6 * time / 10, TOLERANCE)
+    assert metrics.max_abs_um == pytest.approx(10)
+    assert metrics.rms_um == pytest.approx(10 / np.sqrt(3), rel=1e-4)
+    assert metrics.p95_abs_um == pytest.approx(9.5)
+    assert metrics.time_to_tolerance_s is None
+
+
+def test_time_to_tolerance_is_the_first_time_after_which_the_error_stays_inside() -> None:
+    time = np.arange(6.0)
+    back_and_forth = 1e-6 * np.array([9.0, -4.0, -6.0, 4.9, 5.0, -5.0])
+    assert error_metrics(time, back_and_forth, TOLERANCE).time_to_tolerance_s == 3.0
+    assert error_metrics(time, 0.5 * back_and_forth, TOLERANCE).time_to_tolerance_s == 0.0
+
+
+def test_an_error_that_is_not_a_number_is_never_within_tolerance() -> None:
+    assert error_metrics(np.arange(2.0), np.array([0.0, np.nan]), TOLERANCE).time_to_tolerance_s is None
+
+
+def test_root_mean_square_weighs_by_time_not_by_points() -> None:
+    time = np.array([0.0, 1.0, 2.0, 3.0, 103.0])
+    error = np.full(5, 2e-6)
+    assert error_metrics(time, error, TOLERANCE).rms_um == pytest.approx(2)
+
+
+def test_reduction_counts_the_largest_error() -> None:
+    time = np.arange(3.0)
+    before = error_metrics(time, np.array([0.0, 20e-6, 80e-6]), TOLERANCE)
+    after = error_metrics(time, np.array([0.0, 8e-6, -4e-6]), TOLERANCE)
+    assert reduction_percent(before, after) == pytest.approx(90)
+    assert reduction_percent(error_metrics(time, np.zeros(3), TOLERANCE), after) is None
