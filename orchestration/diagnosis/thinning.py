@@ -83,11 +83,18 @@ def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
     padded = np.pad(filled, _WINDOW // 2, mode="reflect", reflect_type="odd")
     windows = np.lib.stride_tricks.sliding_window_view(padded, _WINDOW)
     away = np.abs(filled - np.median(windows, axis=1))
-    scale = max(1.4826 * float(np.median(away)), float(np.mean(away[away <= np.quantile(away, 0.9)])))
+    scale = max(_noise_of(filled), step / np.sqrt(12))
     suspects = np.flatnonzero(away > max(SPIKE * scale, 1.5 * step, 1e-12))
     # A course that really jumps stays away: a spike's neighbours do not.
     lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
     return rows[np.array(lonely, dtype=np.int64)]
+
+
+def _noise_of(values: Vector) -> float:
+    """White noise of a slow signal from its second differences, whose variance is six times as large."""
+    bend = np.abs(np.diff(values, 2))
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
 
 
 def quantum(values: Vector) -> float:
