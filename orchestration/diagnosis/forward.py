@@ -126,13 +126,13 @@ class Forward:
         """Slopes of states and sensitivities, shape as `joined`, and the Jacobian, averaged over inputs."""
         rates.x[:], rates.time[0] = joined[:, 0], time
         if len(shares) == 1:
-            rates.w[:] = self._w[:, shares[0][0]]
+            rates.w[:] = self.steps.inputs[:, shares[0][0]]
             rates.evaluate()
             slopes, jacobian, by_slot = rates.rates, rates.by_state, rates.by_slot
         else:
             slopes, jacobian, by_slot = np.zeros(1), np.zeros(1), np.zeros(1)
             for column, share in shares:
-                rates.w[:] = self._w[:, column]
+                rates.w[:] = self.steps.inputs[:, column]
                 rates.evaluate()
                 slopes = slopes + share * rates.rates
                 jacobian = jacobian + share * rates.by_state
@@ -150,7 +150,7 @@ class Forward:
         columns = [shares[0][0] for shares in self.steps.shares]
         columns.append(columns[-1])
         y, by_state, direct = self.equations.observe(
-            states[:, :, 0].T, z, self._p, self._w[:, columns], time
+            states[:, :, 0].T, z, self._p, self.steps.inputs[:, columns], time
         )
         # (points, outputs, 1 + slots): value and sensitivity through the states
         through = by_state @ states

@@ -17,6 +17,9 @@ MOST_EVENTS = 400
 
 MOST_LEVELS = 20_000
 
+ALIKE = 0.05
+"""Share of an input's range within which its values in a step are replaced by their mean."""
+
 
 @dataclass(frozen=True)
 class Resolution:
@@ -44,10 +47,12 @@ class Steps:
     Attributes
     ----------
     time : s, points between the steps, shape (steps + 1,)
-    shares : for each step the columns of the inputs that act in it and their shares of its length
+    inputs : levels that the inputs take, shape (inputs, levels)
+    shares : for each step the levels that act in it and their shares of its length
     """
 
     time: Vector
+    inputs: Vector
     shares: tuple[tuple[tuple[int, float], ...], ...]
 
 
@@ -65,14 +70,15 @@ def steps_for(time: Vector, inputs: Vector, resolution: Resolution) -> Steps:
     if events.sum() > MOST_EVENTS:
         events[:] = False
     ends = np.append(time[starts[1:]], time[-1])
-    builder = _Builder(resolution)
+    builder = _Builder(resolution, inputs)
     for start, end, column, event in zip(time[starts], ends, starts, events, strict=True):
         if event:
             builder.flush()
             builder.since = 0.0
         builder.add(int(column), float(end - start))
     builder.flush()
-    return Steps(np.concatenate([[0.0], np.cumsum(builder.lengths)]), tuple(builder.shares))
+    times = np.concatenate([[0.0], np.cumsum(builder.lengths)])
+    return Steps(times, np.column_stack(builder.levels), tuple(builder.shares))
 
 
 def _levels(time: Vector, inputs: Vector) -> NDArray[np.int64]:
@@ -94,8 +100,11 @@ def _events(levels: Vector) -> NDArray[np.bool_]:
 
 
 class _Builder:
-    def __init__(self, resolution: Resolution) -> None:
-        self.resolution = resolution
+    def __init__(self, resolution: Resolution, inputs: Vector) -> None:
+        self.resolution, self._inputs = resolution, inputs
+        self._close = ALIKE * np.ptp(inputs, axis=1)
+        self._level: dict[int, int] = {}
+        self.levels: list[Vector] = []
         self.since = 0.0
         self.lengths: list[float] = []
         self.shares: list[tuple[tuple[int, float], ...]] = []
@@ -123,6 +132,19 @@ class _Builder:
             return
         total = self._length
         self.lengths.append(total)
-        self.shares.append(tuple((column, length / total) for column, length in self._pending))
+        self.shares.append(self._shares(total))
         self.since += total
         self._pending, self._length = [], 0.0
+
+    def _shares(self, total: float) -> tuple[tuple[int, float], ...]:
+        columns = [column for column, _ in self._pending]
+        values = self._inputs[:, columns]
+        if len(columns) > 1 and np.all(np.ptp(values, axis=1) <= self._close):
+            weights = np.array([length for _, length in self._pending]) / total
+            self.levels.append(values @ weights)
+            return ((len(self.levels) - 1, 1.0),)
+        for column in columns:
+            if column not in self._level:
+                self._level[column] = len(self.levels)
+                self.levels.append(self._inputs[:, column])
+        return tuple((self._level[column], length / total) for column, length in self._pending)

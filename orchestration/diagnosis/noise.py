@@ -18,6 +18,9 @@ Vector = NDArray[np.float64]
 SLOW = 900.0
 """s; courses of a longer period are taken for the model's fault, never for noise."""
 
+LASTING = 1200.0
+"""s; correlation time of an error that lasts."""
+
 _MEMORIES = (20.0, 40.0, 60.0, 90.0, 130.0, 180.0)
 """Candidate correlation times in s."""
 
@@ -27,21 +30,27 @@ _WORTH = 8.0
 
 @dataclass(frozen=True)
 class NoiseModel:
-    """Noise of one channel in SI: standard deviations of both parts, and correlation time in s."""
+    """Noise of one channel in SI: standard deviations of its parts, and correlation time in s.
+
+    `lasting` is an error that stays for long, as of a coarse converter that rests on one step: it cannot
+    be seen in the scatter from row to row, and is known only from a stated noise that is larger.
+    """
 
     white: float
     slow: float = 0.0
     memory: float = 60.0
+    lasting: float = 0.0
 
     @property
     def sigma(self) -> float:
         """Standard deviation of a reading."""
-        return float(np.hypot(self.white, self.slow))
+        return float(np.sqrt(self.white**2 + self.slow**2 + self.lasting**2))
 
     def covariance(self, times: Vector) -> Vector:
         """Covariance of readings at times in s, shape (times, times)."""
         apart = np.abs(times[:, None] - times[None, :])
         result: Vector = self.slow**2 * np.exp(-apart / self.memory)
+        result += self.lasting**2 * np.exp(-apart / LASTING)
         result[np.diag_indices(times.size)] += self.white**2
         return result
 
@@ -52,7 +61,7 @@ class Whitener:
     def __init__(self, model: NoiseModel, times: Vector) -> None:
         self._scale = 1 / model.white
         self._matrix: Vector | None = None
-        if model.slow > 0.05 * model.white and times.size:
+        if max(model.slow, model.lasting) > 0.05 * model.white and times.size:
             from scipy.linalg import cholesky, solve_triangular
 
             factor = cholesky(model.covariance(times), lower=True)

@@ -63,6 +63,7 @@ class Search:
         self._proposals: dict[frozenset[str], Proposal] = {}
         self._progress = progress
         self._level: float | None = None
+        self._penalties: dict[int, float] = {}
         self.add(fitter.fit(()))
 
     @property
@@ -79,9 +80,14 @@ class Search:
 
     def penalty(self, items: Iterable[Item]) -> float:
         """What a set must gain in chi-square."""
-        from scipy.stats import chi2
+        return sum(self._penalty_of(len(item.freed)) for item in items)
 
-        return float(sum(chi2.isf(self.level, len(item.freed)) for item in items))
+    def _penalty_of(self, numbers: int) -> float:
+        if numbers not in self._penalties:
+            from scipy.special import chdtri
+
+            self._penalties[numbers] = float(chdtri(numbers, self.level))
+        return self._penalties[numbers]
 
     def score(self, fit: Fit) -> float:
         """Chi-square plus penalty; infinite where a cause lies on its bound."""
@@ -237,7 +243,7 @@ class Neighbours:
         good = determinant > (1 - _COLLINEAR) * gii * gjj
         with np.errstate(divide="ignore", invalid="ignore"):
             gain = np.where(good, (ri**2 * gjj - 2 * ri * rj * gij + rj**2 * gii) / determinant, 0.0)
-        order = np.argsort(gain)[::-1][:60]
+        order = np.argsort(gain)[::-1][:30]
         return [(usable[a[k]], usable[b[k]]) for k in order]
 
     def proposal(self, kept: tuple[Item, ...], chosen: Sequence[int]) -> Proposal:
@@ -266,7 +272,7 @@ def family_wise_level(null: Neighbours, false_alarms: float = FALSE_ALARMS, seed
 
     Drawn from the joint normal distribution of all candidates' gradients, bounds included.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     usable = null.usable()
     if not usable:
@@ -286,5 +292,5 @@ def family_wise_level(null: Neighbours, false_alarms: float = FALSE_ALARMS, seed
             gain = np.where(one_sided & (z[0] < 0), 0.0, z[0] ** 2)
         else:
             gain = np.sum(z * np.linalg.solve(correlation[span, span], z), axis=0)
-        smallest = np.minimum(smallest, chi2.sf(gain, z.shape[0]))
+        smallest = np.minimum(smallest, chdtrc(z.shape[0], gain))
     return float(np.quantile(smallest, false_alarms))

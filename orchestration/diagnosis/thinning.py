@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.measured import Run
 
 Vector = NDArray[np.float64]
 
-MOST_ROWS = 1000
+MOST_ROWS = 600
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
 
 SHORTEST = 5.0
@@ -35,6 +35,7 @@ class Thinned:
     fitted : blocks that fitting may use, shape (blocks,)
     spikes : spikes removed by output, shape (outputs,)
     quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
+    scatter : noise in SI from row to row, before averaging, shape (outputs,)
     """
 
     time: Vector
@@ -42,6 +43,7 @@ class Thinned:
     fitted: NDArray[np.bool_]
     spikes: NDArray[np.int64]
     quantum: Vector
+    scatter: Vector
 
 
 def thinned(run: Run, variables: Sequence[str]) -> Thinned:
@@ -53,11 +55,12 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
         wrong = spike_rows(table[:, i], quanta[i])
         spikes[i] = wrong.size
         table[wrong, i] = np.nan
+    scatter = np.array([_scatter(column) for column in table.T])
     span = float(run.time[-1])
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
     if spacing >= length * 0.75:
-        return Thinned(run.time, table, run.fitted, spikes, quanta)
+        return Thinned(run.time, table, run.fitted, spikes, quanta, scatter)
     block = np.floor(run.time / length).astype(np.int64)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     count = np.diff(np.append(starts, block.size))
@@ -68,7 +71,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     with np.errstate(invalid="ignore", divide="ignore"):
         means = np.where(filled > 0, sums / filled, np.nan)
     fitted = np.logical_and.reduceat(run.fitted, starts)
-    return Thinned(time, means, fitted, spikes, quanta)
+    return Thinned(time, means, fitted, spikes, quanta, scatter)
 
 
 def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
@@ -88,6 +91,11 @@ def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
     # A course that really jumps stays away: a spike's neighbours do not.
     lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
     return rows[np.array(lonely, dtype=np.int64)]
+
+
+def _scatter(values: Vector) -> float:
+    filled = values[np.isfinite(values)]
+    return _noise_of(filled) if filled.size > 3 else 0.0
 
 
 def _noise_of(values: Vector) -> float:

@@ -24,6 +24,9 @@ Word = Literal["adequate", "named", "ambiguous", "unknown"]
 UNEXPLAINED = 0.003
 """Chance level below which slow courses in the residuals count as real."""
 
+_LIKE_STATED = 0.7
+"""Scatter over stated noise above which the stated figure is no news."""
+
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 """Least noise by SI unit: the forward model is no more exact than this."""
 
@@ -69,28 +72,60 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     problem = Problem(fitted_part(experiment))
     floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
     progress("simulating as it stands")
-    start = [problem.values(i, problem.calibrated, [f.start for f in problem.calibrated]) for i in range(len(problem.data))]
-    grid_error = problem.refine(start)
-    noise = _first_noise(problem, floors)
+    start = [f.start for f in problem.calibrated]
+    problem.refine([problem.values(i, problem.calibrated, start) for i in range(len(problem.data))])
+    noise = _noise(problem, None, 1.0)
     if problem.calibrated:
         calibrated = Fitter(problem, noise).fit(())
-        grid_error = problem.refine(_values(problem, calibrated))
-        noise = estimated_noise(problem, calibrated, floors)
+        problem.refine(_values(problem, calibrated))
+        noise = _noise(problem, calibrated, 1.0)
     search = Search(Fitter(problem, noise), progress)
     best = search.run()
-    if best.items:
-        # Near the truth the grid's error and the noise are known better than where the search began.
-        grid_error = problem.refine(_values(problem, best))
-        noise = estimated_noise(problem, best, floors)
-        seeds = [best, *search.rivals(best)]
-        search = Search(Fitter(problem, noise), progress)
-        for seed in seeds:
-            search.add(search.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
-        best = search.run()
-    left = lack_of_fit(search.fitter, best)
+    for inflation in (1.0, 2.0):
+        if best.items or inflation > 1:
+            # Near the truth the grid's error and the noise are known better than where the search began.
+            progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
+            problem.refine(_values(problem, best))
+            search = _again(search, _noise(problem, best, inflation), progress)
+            best = search.run()
+        left = lack_of_fit(search.fitter, best)
+        if left.p >= UNEXPLAINED or not any(n.lasting for n in search.fitter.noise):
+            break
     before = lack_of_fit(search.fitter, search.null) if best.items else left
     word, rivals = _judge(search, best, left)
+    grid_error = problem.refine(_values(problem, best))
     return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error)
+
+
+def _again(search: Search, noise: list[NoiseModel], progress: Callable[[str], None]) -> Search:
+    """Search anew under another noise, from the best models so far."""
+    best = search.best
+    seeds = [best, *search.rivals(best)] if best.items else []
+    fresh = Search(Fitter(search.fitter.problem, noise), progress)
+    for seed in seeds:
+        fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
+    return fresh
+
+
+def _noise(problem: Problem, fit: Fit | None, inflation: float) -> list[NoiseModel]:
+    """Noise as estimated, and what a stated figure says beyond the scatter from row to row.
+
+    A stated noise of about the size of the scatter, or smaller, adds nothing: the data know better. One
+    that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
+    """
+    floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
+    models = estimated_noise(problem, fit, floors)
+    result = []
+    for i, (variable, model) in enumerate(zip(problem.variables, models, strict=True)):
+        stated = problem.experiment.noise.get(variable)
+        scatter = max(float(data.scatter[i]) for data in problem.data)
+        if stated is None or max(model.sigma, scatter) > _LIKE_STATED * stated:
+            result.append(model)
+        else:
+            # As much white as stated keeps a fit from trusting the fast course, which the inputs blur.
+            white, lasting = stated, inflation * stated
+            result.append(NoiseModel(white, model.slow, model.memory, lasting))
+    return result
 
 
 def _judge(search: Search, best: Fit, left: LackOfFit) -> tuple[Word, tuple[Fit, ...]]:
