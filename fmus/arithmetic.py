@@ -8,6 +8,7 @@ carried in the imaginary part passes through them unchanged.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,16 @@ LARGEST = 1e300
 
 def symbolic(*values: Number) -> bool:
     """Whether any of the values is a CasADi expression."""
-    return any(type(value).__module__.startswith("casadi") for value in values)
+    # A loop and a cache, since this is asked for every operation.
+    for value in values:  # noqa: SIM110
+        if _from_casadi(type(value).__module__):
+            return True
+    return False
+
+
+@cache
+def _from_casadi(module: str) -> bool:
+    return module.startswith("casadi")
 
 
 def real(value: Number) -> Number:
@@ -53,21 +63,16 @@ def absolute(value: Number) -> Number:
 
 
 def minimum(a: Number, b: Number) -> Number:
-    """The value whose real part is the smaller."""
-    if symbolic(a, b):
-        import casadi
+    """The value whose real part is the smaller; `b` where they are equal or one is NaN.
 
-        return casadi.fmin(a, b)
-    return where(np.real(a) < np.real(b), a, b)
+    Every arithmetic decides alike, derivatives at a tie included, which C's fmin would not.
+    """
+    return where(real(a) < real(b), a, b)
 
 
 def maximum(a: Number, b: Number) -> Number:
-    """The value whose real part is the larger."""
-    if symbolic(a, b):
-        import casadi
-
-        return casadi.fmax(a, b)
-    return where(np.real(a) > np.real(b), a, b)
+    """The value whose real part is the larger; `b` where they are equal or one is NaN."""
+    return where(real(a) > real(b), a, b)
 
 
 def clip(value: Number, lower: Number, upper: Number) -> Number:

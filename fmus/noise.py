@@ -15,6 +15,9 @@ from warmlink.fmus.arithmetic import Number, cos, floor, log, sqrt, stack, where
 _MODULUS_A, _FACTOR_A = 2147483563.0, 40014.0
 _MODULUS_B, _FACTOR_B = 2147483399.0, 40692.0
 
+_MIXING_MODULUS = 16777213.0
+"""A prime small enough for the quotient of its squares to be exact in doubles."""
+
 STATE_SIZE = 2
 """Doubles in the generator's state."""
 
@@ -41,10 +44,14 @@ def normal(state: Number) -> tuple[Number, Number]:
 
 
 def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
-    """First and second halves of the states of one generator a channel, each of shape (channels,)."""
+    """First and second halves of the states of one generator a channel, each of shape (channels,).
+
+    Seed and channel are squared into the state: were they put in as they are, the sequences of two seeds
+    would differ by the same numbers whatever the seeds, the generator being linear.
+    """
     whole = floor(seed)
-    a = stack(*(1.0 + _remainder(1e4 * whole + 7919.0 * c + 12345.0, _MODULUS_A - 1.0) for c in channels))
-    b = stack(*(1.0 + _remainder(3e4 * whole + 104729.0 * c + 67890.0, _MODULUS_B - 1.0) for c in channels))
+    a = stack(*(_mixed(1e6 * whole + 15485863.0 * channel + 12345.0) for channel in channels))
+    b = stack(*(_mixed(9e5 * whole + 32452843.0 * channel + 67890.0) for channel in channels))
     for _ in range(4):
         a, b = _next(a, b)
     return a, b
@@ -71,6 +78,14 @@ def _next(a: Number, b: Number) -> tuple[Number, Number]:
 def _share(a: Number, b: Number) -> Number:
     difference = a - b
     return where(difference < 1, difference + (_MODULUS_A - 1.0), difference) / _MODULUS_A
+
+
+def _mixed(number: Number) -> Number:
+    """Whole number from 1 to 127 times the mixing modulus, which stays below either generator's modulus."""
+    mixed = _remainder(number, _MIXING_MODULUS)
+    for _ in range(3):
+        mixed = _remainder(mixed * mixed + 31337.0, _MIXING_MODULUS)
+    return 127.0 * mixed + 1.0
 
 
 def _remainder(value: Number, modulus: float) -> Number:

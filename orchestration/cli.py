@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 
 app = typer.Typer(
     name="warmlink",
-    help="How far off a robot's tool point is while its link warms up, and what a controller takes out of that.",
+    help="How far off a robot's tool point is while its link warms up, and what a controller takes out.",
     epilog="Begin with: warmlink run",
     no_args_is_help=True,
     add_completion=False,
@@ -76,7 +76,9 @@ def build(
     fmus: Annotated[str, typer.Option(help="`native`, `python` or `all`.")] = "all",
     platforms: Annotated[
         str | None,
-        typer.Option(help="Native platforms, as `x86_64-linux,x86_64-windows`, or `all`. Default: this machine's."),
+        typer.Option(
+            help="Native platforms, as `x86_64-linux,x86_64-windows`, or `all`. Default: this machine's."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
     json: Json = False,
@@ -91,7 +93,9 @@ def build(
 def simulate(
     system: Annotated[Path, typer.Argument(help="An .ssp file, anybody's.")],
     stop: Annotated[str | None, typer.Option(help='Stop time, as "1 h". Default: the system\'s own.')] = None,
-    step: Annotated[str | None, typer.Option(help='Communication step size, as "1 s". Default: its own.')] = None,
+    step: Annotated[
+        str | None, typer.Option(help='Communication step size, as "1 s". Default: its own.')
+    ] = None,
     master: Annotated[str, typer.Option(help="Master algorithm (`warmlink list`).")] = "jacobi",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
     json: Json = False,
@@ -110,6 +114,17 @@ def check(
     from warmlink.orchestration.commands.check import check_command
 
     raise SystemExit(check_command(file, json))
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
+    json: Json = False,
+) -> None:
+    """Compute the paper's tables and figures: Eq. (4), the 1-D link and 3-D finite elements beside them."""
+    from warmlink.orchestration.commands.reproduce import reproduce_command
+
+    reproduce_command(out, json)
 
 
 @app.command(name="list")

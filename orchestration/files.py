@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -15,13 +15,15 @@ from warmlink.fmus.errors import InputError
 def fresh_folder(folder: Path) -> Iterator[Path]:
     """Folder to write results into; its files move to `folder` when all are written.
 
-    Files of the same names are replaced, others in `folder` are left alone.
+    Files of the same names are replaced, others in `folder` are left alone. Folders made for the purpose go
+    again where nothing came of it.
 
     Raises
     ------
     InputError
         If the folder cannot be written.
     """
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
@@ -33,3 +35,6 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
             path.replace(folder / path.name)
     finally:
         shutil.rmtree(work, ignore_errors=True)
+        for path in made:
+            with suppress(OSError):  # it holds something
+                path.rmdir()

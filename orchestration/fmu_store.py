@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.build import build_python_fmus, catalogue, controller_catalogue
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.build import build_python_fmus
+from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]
 FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
@@ -36,26 +37,6 @@ class FmuStore:
         """Where this version's FMUs of this kind lie."""
         return self.root / source_digest() / self.kind
 
-    @cached_property
-    def _components(self) -> dict[str, Component]:
-        return {component.name: component for component in catalogue()}
-
-    def controllers(self) -> dict[str, Component]:
-        """Component of each controller by the controller's name."""
-        return controller_catalogue()
-
-    def component(self, name: str) -> Component:
-        """Declaration of a component by its name.
-
-        Raises
-        ------
-        InputError
-            If warmlink has no component of that name.
-        """
-        if name not in self._components:
-            raise InputError(f"{name}: no such component; there are {', '.join(sorted(self._components))}")
-        return self._components[name]
-
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
 
@@ -65,21 +46,20 @@ class FmuStore:
             If native FMUs are asked for and nothing on this machine can compile them.
         """
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
-        missing = [self.component(name) for name, path in wanted.items() if not path.is_file()]
+        missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
         if missing:
             if remark is not None:
                 remark(f"building {len(missing)} {self.kind} FMUs, once for this version")
             self._build(missing)
         return wanted
 
-    def _build(self, components: list[Component]) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
+    def _build(self, missing: list[Entry]) -> None:
         if self.kind == "python":
-            build_python_fmus(components, self.folder)
+            build_python_fmus(missing, self.folder.parent)
             return
         from warmlink.fmus.packaging.native_fmu import build_native_fmus
 
-        build_native_fmus(components, self.folder)
+        build_native_fmus(missing, self.folder)
 
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:

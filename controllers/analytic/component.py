@@ -48,7 +48,7 @@ _PARAMETERS = (
     Parameter(
         "heating_rise", "K", 0.5, "rise from which on the time of heating counts", minimum=0, nominal=0.5
     ),
-    Parameter("relative_error", "1", 0.3, "standard deviation of the relative error", minimum=0, nominal=0.1),
+    Parameter("relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1),
     Parameter(
         "least_error",
         "m",

@@ -20,17 +20,19 @@ _LOSSES = tuple(
     }
 )
 
+# Gain and time constant: `fit.first_order` on two hours at 100 % duty of the nominal cell; the errors: what
+# that leaves over several duty cycles. The tests hold both.
 _PARAMETERS = (
     SAMPLE_TIME,
     TOLERANCE,
-    Parameter("gain", "m/W", 4e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6),
-    Parameter("time_constant", "s", 1900, "time constant of the growth", positive=True),
+    Parameter("gain", "m/W", 4.21e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6),
+    Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True),
     *_LOSSES,
-    Parameter("relative_error", "1", 0.1, "standard deviation of the relative error", minimum=0, nominal=0.1),
+    Parameter("relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1),
     Parameter(
         "least_error",
         "m",
-        1e-6,
+        2e-6,
         "standard deviation of the error at no elongation",
         display="um",
         minimum=0,

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.fmus import faults, noise
-from warmlink.fmus.arithmetic import Number, absolute, stack, where
+from warmlink.fmus.arithmetic import Number, absolute, where
 from warmlink.fmus.packaging.component import Record
 
 _GENERATOR = 1000

@@ -133,10 +133,17 @@ class Instance:
         if not step > 0:
             raise InputError(f"{self.name}: a step of {step:g} s; give one above 0 s")
         self._check_inputs()
-        if self.component.sampled:
-            self._sample_until(time + step)
-        elif self.component.states:
-            self._integrate(time, step)
+        before = self._x, self._samples
+        try:
+            with np.errstate(all="ignore"):
+                if self.component.sampled:
+                    self._sample_until(time + step)
+                elif self.component.states:
+                    self._integrate(time, step)
+        except BaseException:
+            # A step that fails leaves the instance where it was, so that it may be tried again.
+            self._x, self._samples = before
+            raise
         self._time = time + step
         self._y = None
 
@@ -154,12 +161,14 @@ class Instance:
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to a snapshot; what follows is bit for bit what followed then."""
-        self._p, self._u = np.array(snapshot.parameters), np.array(snapshot.inputs)
-        self._settled = self._settle()
+        if snapshot.parameters != self._p.tolist() or snapshot.initialized != self._initialized:
+            self._p = np.array(snapshot.parameters)
+            self._settled = self._settle()
+            self._jacobian = None
+        self._u = np.array(snapshot.inputs)
         self._x = np.array(snapshot.states)
         self._start_time, self._time = snapshot.start_time, snapshot.time
         self._samples, self._initialized = snapshot.samples, snapshot.initialized
-        self._jacobian = None
         self._y = None
 
     def _settle(self) -> Vector:
@@ -197,12 +206,23 @@ class Instance:
             now = time + i * micro
             matrix = self._jacobian(partial(self._rates, time=now), self._x)
             self._x = rosenbrock_step(self._rates, matrix, self._x, now, micro)
+        if not np.isfinite(self._x).all():
+            state = self.component.x.names[int(np.argmin(np.isfinite(self._x)))]
+            raise InputError(
+                f"{self.name}: {state} grows beyond all bounds after {time:g} s; "
+                "look for inputs and parameters far from their nominal values"
+            )
 
     def _rates(self, x: Number, time: float) -> Number:
         return self.component.rates_of(x, self._u, self._settled, time)
 
     def _structure(self, time: float) -> NDArray[np.bool_]:
-        """Where the Jacobian differs from zero, found a column at a time."""
+        """Where the Jacobian differs from zero, found a column at a time.
+
+        The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
+        must not depend on when it is found.
+        """
         size = self.component.x.size
         every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-        return every(partial(self._rates, time=time), self._x) != 0
+        found = every(partial(self._rates, time=time), self._x) != 0
+        return found | np.eye(size, dtype=bool)

@@ -42,7 +42,7 @@ class Capabilities:
     directional_derivatives : fmi2GetDirectionalDerivative or fmi3GetDirectionalDerivative works
     interpolates_inputs : FMI 2.0: input derivatives act within the step
     output_derivative_order : highest order of output derivatives
-    intermediate_update : FMI 3.0: continuous inputs may be set within the step
+    intermediate_update : FMI 3.0: continuous inputs may be set within the step, and the step ended early
     own_memory_only : FMI 2.0: the host's memory callbacks are not used
     """
 
@@ -53,13 +53,20 @@ class Capabilities:
     own_memory_only: bool = False
 
 
-def instantiation_token(component: Component) -> str:
-    """GUID of FMI 2.0 and instantiation token of FMI 3.0: the same as long as the interface is."""
+def instantiation_token(component: Component, implementation: str = "") -> str:
+    """GUID of FMI 2.0 and instantiation token of FMI 3.0, from the interface and what lies behind it.
+
+    Parameters
+    ----------
+    component : the declaration
+    implementation : text that differs between implementations, a hash of their sources, say; libcosim
+        takes two FMUs of one GUID for the same one
+    """
     interface = [
         (s.name, s.reference, _causality(s), _variability(s), s.variable.type, s.variable.unit)
         for s in component.scalars()
     ]
-    return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface]))) + "}"
+    return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface, implementation]))) + "}"
 
 
 def fmi2_model_description(
@@ -67,6 +74,7 @@ def fmi2_model_description(
     identifier: str,
     capabilities: Capabilities,
     *,
+    implementation: str = "",
     sources: Sequence[str] = (),
     found: Dependencies | None = None,
 ) -> bytes:
@@ -77,13 +85,18 @@ def fmi2_model_description(
     component : the declaration
     identifier : `modelIdentifier`, the stem of the library's file name
     capabilities : what this form of the FMU can do
+    implementation : text that differs between implementations, see `instantiation_token`
     sources : names of the files in `sources/` to compile, where there are any
     found : dependencies, where they are known already
     """
     found = found or dependencies(component)
     root = ET.Element(
         "fmiModelDescription",
-        {"fmiVersion": "2.0", "modelName": component.name, "guid": instantiation_token(component)}
+        {
+            "fmiVersion": "2.0",
+            "modelName": component.name,
+            "guid": instantiation_token(component, implementation),
+        }
         | _origin(component),
     )
     flags = {
@@ -126,6 +139,7 @@ def fmi3_model_description(
     identifier: str,
     capabilities: Capabilities,
     *,
+    implementation: str = "",
     found: Dependencies | None = None,
 ) -> bytes:
     """Write modelDescription.xml for FMI 3.0 co-simulation; the parameters as for FMI 2.0.
@@ -138,7 +152,7 @@ def fmi3_model_description(
         {
             "fmiVersion": "3.0",
             "modelName": component.name,
-            "instantiationToken": instantiation_token(component),
+            "instantiationToken": instantiation_token(component, implementation),
         }
         | _origin(component),
     )
@@ -148,6 +162,7 @@ def fmi3_model_description(
         "canSerializeFMUState": True,
         "providesDirectionalDerivatives": capabilities.directional_derivatives,
         "providesIntermediateUpdate": capabilities.intermediate_update,
+        "canReturnEarlyAfterIntermediateUpdate": capabilities.intermediate_update,
     }
     ET.SubElement(root, "CoSimulation", _simulation(identifier, capabilities, flags))
     _common_head(root, component)

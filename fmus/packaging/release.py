@@ -19,3 +19,11 @@ def version() -> str:
     if project.is_file():
         return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
     return metadata.version("warmlink")
+
+
+def license_text() -> str:
+    """Text of the licence, from the source tree or from the installed distribution."""
+    source = Path(__file__).parents[2] / "LICENSE"
+    if source.is_file():
+        return source.read_text(encoding="utf-8")
+    return metadata.distribution("warmlink").read_text("licenses/LICENSE") or LICENSE

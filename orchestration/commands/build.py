@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.build import build_python_fmus, catalogue
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar
+from warmlink.fmus.packaging.build import build_python_fmus
+from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.orchestration.catalogue import controller, entries
+from warmlink.orchestration.commands.console import answer, answer_json, counted, progress_bar
 from warmlink.orchestration.system.shipped import SHIPPED, Blueprint
 from warmlink.orchestration.system.write import write_ssp
 
@@ -20,11 +22,12 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
     if kind not in KINDS:
         raise InputError(f"--fmus {kind}: no such kind; choose {', '.join(KINDS)}")
     built: list[Path] = []
+    everything = list(entries().values())
     if kind in ("python", "all"):
         with progress_bar("Python FMUs") as progress:
-            built += build_python_fmus(catalogue(), out / "python", progress)
+            built += build_python_fmus(everything, out, counted(progress, len(everything)))
     if kind in ("native", "all"):
-        built += _build_native(platforms, out)
+        built += _build_native(everything, platforms, out)
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         built.append(_write_system(blueprint, fmus, out))
@@ -36,21 +39,25 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
             answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
 
 
-def _build_native(platforms: str | None, out: Path) -> list[Path]:
-    from warmlink.fmus.packaging.native_fmu import build_native_fmus, platforms_named
+def _build_native(everything: list[Entry], platforms: str | None, out: Path) -> list[Path]:
+    from warmlink.fmus.packaging.compile import platforms_named
+    from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
 
     chosen = platforms_named(platforms)
     built: list[Path] = []
-    for version in ("3.0", "2.0"):
+    versions: tuple[FmiVersion, ...] = ("3.0", "2.0")
+    for version in versions:
         with progress_bar(f"native FMUs, FMI {version}") as progress:
             folder = out / "native" / f"fmi{version[0]}"
-            built += build_native_fmus(catalogue(), folder, version, chosen, progress)
+            built += build_native_fmus(
+                everything, folder, version, chosen, counted(progress, len(everything))
+            )
     return built
 
 
 def _write_system(blueprint: Blueprint, fmus: dict[str, Path], out: Path) -> Path:
     path = out / f"{blueprint.name}.ssp"
-    write_ssp(blueprint.system(fmus, controller_component(SHOWN_CONTROLLER).name), path)
+    write_ssp(blueprint.system(fmus, controller(SHOWN_CONTROLLER).name), path)
     return path
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.packaging.build import catalogue, controller_catalogue
+from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
-from warmlink.orchestration.master.algorithms import ALGORITHMS
+from warmlink.orchestration.master.algorithms import ALGORITHMS, about
 from warmlink.orchestration.scenarios.scenario import load_scenario, scenario_names
 from warmlink.orchestration.system.shipped import SHIPPED
 
@@ -13,10 +13,10 @@ def list_command(as_json: bool) -> None:
     """Print the catalogue as tables, or as JSON."""
     found = {
         "scenarios": {name: load_scenario(name).title for name in scenario_names()},
-        "controllers": {name: law.description for name, law in sorted(controller_catalogue().items())},
+        "controllers": {name: law.description for name, law in controllers().items()},
         "systems": {name: blueprint.about for name, blueprint in SHIPPED.items()},
-        "components": {component.name: component.description for component in catalogue()},
-        "masters": dict(ALGORITHMS),
+        "components": {name: component.description for name, component in components().items()},
+        "masters": {name: about(name) for name in ALGORITHMS},
     }
     if as_json:
         answer_json(found)
@@ -33,7 +33,7 @@ def _print_tables(found: dict[str, dict[str, str]]) -> None:
         table = Table(title=kind, title_justify="left", title_style="bold", box=None, show_header=False)
         table.add_column(style="cyan", no_wrap=True)
         table.add_column()
-        for name, about in entries.items():
-            table.add_row(name, about)
+        for name, text in entries.items():
+            table.add_row(name, text)
         console.print(table)
         console.print()

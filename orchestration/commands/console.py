@@ -37,3 +37,15 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:
+    """Turn a share of the work done into a call for each of `total` named parts."""
+    done = 0
+
+    def part(name: str) -> None:
+        nonlocal done
+        done += 1
+        progress(done / total)
+
+    return part

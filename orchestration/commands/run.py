@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
@@ -35,14 +36,13 @@ def run_command(
     """Run, write and answer; gives the exit code."""
     scenario = _scenario(name, settings, step, stop, master)
     controller = controller or scenario.controller
-    kinds = WARMUP_CELL.components_with(NO_CONTROLLER)
-    needed = [kind for kind in kinds.values() if kind != NO_CONTROLLER]
-    fmu_store = store(_kind(fmus), needed, remark)
-    with progress_bar(scenario.title) as progress:
-        outcome = run_scenario(scenario, controller, fmu_store, progress)
-
+    laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
+    needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
+    fmu_store = store(_kind(fmus), sorted(needed), remark)
     folder = out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
+        with progress_bar(scenario.title) as progress:
+            outcome = run_scenario(scenario, controller, fmu_store, progress)
         (target / "metrics.json").write_text(json.dumps(outcome.to_dict(), indent=2) + "\n")
         write_series(outcome.compensated, target)
         if report:
@@ -67,7 +67,8 @@ def _scenario(
     if step is not None:
         scenario = replace(scenario, step_size=positive(step, "s", "--step"))
     if stop is not None:
-        scenario = replace(scenario, stop_time=positive(stop, "s", "--stop"))
+        duty = replace(scenario.duty, stop_time=positive(stop, "s", "--stop"))
+        scenario = replace(scenario, duty=duty)
     if master is not None:
         scenario = replace(scenario, master=master)
     parameters = dict(scenario.parameters)
@@ -93,16 +94,12 @@ def _answer(outcome: ClosedLoop) -> str:
     tolerance = 1e6 * scenario.tolerance
     removed = outcome.to_dict()["reduction_percent"]
     share = "" if removed is None else _removed(removed)
+    coupling = "unknown" if outcome.coupling_error_um is None else f"±{outcome.coupling_error_um:.2g} µm"
     rows = [
         ("", NO_CONTROLLER, outcome.controller, ""),
         ("largest error", f"{before.max_abs_um:.1f} µm", f"{after.max_abs_um:.1f} µm", share),
         (f"within ±{tolerance:g} µm from", _settled(before), _settled(after), ""),
-        (
-            "coupling error",
-            f"±{outcome.coupling_error_um:.2g} µm",
-            f"±{outcome.coupling_error_um:.2g} µm",
-            "",
-        ),
+        ("coupling error", coupling, coupling, ""),
     ]
     head = (
         f"{scenario.name} · {_duration(scenario.stop_time)} · {outcome.fmus} FMUs · "

@@ -10,7 +10,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.master.algorithms import algorithm_named
+from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.report.series import write_series
@@ -26,9 +26,11 @@ def simulate_command(
     path: Path, stop: str | None, step: str | None, master: str, out: Path | None, as_json: bool
 ) -> int:
     """Run, write and answer; gives the exit code."""
-    algorithm = algorithm_named(master)
+    chosen = algorithm(master)
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         system = read_system(path, Path(work))
+        for told in system.remarks:
+            remark(told)
         experiment = _experiment(system.default_experiment, stop, step, path)
         assert experiment.stop_time is not None
         assert experiment.step_size is not None
@@ -37,7 +39,7 @@ def simulate_command(
                 system,
                 experiment.stop_time,
                 experiment.step_size,
-                algorithm,
+                chosen,
                 start_time=experiment.start_time,
                 progress=lambda done, count: progress(done / count),
             )

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
 
 
 class Stepper(Protocol):
-    """An algorithm at work on one network: it remembers what it needs from step to step."""
+    """An algorithm at work on one network: it remembers what it needs from step to step.
+
+    Attributes
+    ----------
+    remarks : tuple of str
+        Sentences on what these slaves do not allow, and what is done instead.
+    """
+
+    @property
+    def remarks(self) -> tuple[str, ...]: ...  # noqa: D102
 
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves from `time` to `time + step_size` (s) and exchange their values.
@@ -35,8 +45,8 @@ class Algorithm(Protocol):
     def order(self) -> int:
         """Order of convergence of the coupling error in the communication step size."""
 
-    def bind(self, network: Network) -> Stepper:
-        """Prepare for one network.
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network and the communication points of one run.
 
         Raises
         ------
@@ -46,7 +56,9 @@ class Algorithm(Protocol):
 
 
 class Memoryless:
-    """A stepper that needs nothing from earlier steps."""
+    """A stepper that needs nothing from earlier steps and has nothing to remark."""
+
+    remarks: tuple[str, ...] = ()
 
     def memory(self) -> object:
         """Give nothing."""

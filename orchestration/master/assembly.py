@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from warmlink.fmus.packaging.model_description import inputs_accepting_nan
 from warmlink.orchestration.master.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Component, Connection, System, Value
+from warmlink.orchestration.system.model import Connection, System, Value
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.isolation import Isolation
 
 
 @dataclass
@@ -41,8 +47,15 @@ class Assembly:
             shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def assemble(system: System) -> Assembly:
+def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
     """Unpack and instantiate every FMU of a system.
+
+    Parameters
+    ----------
+    system : System
+        Its components become the slaves.
+    isolation : Isolation, optional
+        Give every FMU a process of its own, with these time limits.
 
     Raises
     ------
@@ -56,7 +69,12 @@ def assemble(system: System) -> Assembly:
     slaves: list[Slave] = []
     try:
         for name, component in system.components.items():
-            slaves.append(open_slave(component, infos[name], folder))
+            unpacked = unpack(component.fmu, folder)
+            opener = partial(open_slave, name, infos[name], unpacked)
+            slaves.append(opener() if isolation is None else isolate(name, opener, isolation))
+        # An isolated slave has started by the time it can tell its variables.
+        for slave in slaves:
+            slave.variables  # noqa: B018
     except BaseException:
         for slave in slaves:
             slave.terminate()
@@ -66,8 +84,21 @@ def assemble(system: System) -> Assembly:
     return Assembly(slaves, system.connections, values, folder)
 
 
-def open_slave(component: Component, info: ModelInfo, folder: Path) -> Slave:
-    """Instantiate one component's FMU, unpacked under `folder`."""
+def isolate(name: str, opener: Callable[[], Slave], isolation: Isolation) -> Slave:
+    """Start a process in which the slave is opened, without waiting for it."""
+    from warmlink.orchestration.master.isolation import IsolatedSlave
+
+    return IsolatedSlave(name, opener, isolation)
+
+
+def open_slave(name: str, info: ModelInfo, folder: Path) -> Slave:
+    """Instantiate an FMU that was unpacked into `folder`."""
+    # The description was read before, and refused if it declared entities.
+    accepting = inputs_accepting_nan((folder / "modelDescription.xml").read_bytes())
+    if info.fmi_version == "3.0":
+        from warmlink.orchestration.master.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(name, info, folder, accepting)
     from warmlink.orchestration.master.fmi2 import Fmi2Slave
 
-    return Fmi2Slave(component.name, info, unpack(component.fmu, folder))
+    return Fmi2Slave(name, info, folder, accepting)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master.recorder import Table
 from warmlink.orchestration.master.slave import Slave
+from warmlink.orchestration.master.table import Table
 from warmlink.orchestration.system.model import Connection
 
 
@@ -33,8 +33,6 @@ class Audit:
 
     Attributes
     ----------
-    per_step : ndarray, shape (steps,)
-        Delivered minus received in each communication step, in `unit`.
     total : float
         Delivered minus received over the run, in `unit`.
     delivered : float
@@ -43,9 +41,15 @@ class Audit:
 
     balance: Balance
     unit: str | None
-    per_step: NDArray[np.float64]
     total: float
     delivered: float
+    table: Table = field(repr=False)
+
+    @property
+    def per_step(self) -> NDArray[np.float64]:
+        """Delivered minus received in each communication step, in `unit`, shape (steps,)."""
+        difference = self.table[self.balance.delivered] - self.table[self.balance.received]
+        return np.diff(difference)
 
     @property
     def largest_step(self) -> float:
@@ -55,11 +59,11 @@ class Audit:
 
 def audit(table: Table, balance: Balance) -> Audit:
     """Compare the two ends of a balance over a recorded run."""
-    given, taken = table[balance.delivered], table[balance.received]
-    difference = (given - given[:1]) - (taken - taken[:1])
-    total = float(difference[-1]) if len(difference) else 0.0
-    delivered = float(given[-1] - given[0]) if len(given) else 0.0
-    return Audit(balance, table.units[balance.delivered], np.diff(difference), total, delivered)
+    given, taken = (
+        float(column[-1] - column[0]) if len(column) else 0.0
+        for column in (table[balance.delivered], table[balance.received])
+    )
+    return Audit(balance, table.units[balance.delivered], given - taken, given, table)
 
 
 def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) -> tuple[Balance, ...]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from warmlink.orchestration.master.algorithm import Memoryless
+from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.ordering import feedthrough_order, named_order
 
@@ -23,7 +24,7 @@ class GaussSeidel:
     sequence: tuple[str, ...] | None = None
     order: ClassVar[int] = 1
 
-    def bind(self, network: Network) -> GaussSeidelStepper:
+    def bind(self, network: Network, points: CommunicationPoints) -> GaussSeidelStepper:
         """Prepare for one network."""
         if self.sequence is None:
             return GaussSeidelStepper(network, feedthrough_order(network))

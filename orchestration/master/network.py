@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
@@ -84,11 +85,14 @@ class Network:
         self.writes: list[Names] = []
         self.wires: list[list[Wire]] = []
         self._lay(connections)
+        self._sources = [[self._source(wire) for wire in wires] for wires in self.wires]
         self.outputs: list[list[Value]] = [[] for _ in self.slaves]
         self.inputs: list[list[Value]] = [[] for _ in self.slaves]
         self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
         self.time = 0.0
         self.steps = 0
+        self.rejected = 0
+        self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:
         """Give slave index and variable of a full name.
@@ -139,6 +143,12 @@ class Network:
             self.writes.append(tuple(named))
             self.wires.append(list(named.values()))
 
+    def _source(self, wire: Wire) -> tuple[int, int, Wire | None]:
+        """Give where a wire begins, and the wire itself where it converts anything."""
+        source = self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
+        bare = (wire.factor, wire.offset) == (1.0, 0.0) and (source.kind == "Real" or not wire.real)
+        return wire.slave, wire.position, None if bare else wire
+
     def _finite_positions(self, k: int) -> tuple[int, ...]:
         """Give the positions of the Real outputs of a slave that must be finite.
 
@@ -158,6 +168,10 @@ class Network:
                 positions.append(position)
         return tuple(positions)
 
+    def checked(self, k: int) -> tuple[int, ...]:
+        """Give the positions of a slave's outputs that must be finite."""
+        return self._checked[k]
+
     def read(self, k: int) -> None:
         """Read a slave's outputs.
 
@@ -174,7 +188,11 @@ class Network:
 
     def check(self, k: int, values: Sequence[Value]) -> None:
         """Refuse values of a slave's outputs that are not finite."""
-        for position in self._checked[k]:
+        checked = self._checked[k]
+        # One sum instead of many questions; where it overflows, they are asked after all.
+        if len(checked) == len(values) and math.isfinite(sum(values)):  # type: ignore[arg-type]
+            return
+        for position in checked:
             value = values[position]
             if not math.isfinite(value):  # type: ignore[arg-type]
                 raise SlaveError(
@@ -188,7 +206,10 @@ class Network:
     def gather(self, k: int) -> list[Value]:
         """Give the values that a slave's inputs should have, from the outputs last read."""
         outputs = self.outputs
-        return [wire.convert(outputs[wire.slave][wire.position]) for wire in self.wires[k]]
+        return [
+            outputs[slave][position] if wire is None else wire.convert(outputs[slave][position])
+            for slave, position, wire in self._sources[k]
+        ]
 
     def write(self, k: int) -> None:
         """Set a slave's inputs from the outputs last read."""
@@ -207,12 +228,19 @@ class Network:
         self.time = time + step_size
         self.steps += 1
 
-    def snapshot(self, members: Sequence[int] | None = None) -> Snapshot:
-        """Copy the states of some slaves (default: all) and all exchanged values."""
+    def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:
+        """Copy the states of some slaves (default: all) and all exchanged values.
+
+        A snapshot of the same members that is no longer needed may be given for reuse.
+        """
         chosen = tuple(range(len(self.slaves)) if members is None else members)
+        old = (None,) * len(chosen) if reuse is None else reuse.states
+        states = tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True))
+        if reuse is None:
+            self._copies += zip(chosen, states, strict=True)
         return Snapshot(
             chosen,
-            tuple(self.slaves[k].state() for k in chosen),
+            states,
             tuple(list(values) for values in self.outputs),
             tuple(list(values) for values in self.inputs),
         )
@@ -224,27 +252,13 @@ class Network:
         self.outputs = [list(values) for values in snapshot.outputs]
         self.inputs = [list(values) for values in snapshot.inputs]
 
-    def release(self, snapshot: Snapshot) -> None:
-        """Free the copied states."""
-        for k, state in zip(snapshot.members, snapshot.states, strict=True):
-            self.slaves[k].free(state)
+    def release(self) -> None:
+        """Free all copied states; slaves that can no longer do so do not keep the others from it."""
+        while self._copies:
+            k, state = self._copies.pop()
+            with contextlib.suppress(SlaveError):
+                self.slaves[k].free(state)
 
     def unable_to_restore(self) -> tuple[str, ...]:
         """Name the slaves that cannot be rolled back."""
         return tuple(s.name for s in self.slaves if not s.capabilities.get_set_state)
-
-    def terminate(self) -> None:
-        """End every slave; one that fails to end does not keep the others from it."""
-        failures: list[SlaveError] = []
-        for slave in self.slaves:
-            try:
-                slave.terminate()
-            except SlaveError as error:
-                failures.append(error)
-        if failures:
-            raise failures[0]
-
-
-def mapping_of_units(slaves: Sequence[Slave]) -> Mapping[str, str | None]:
-    """Give the unit of every variable by its full name."""
-    return {f"{s.name}.{v.name}": v.unit for s in slaves for v in s.variables.values()}

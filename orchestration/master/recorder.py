@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
-from warmlink.orchestration.master.slave import Slave
-
-if TYPE_CHECKING:
-    import pandas
+from warmlink.orchestration.master.slave import Names, Slave
+from warmlink.orchestration.master.stores import Store
+from warmlink.orchestration.master.table import Table
 
 
 def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
@@ -28,7 +23,7 @@ def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
 
 
 class Recorder:
-    """Values in rows of one preallocated array, a row for each communication point.
+    """Values in rows of a preallocated block, a row for each communication point.
 
     Parameters
     ----------
@@ -39,99 +34,83 @@ class Recorder:
         parameters, internals) as they stand when the exchange is done.
     points : CommunicationPoints
         The run's.
+    store : Store
+        Takes full blocks and gives everything back at the end.
 
     Attributes
     ----------
-    values : ndarray, shape (count + 1, names)
+    block : ndarray, shape (rows of a block, names)
         In the variables' own units; Booleans are 0 and 1.
     rows : int
-        Rows filled so far.
+        Points recorded so far.
+    sources : list of (slave, variable, position)
+        For each column, its position among the outputs read from the slave, or None.
+    late : list of (slave, variable)
+        What is got anew after the exchange.
     """
 
-    def __init__(self, network: Network, names: Sequence[str], points: CommunicationPoints) -> None:
+    def __init__(
+        self, network: Network, names: Sequence[str], points: CommunicationPoints, store: Store
+    ) -> None:
         self.names = tuple(dict.fromkeys(names))
         self.points = points
         self.rows = 0
-        self.values: NDArray[np.float64] = np.full((points.count + 1, len(self.names)), np.nan)
         self.units: dict[str, str | None] = {}
+        self.sources: list[tuple[int, str, int | None]] = []
         self._network = network
-        self._exchanged: list[tuple[int, int, int]] = []
-        others: dict[int, list[tuple[int, str]]] = {}
-        for column, name in enumerate(self.names):
+        for name in self.names:
             k, variable = network.locate(name)
             about = network.slaves[k].variables[variable]
             if about.kind in (None, "String") or about.dimensions:
                 raise InputError(f"{name}: a {about.type} cannot be recorded; choose a scalar number")
             self.units[name] = about.unit
-            if variable in network.reads[k]:
-                self._exchanged.append((column, k, network.reads[k].index(variable)))
-            else:
-                others.setdefault(k, []).append((column, variable))
-        self._others = [
-            (k, tuple(name for _, name in found), [column for column, _ in found])
-            for k, found in others.items()
-        ]
+            read = network.reads[k]
+            self.sources.append((k, variable, read.index(variable) if variable in read else None))
+        self.late = [(k, name) for k, name, position in self.sources if position is None]
+        self._others: list[tuple[int, Names, list[int]]] = []
+        for k in range(len(network.slaves)):
+            columns = [c for c, (j, _, position) in enumerate(self.sources) if j == k and position is None]
+            if columns:
+                self._others.append((k, tuple(self.sources[c][1] for c in columns), columns))
+        self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
+        self.store = store
+        self.block = store.open(self.names, self.units, points)
+        self._base = 0
 
     def take(self, point: int) -> None:
         """Keep the values of one communication point."""
-        row = self.values[point]
+        row = self.block[self.place(point)]
         outputs = self._network.outputs
         for column, k, position in self._exchanged:
             row[column] = outputs[k][position]
         for k, names, columns in self._others:
             row[columns] = self._network.slaves[k].get(names)
+        self.filled(point)
+
+    def place(self, point: int) -> int:
+        """Give the row of the block for a point."""
+        return point - self._base
+
+    def room(self) -> int:
+        """Tell how many more points fit into the block."""
+        return len(self.block) - self.place(self.rows)
+
+    def filled(self, point: int) -> None:
+        """Note that all rows up to a point are filled; hand a full block to the store."""
         self.rows = point + 1
+        if self.room() == 0 and self.rows <= self.points.count:
+            self.flush()
 
+    def flush(self) -> None:
+        """Hand what the block holds to the store and begin it anew."""
+        self.store.put(self._base, self.block[: self.place(self.rows)])
+        self._base = self.rows
 
-class Table:
-    """Recorded columns with their times.
+    def resume(self, rows: int) -> None:
+        """Go on behind rows that the store holds already."""
+        self.rows = self._base = rows
 
-    Attributes
-    ----------
-    times : ndarray, shape (points,)
-        In s.
-    values : ndarray, shape (points, columns)
-        In the units of `units`.
-    """
-
-    def __init__(
-        self,
-        names: Sequence[str],
-        units: dict[str, str | None],
-        times: NDArray[np.float64],
-        values: NDArray[np.float64],
-    ) -> None:
-        self.names = tuple(names)
-        self.units = units
-        self.times = times
-        self.values = values
-        self._column = {name: column for column, name in enumerate(self.names)}
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._column
-
-    def __len__(self) -> int:
-        return len(self.times)
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Give one column, shape (points,)."""
-        if name not in self._column:
-            raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
-        return self.values[:, self._column[name]]
-
-    def heading(self, name: str) -> str:
-        """Give a column's heading, as `link.elongation [m]`."""
-        return f"{name} [{self.units[name] or '1'}]"
-
-    def to_frame(self) -> pandas.DataFrame:
-        """Give a data frame whose columns are named `time [s]`, `link.elongation [m]` and so on."""
-        import pandas
-
-        frame = pandas.DataFrame(self.values, columns=[self.heading(name) for name in self.names])
-        frame.insert(0, "time [s]", self.times)
-        return frame
-
-
-def times_of(points: CommunicationPoints, rows: int) -> NDArray[np.float64]:
-    """Give the times in s of the first communication points, as `CommunicationPoints.time` does."""
-    return points.start_time + np.arange(rows, dtype=np.float64) * points.step_size
+    def table(self) -> Table:
+        """Give everything recorded."""
+        values = self.store.values(self._base, self.block[: self.place(self.rows)])
+        return Table(self.names, self.units, self.points, values)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.master.audit import Audit
-from warmlink.orchestration.master.recorder import Table
 from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.table import Table
 
 if TYPE_CHECKING:
     import pandas
@@ -26,16 +26,25 @@ class Statistics:
         Macro steps done.
     slave_steps : int
         Steps of single slaves, repeated ones included.
+    rejected_steps : int
+        Macro steps, or parts of them, that were undone and repeated with a smaller step.
     initialization_sweeps : int
         Sweeps until the feedthrough loops had settled.
     wall_seconds : float
         Of stepping alone.
+    compiled : bool
+        Whether the compiled loop did it.
+    largest_lag : float
+        Largest delay behind real time in s, in a paced run.
     """
 
     communication_steps: int = 0
     slave_steps: int = 0
+    rejected_steps: int = 0
     initialization_sweeps: int = 0
     wall_seconds: float = 0.0
+    compiled: bool = False
+    largest_lag: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,8 @@ class Result:
         Why it stopped, in one sentence.
     error : SlaveError or None
         The failure behind it: slave, variable, status and time.
+    remarks : tuple of str
+        What the slaves did not allow the algorithm, and what was done instead.
     audits : tuple of Audit
         One for each balance.
     """
@@ -61,6 +72,7 @@ class Result:
     reason: str | None = None
     error: SlaveError | None = None
     audits: tuple[Audit, ...] = ()
+    remarks: tuple[str, ...] = ()
     statistics: Statistics = field(default_factory=Statistics)
 
     @property

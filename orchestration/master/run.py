@@ -5,18 +5,32 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.audit import Balance, audit, heat_balances
+from warmlink.orchestration.master.balance_control import BalanceControl
+from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, obstacle
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.network import Network
-from warmlink.orchestration.master.recorder import Recorder, Table, outputs_of, times_of
+from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
+from warmlink.orchestration.master.recorder import Recorder, outputs_of
 from warmlink.orchestration.master.result import Result, Statistics
+from warmlink.orchestration.master.retry import Retry
 from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.stability import GROWS_FROM, growth
+from warmlink.orchestration.master.step_doubling import StepDoubling
+from warmlink.orchestration.master.stores import Folder, Memory
 from warmlink.orchestration.system.model import System
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.isolation import Isolation
 
 Progress = Callable[[int, int], None]
 
@@ -30,6 +44,10 @@ def simulate(
     start_time: float = 0.0,
     record: Sequence[str] | None = None,
     balances: Sequence[Balance] | None = None,
+    isolation: Isolation | None = None,
+    stepping: Stepping = "auto",
+    long_run: LongRun | None = None,
+    pacing: Pacing | None = None,
     progress: Progress | None = None,
 ) -> Result:
     """Run a system from start to stop time.
@@ -41,18 +59,27 @@ def simulate(
     stop_time, step_size, start_time : float
         In s; the step must divide the time between start and stop.
     algorithm : Algorithm, optional
-        Default: Jacobi.
+        Default: Jacobi. Steps that a slave discards are repeated in smaller parts, as `Retry` does by
+        default; give a `Retry` to state the minimum.
     record : sequence of str, optional
         Variables as `slave.variable`; default: every output.
     balances : sequence of Balance, optional
         Default: every heat balance found in the system; both ends are recorded.
+    isolation : Isolation, optional
+        One process for each FMU: a crash or an endless step then ends the run, not the program.
+    stepping : str
+        `plain`, `compiled`, or `auto`: compiled where that can be had and pays. The values are the same.
+    long_run : LongRun, optional
+        Stream the values to disk, leave checkpoints, resume.
+    pacing : Pacing, optional
+        Keep to the clock on the wall.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
 
     Returns
     -------
     Result
-        With status `stopped` where a slave failed; the values up to there are kept.
+        With status `stopped` where a slave failed or Ctrl-C was pressed; the values up to there are kept.
 
     Raises
     ------
@@ -60,9 +87,17 @@ def simulate(
         Where what was asked for cannot be run.
     """
     points = CommunicationPoints.between(start_time, stop_time, step_size)
-    assembly = assemble(system) if isinstance(system, System) else system
+    algorithm = algorithm or Jacobi()
+    compiled = False
+    if isinstance(system, System) and isolation is None and pacing is None:
+        plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
+        compiled = choose(stepping, plain, points, len(system.components))
+    assembly = assemble(system, isolation) if isinstance(system, System) else system
     try:
-        return _simulate(assembly, points, algorithm or Jacobi(), record, balances, progress)
+        run = _prepare(assembly, points, algorithm, record, balances, long_run, compiled=compiled)
+        run.clock = None if pacing is None else Clock(pacing)
+        run.progress = progress
+        return run.result(assembly, balances)
     finally:
         for slave in assembly.slaves:
             # A slave that fails to end changes nothing about the run that lies behind.
@@ -71,52 +106,151 @@ def simulate(
         assembly.close()
 
 
-def _simulate(
+def _prepare(
     assembly: Assembly,
     points: CommunicationPoints,
     algorithm: Algorithm,
     record: Sequence[str] | None,
     balances: Sequence[Balance] | None,
-    progress: Progress | None,
-) -> Result:
-    if balances is None:
-        balances = heat_balances(assembly.slaves, assembly.connections)
-    names = list(outputs_of(assembly.slaves) if record is None else record)
-    for balance in balances:
+    long_run: LongRun | None,
+    *,
+    compiled: bool,
+) -> Run:
+    outputs = outputs_of(assembly.slaves)
+    names = list(outputs if record is None else record)
+    for balance in _balances(assembly, balances):
         names += [balance.delivered, balance.received]
-    outputs = set(outputs_of(assembly.slaves))
-    network = Network(assembly.slaves, assembly.connections, [n for n in names if n in outputs])
-    recorder = Recorder(network, names, points)
-    stepper = algorithm.bind(network)
-    failure: SlaveError | str | None = None
-    sweeps, began = 0, time.perf_counter()
-    try:
-        sweeps = initialize(network, points, assembly.values)
-        recorder.take(0)
+    network = Network(assembly.slaves, assembly.connections, sorted(set(names) & set(outputs)))
+    if not isinstance(algorithm, Retry | StepDoubling | BalanceControl):
+        algorithm = Retry(algorithm)
+    stepper = algorithm.bind(network, points)
+    if long_run is None:
+        return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm, compiled)
+    folder = Folder(long_run.folder)
+    recorder = Recorder(network, names, points, folder)
+    checkpoints = Checkpoints(long_run, network, fingerprint(assembly, recorder, algorithm), folder)
+    return Run(network, recorder, stepper, algorithm, compiled, checkpoints, long_run.resume)
+
+
+def _balances(assembly: Assembly, balances: Sequence[Balance] | None) -> Sequence[Balance]:
+    return heat_balances(assembly.slaves, assembly.connections) if balances is None else balances
+
+
+@dataclass
+class Run:
+    """One run under way."""
+
+    network: Network
+    recorder: Recorder
+    stepper: Stepper
+    algorithm: Algorithm
+    compiled: bool
+    checkpoints: Checkpoints | None = None
+    resume: bool = False
+    clock: Clock | None = None
+    progress: Progress | None = None
+    _sweeps: int = 0
+    _start: tuple[Snapshot, object] | None = None
+
+    def result(self, assembly: Assembly, balances: Sequence[Balance] | None) -> Result:
+        """Do the run and say how it went."""
+        recorder, network = self.recorder, self.network
+        failure: SlaveError | str | None = None
         began = time.perf_counter()
-        step_through(stepper, recorder, points, progress)
-    except SlaveError as error:
-        failure = error
-    except KeyboardInterrupt:
-        failure = f"interrupted at {points.time(max(recorder.rows - 1, 0)):g} s"
-    statistics = Statistics(max(recorder.rows - 1, 0), network.steps, sweeps, time.perf_counter() - began)
-    table = Table(
-        recorder.names, recorder.units, times_of(points, recorder.rows), recorder.values[: recorder.rows]
-    )
-    audits = tuple(audit(table, balance) for balance in balances)
-    if failure is None:
-        return Result(table, "completed", audits=audits, statistics=statistics)
-    culprit = failure if isinstance(failure, SlaveError) else None
-    return Result(table, "stopped", str(failure), culprit, audits, statistics)
+        try:
+            with Interruption() as interruption:
+                self._begin(assembly)
+                began = time.perf_counter()
+                if not self._step_through(interruption):
+                    failure = self._interrupted()
+        except SlaveError as error:
+            failure = error
+        except KeyboardInterrupt:
+            failure = self._interrupted()
+        statistics = Statistics(
+            communication_steps=max(recorder.rows - 1, 0),
+            slave_steps=network.steps,
+            rejected_steps=network.rejected,
+            initialization_sweeps=self._sweeps,
+            wall_seconds=time.perf_counter() - began,
+            compiled=self.compiled,
+            largest_lag=0.0 if self.clock is None else self.clock.lag,
+        )
+        remarks = (*self.stepper.remarks, *self._stability(failure))
+        table = recorder.table()
+        network.release()
+        return Result(
+            table,
+            "completed" if failure is None else "stopped",
+            None if failure is None else str(failure),
+            failure if isinstance(failure, SlaveError) else None,
+            tuple(audit(table, balance) for balance in _balances(assembly, balances)),
+            remarks,
+            statistics,
+        )
 
+    def _inner(self) -> Algorithm:
+        return self.algorithm.inner if isinstance(self.algorithm, Retry) else self.algorithm
 
-def step_through(
-    stepper: Stepper, recorder: Recorder, points: CommunicationPoints, progress: Progress | None
-) -> None:
-    """Step over all communication points that are not recorded yet."""
-    stride = max(1, points.count // 200)
-    for point in range(recorder.rows, points.count + 1):
-        stepper.step(points.time(point - 1), points.step_size)
-        recorder.take(point)
-        if progress is not None and (point % stride == 0 or point == points.count):
-            progress(point, points.count)
+    def _stability(self, failure: SlaveError | str | None) -> tuple[str, ...]:
+        """Say when the explicit algorithm is unstable with this step."""
+        diverged = isinstance(failure, SlaveError) and failure.status == "not finite"
+        if self._start is None or not (failure is None or diverged):
+            return ()
+        points = self.recorder.points
+        factor = growth(self.network, self.stepper, points, *self._start)
+        if factor is None or factor < GROWS_FROM:
+            return ()
+        return (
+            f"{type(self._inner()).__name__} is unstable here with steps of {points.step_size:g} s: a "
+            f"disturbance of the exchanged values grows {factor:.3g} times in a step; take smaller steps or "
+            "an iterated algorithm",
+        )
+
+    def _interrupted(self) -> str:
+        recorder = self.recorder
+        return f"interrupted at {recorder.points.time(max(recorder.rows - 1, 0)):g} s"
+
+    def _begin(self, assembly: Assembly) -> None:
+        """Initialize, or go on from a checkpoint."""
+        found = self.checkpoints.load() if self.checkpoints is not None and self.resume else None
+        self._sweeps = initialize(self.network, self.recorder.points, assembly.values)
+        if found is None or self.checkpoints is None:
+            self.recorder.take(0)
+        else:
+            self._sweeps = self.checkpoints.restore(found, self.recorder, self.stepper)
+        inner = self._inner()
+        if isinstance(inner, Jacobi | GaussSeidel) and not self.network.unable_to_restore():
+            self._start = (self.network.snapshot(), self.stepper.memory())
+
+    def _step_through(self, interruption: Interruption) -> bool:
+        """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
+        recorder, points, stepper = self.recorder, self.recorder.points, self.stepper
+        stride, last = max(1, points.count // 200), points.count
+        loop = self._loop()
+        while recorder.rows <= last:
+            if interruption.asked:
+                return False
+            if loop is not None:
+                done = recorder.rows - 1
+                stop = last if self.checkpoints is None else self.checkpoints.next_after(done, last)
+                if not loop.advance(stop):
+                    loop, self.compiled = None, False
+                    continue
+            else:
+                stepper.step(points.time(recorder.rows - 1), points.step_size)
+                recorder.take(recorder.rows)
+            point = recorder.rows - 1
+            if self.clock is not None:
+                self.clock.wait(points.time(point) - points.start_time)
+            if self.checkpoints is not None and self.checkpoints.due(point):
+                self.checkpoints.save(recorder, stepper, self._sweeps)
+            if self.progress is not None and (loop is not None or point % stride == 0 or point == last):
+                self.progress(point, last)
+        return True
+
+    def _loop(self) -> CompiledLoop | None:
+        self.compiled = self.compiled and obstacle(self.network, self.recorder) is None
+        if not self.compiled:
+            return None
+        return CompiledLoop(self.network, self._inner(), self.recorder, self.recorder.points)

@@ -9,7 +9,9 @@ from warmlink.orchestration.system.description import Capabilities, Variable
 from warmlink.orchestration.system.model import Value
 
 Names = tuple[str, ...]
-Status = Literal["discard", "error", "fatal", "terminated", "not finite", "crash", "time limit"]
+Status = Literal[
+    "discard", "error", "fatal", "terminated", "not finite", "not converged", "crash", "time limit"
+]
 
 
 class SlaveError(Exception):
@@ -113,8 +115,8 @@ class Slave(Protocol):
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` to `time + step_size`, both in s."""
 
-    def state(self) -> object:
-        """Copy the complete state; the copy belongs to this slave until it is freed."""
+    def state(self, reuse: object = None) -> object:
+        """Copy the complete state, over an earlier copy where one is given; the caller frees it."""
 
     def restore(self, state: object) -> None:
         """Return to a copied state, which may be used again."""

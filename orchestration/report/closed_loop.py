@@ -121,7 +121,7 @@ def _heat_plot(outcome: ClosedLoop) -> object:
 
 def _trust(outcome: ClosedLoop) -> str:
     return (
-        "Coupling: what halving the communication step changes of the elongation, extrapolated. "
+        "Coupling: bounded by a run with half the communication step. "
         "Discretisation: the link's own estimate for its grid. Heat balance: heat that left the motor less "
         "heat that reached the link."
     )
@@ -129,8 +129,8 @@ def _trust(outcome: ClosedLoop) -> str:
 
 def _budget(outcome: ClosedLoop) -> Table:
     rows = [
-        ("coupling error of the elongation", f"±{outcome.coupling_error_um:.2g} µm"),
-        ("discretisation error of the elongation", f"±{outcome.discretisation_error_um:.2g} µm"),
+        ("coupling error of the elongation", _bound(outcome.coupling_error_um)),
+        ("discretisation error of the elongation", _bound(outcome.discretisation_error_um)),
     ]
     for audit in outcome.compensated.audits:
         share = abs(audit.total) / max(abs(audit.delivered), 1e-12)
@@ -142,6 +142,10 @@ def _budget(outcome: ClosedLoop) -> Table:
         )
         rows.append(("largest in one step", f"{audit.largest_step:.3g} J"))
     return Table(("", "at most"), rows)
+
+
+def _bound(micrometres: float | None) -> str:
+    return "unknown, a run stopped early" if micrometres is None else f"±{micrometres:.2g} µm"
 
 
 def _settings(outcome: ClosedLoop) -> Table:

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
-from warmlink.orchestration.master.algorithms import algorithm_named
+from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.error_budget import estimate_coupling_error
 from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.run import Progress as MasterProgress
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.scenarios.overrides import start_values
@@ -34,7 +36,8 @@ Progress = Callable[[float], None]
 class ClosedLoop:
     """What a scenario came to: one run without a controller and one with.
 
-    `coupling_error_um` is what halving the communication step changes of the largest elongation error.
+    `coupling_error_um` bounds what the finite communication step costs the elongation, by a run with half
+    of it; None where a run stopped early.
     """
 
     scenario: Scenario
@@ -42,7 +45,7 @@ class ClosedLoop:
     fmus: FmuKind
     without: Result
     compensated: Result
-    coupling_error_um: float
+    coupling_error_um: float | None
     wall_seconds: float
 
     @property
@@ -116,52 +119,40 @@ def run_scenario(
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
-    laws = store.controllers()
-    for name in (controller, NO_CONTROLLER):
-        if name not in laws:
-            raise InputError(f"{name}: no such controller; choose {', '.join(sorted(laws))}")
-    cell = _system(scenario, laws[controller], store)
-    plain = _system(scenario, laws[NO_CONTROLLER], store)
+    cell = _system(scenario, catalogue.controller(controller), store)
+    plain = _system(scenario, catalogue.controller(NO_CONTROLLER), store)
 
-    without = _simulate(plain, scenario, 1, lambda share: report(share / 4))
-    compensated = _simulate(cell, scenario, 1, lambda share: report((1 + share) / 4))
-    finer = _simulate(cell, scenario, 2, lambda share: report((2 + 2 * share) / 4))
+    chosen = algorithm(scenario.master)
+    stop, step = scenario.stop_time, scenario.step_size
+
+    def part(done: float, whole: float) -> MasterProgress:
+        return lambda at, count: report((done + whole * at / count) / 4)
+
+    without = simulate(plain, stop, step, chosen, progress=part(0, 1))
+    compensated = simulate(cell, stop, step, chosen, progress=part(1, 1))
+    (coupling,) = estimate_coupling_error(
+        lambda until, half: simulate(cell, until, half, chosen, record=(ELONGATION,), progress=part(2, 2)),
+        compensated,
+        step,
+        chosen.order,
+        (ELONGATION,),
+    )
     return ClosedLoop(
         scenario=scenario,
         controller=controller,
         fmus=store.kind,
         without=without,
         compensated=compensated,
-        coupling_error_um=_coupling_error(compensated, finer),
+        coupling_error_um=1e6 * coupling.largest if np.isfinite(coupling.largest) else None,
         wall_seconds=time.perf_counter() - began,
     )
 
 
 def _system(scenario: Scenario, controller: Component, store: FmuStore) -> System:
     kinds = WARMUP_CELL.components_with(controller.name)
-    components = {instance: store.component(kind) for instance, kind in kinds.items()}
-    values = start_values(scenario.parameters, components, scenario.name)
-    values.setdefault("duty", {}).update(scenario.duty.parameters())
+    declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
+    values = start_values(scenario.parameters, declared, scenario.name)
+    values.setdefault("duty", {}).update(scenario.duty.component_parameters())
     if "tolerance" in controller.p.index:
         values.setdefault("compensator", {}).setdefault("tolerance", scenario.tolerance)
     return WARMUP_CELL.system(store.files(kinds.values()), controller.name, values)
-
-
-def _simulate(system: System, scenario: Scenario, refinement: int, progress: Progress) -> Result:
-    return simulate(
-        system,
-        scenario.stop_time,
-        scenario.step_size / refinement,
-        algorithm_named(scenario.master),
-        progress=lambda done, count: progress(done / count),
-    )
-
-
-def _coupling_error(coarse: Result, fine: Result) -> float:
-    """Largest change in um of the elongation when the communication step is halved, at shared times.
-
-    A method of order 1 is off by twice that change at the coarse step (Richardson).
-    """
-    shared = min(len(coarse.times), (len(fine.times) + 1) // 2)
-    change = coarse[ELONGATION][:shared] - fine[ELONGATION][::2][:shared]
-    return 2e6 * float(np.max(np.abs(change), initial=0.0))

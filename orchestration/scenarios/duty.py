@@ -1,101 +1,110 @@
-"""Duty cycles: what a joint is made to do, segment by segment."""
+"""Duty cycles: what a joint is asked to do, segment by segment."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.duty_cycle.component import SEGMENTS
+from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
-from warmlink.orchestration.scenarios.quantity import positive, quantity
 
-LARGEST_COUNT = 32
-"""Segments that the DutyCycle component holds."""
+NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
+"""Values of `pad_mode`."""
 
-PAD_NONE, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A stretch of constant duty: s, rad/s, N.m, K and W; at most one of the pad's two values is given."""
-
-    duration: float
-    speed: float = 0.0
-    torque: float = 0.0
-    ambient_temperature: float = ROOM_TEMPERATURE
-    pad_temperature: float | None = None
-    pad_power: float | None = None
-
-    @property
-    def pad_mode(self) -> int:
-        """The motor's `pad_mode`: 0 none, 1 a power, 2 held at a temperature."""
-        if self.pad_temperature is not None:
-            return PAD_TEMPERATURE
-        return PAD_NONE if self.pad_power is None else PAD_POWER
-
-
-@dataclass(frozen=True)
-class DutyCycle:
-    """Segments one after the other; the last one holds, or all of them begin anew."""
-
-    segments: tuple[Segment, ...]
-    repeat: bool = False
-
-    def parameters(self) -> dict[str, float | bool]:
-        """Start values of the DutyCycle component."""
-        values: dict[str, float | bool] = {"repeat": self.repeat}
-        for i, segment in enumerate(self.segments, start=1):
-            values[f"duration[{i}]"] = segment.duration
-            values[f"segment_speed[{i}]"] = segment.speed
-            values[f"segment_torque[{i}]"] = segment.torque
-            values[f"segment_ambient_temperature[{i}]"] = segment.ambient_temperature
-            values[f"segment_pad_mode[{i}]"] = segment.pad_mode
-            if segment.pad_temperature is not None:
-                values[f"segment_pad_temperature[{i}]"] = segment.pad_temperature
-            if segment.pad_power is not None:
-                values[f"segment_pad_power[{i}]"] = segment.pad_power
-        return values
-
-
-_UNITS = {
+UNITS = {
+    "duration": "s",
     "speed": "rad/s",
     "torque": "N.m",
     "ambient_temperature": "K",
     "pad_temperature": "K",
     "pad_power": "W",
 }
+"""SI unit of every quantity of a segment."""
 
 
-def read_duty(tables: Sequence[Mapping[str, Any]], repeat: bool, where: str) -> DutyCycle:
-    """Duty cycle from the `[[segment]]` tables of a TOML file.
+@dataclass(frozen=True)
+class Segment:
+    """Constant demands over a time: s, rad/s, N.m, K, pad mode, K, W."""
 
-    Raises
-    ------
-    InputError
-        If a segment has an unknown key, a value that does not fit, no duration, or two pads at once.
+    duration: float
+    speed: float = 0.0
+    torque: float = 0.0
+    ambient_temperature: float = ROOM_TEMPERATURE
+    pad_mode: int = NO_PAD
+    pad_temperature: float = ROOM_TEMPERATURE
+    pad_power: float = 0.0
+
+    @property
+    def demands(self) -> tuple[float, ...]:
+        """Demands in the order of `DEMANDS`."""
+        return tuple(getattr(self, name) for name in DEMANDS)
+
+
+@dataclass(frozen=True)
+class Duty:
+    """A duty cycle.
+
+    Attributes
+    ----------
+    name, title, reason : what it is called, in short and in a line, and why it is as it is
+    stop_time : in s
+    segments : one after the other; the last one holds, or all begin again where `repeat` is set
     """
-    if not tables:
-        raise InputError(f"{where}: no [[segment]]; give at least one with a duration")
-    if len(tables) > LARGEST_COUNT:
-        raise InputError(
-            f"{where}: {len(tables)} segments; at most {LARGEST_COUNT} fit, so use repeat or longer ones"
-        )
-    return DutyCycle(
-        tuple(_segment(table, f"{where}: segment {i}") for i, table in enumerate(tables, start=1)), repeat
-    )
 
+    name: str
+    title: str
+    reason: str
+    stop_time: float
+    segments: tuple[Segment, ...]
+    repeat: bool = False
 
-def _segment(table: Mapping[str, Any], where: str) -> Segment:
-    known = {"duration", *_UNITS}
-    unknown = sorted(set(table) - known)
-    if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; use {', '.join(sorted(known))}")
-    if "duration" not in table:
-        raise InputError(f'{where}: no duration; give one, as duration = "30 min"')
-    if "pad_temperature" in table and "pad_power" in table:
-        raise InputError(f"{where}: pad_temperature and pad_power at once; give one of the two")
-    values = {
-        key: quantity(table[key], unit, f"{where}: {key}") for key, unit in _UNITS.items() if key in table
-    }
-    return Segment(positive(table["duration"], "s", f"{where}: duration"), **values)
+    @property
+    def fits_component(self) -> bool:
+        """Whether the DutyCycle component can hold it; a finer one is fed by the master as a table."""
+        return len(self.segments) <= SEGMENTS
+
+    def component_parameters(self) -> dict[str, float | bool]:
+        """Parameters of the DutyCycle component, by scalar name.
+
+        Raises
+        ------
+        InputError
+            There are more segments than the component has.
+        """
+        if not self.fits_component:
+            raise InputError(
+                f"{self.name}: {len(self.segments)} segments are more than the {SEGMENTS} that the DutyCycle "
+                "component holds; use longer ones, or repeat"
+            )
+        values: dict[str, float | bool] = {"repeat": self.repeat}
+        for i in range(SEGMENTS):
+            segment = self.segments[i] if i < len(self.segments) else Segment(0.0)
+            values[f"duration[{i + 1}]"] = segment.duration
+            for name, value in zip(DEMANDS, segment.demands, strict=True):
+                values[f"segment_{name}[{i + 1}]"] = value
+        return values
+
+    def table(self, step: float, stop_time: float | None = None) -> NDArray[np.float64]:
+        """Demands at the communication points, as the DutyCycle component gives them.
+
+        Parameters
+        ----------
+        step : communication step size in s
+        stop_time : in s, that of the duty cycle by default
+
+        Returns
+        -------
+        numpy.ndarray
+            One row of `DEMANDS` a communication point, the start included, shape (n + 1, 6).
+        """
+        count = round((self.stop_time if stop_time is None else stop_time) / step)
+        time = step * np.arange(count + 1) + EARLY
+        ends = np.cumsum([segment.duration for segment in self.segments])
+        if self.repeat:
+            time = time % ends[-1]
+        which = np.minimum(np.searchsorted(ends, time, side="right"), len(self.segments) - 1)
+        return np.array([segment.demands for segment in self.segments])[which]

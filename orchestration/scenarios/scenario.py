@@ -1,102 +1,135 @@
-"""Scenario files: a duty cycle, the cell it runs in, and how it is run."""
+"""Scenarios: a duty cycle, the cell it runs in, and how it is run.
+
+A scenario file names a shipped duty cycle, `duty = "shift_with_breaks"`, or holds one of its own in the form
+of the duty cycle files. Every duty cycle is a scenario too, with the default settings.
+"""
 
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, field
-from importlib import resources
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.duty import DutyCycle, read_duty
+from warmlink.orchestration.scenarios import duty_files
+from warmlink.orchestration.scenarios.duty import Duty
 from warmlink.orchestration.scenarios.quantity import positive
+
+LIBRARY = Path(__file__).parent / "library"
 
 DEFAULT_SCENARIO = "windshield_wiper"
 DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
+DEFAULT_MASTER = "gauss_seidel"
+DEFAULT_CONTROLLER = "lag"
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What to run: times in s, the tolerance in m.
+    """What to run: the step in s, the tolerance in m.
 
     `parameters` holds start values as written, `"2 W/K"` under `motor.joint_conductance`.
     """
 
     name: str
     title: str
-    duty: DutyCycle
-    stop_time: float
-    about: str = ""
+    about: str
+    duty: Duty
     step_size: float = DEFAULT_STEP
-    master: str = "gauss_seidel"
-    controller: str = "lag"
+    master: str = DEFAULT_MASTER
+    controller: str = DEFAULT_CONTROLLER
     tolerance: float = DEFAULT_TOLERANCE
     parameters: dict[str, str | float] = field(default_factory=dict)
 
+    @property
+    def stop_time(self) -> float:
+        """Stop time in s, that of the duty cycle."""
+        return self.duty.stop_time
 
-_KEYS = {
+
+_SETTINGS = {
     "title",
     "about",
+    "duty",
     "stop_time",
     "step_size",
     "master",
     "controller",
     "tolerance",
-    "repeat",
-    "segment",
     "parameters",
 }
 
 
 def scenario_names() -> list[str]:
-    """Names of the scenarios that warmlink ships."""
-    return sorted(Path(entry.name).stem for entry in _library().iterdir() if entry.name.endswith(".toml"))
+    """Names of the scenarios that warmlink ships, its duty cycles among them."""
+    return sorted({path.stem for path in LIBRARY.glob("*.toml")} | set(duty_files.names()))
 
 
 def load_scenario(name: str) -> Scenario:
-    """Scenario by the name of a shipped one or the path of a TOML file.
+    """Scenario by the name of a shipped one, or by the path of a TOML or CSV file.
 
     Raises
     ------
     InputError
         If there is none of that name, or the file does not hold a scenario.
     """
-    if name in scenario_names():
-        return read_scenario(name, (_library() / f"{name}.toml").read_bytes())
+    shipped = LIBRARY / f"{name}.toml"
+    if shipped.is_file():
+        return read_scenario(name, shipped.read_bytes())
     path = Path(name)
-    if path.suffix == ".toml":
-        if not path.is_file():
-            raise InputError(
-                f"{path}: no such file; give a scenario's TOML file or a name from `warmlink list`"
-            )
+    if path.suffix == ".toml" and path.is_file():
         return read_scenario(path.stem, path.read_bytes())
+    if path.suffix in (".toml", ".csv") or name in duty_files.names():
+        return _of_duty(duty_files.load(name))
     raise InputError(
-        f"{name}: no such scenario; choose {', '.join(scenario_names())}, or give a TOML file of your own"
+        f"{name}: no such scenario; choose {', '.join(scenario_names())}, or give a TOML or CSV file"
     )
 
 
 def read_scenario(name: str, content: bytes) -> Scenario:
     """Scenario from the content of its file."""
     table = _toml(name, content)
-    unknown = sorted(set(table) - _KEYS)
+    known = _SETTINGS | duty_files.KEYS
+    unknown = sorted(set(table) - known)
     if unknown:
-        raise InputError(f"{name}: {unknown[0]} is not known; use {', '.join(sorted(_KEYS))}")
-    duty = read_duty(_tables(table, "segment", name), bool(table.get("repeat", False)), name)
-    total = sum(segment.duration for segment in duty.segments)
-    return Scenario(
+        raise InputError(f"{name}: {unknown[0]} is not known; use {', '.join(sorted(known))}")
+    scenario = _of_duty(_duty(name, table))
+    return replace(
+        scenario,
         name=name,
-        title=str(table.get("title", name)),
-        about=str(table.get("about", "")),
-        duty=duty,
-        stop_time=positive(table.get("stop_time", total), "s", f"{name}: stop_time"),
+        title=str(table.get("title", scenario.title)),
+        about=str(table.get("about", scenario.about)),
         step_size=positive(table.get("step_size", DEFAULT_STEP), "s", f"{name}: step_size"),
-        master=str(table.get("master", "gauss_seidel")),
-        controller=str(table.get("controller", "lag")),
+        master=str(table.get("master", DEFAULT_MASTER)),
+        controller=str(table.get("controller", DEFAULT_CONTROLLER)),
         tolerance=positive(table.get("tolerance", DEFAULT_TOLERANCE), "m", f"{name}: tolerance"),
-        parameters=dict(table.get("parameters", {})),
+        parameters=_parameters(name, table.get("parameters", {})),
     )
+
+
+def _of_duty(duty: Duty) -> Scenario:
+    return Scenario(duty.name, duty.title, duty.reason, duty)
+
+
+def _duty(name: str, table: Mapping[str, Any]) -> Duty:
+    own = {key: value for key, value in table.items() if key in duty_files.KEYS}
+    if "duty" not in table:
+        return duty_files.parsed(own, name)
+    twice = sorted({"segment", "random", "repeat"} & set(own))
+    if twice:
+        raise InputError(f"{name}: {twice[0]} beside duty; name a duty cycle or write one, not both")
+    duty = duty_files.load(str(table["duty"]))
+    if "stop_time" in table:
+        duty = replace(duty, stop_time=positive(table["stop_time"], "s", f"{name}: stop_time"))
+    return duty
+
+
+def _parameters(name: str, table: Any) -> dict[str, str | float]:
+    if not isinstance(table, dict):
+        raise InputError(f"{name}: parameters is not a table; write [parameters] above them")
+    return dict(table)
 
 
 def _toml(name: str, content: bytes) -> dict[str, Any]:
@@ -104,14 +137,3 @@ def _toml(name: str, content: bytes) -> dict[str, Any]:
         return tomllib.loads(content.decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         raise InputError(f"{name}: not a TOML file ({fault}); mend that place") from None
-
-
-def _tables(table: dict[str, Any], key: str, name: str) -> list[dict[str, Any]]:
-    entries = table.get(key, [])
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise InputError(f"{name}: {key} is not a list of tables; write [[{key}]] above each")
-    return entries
-
-
-def _library() -> Any:
-    return resources.files("warmlink.orchestration.scenarios") / "library"

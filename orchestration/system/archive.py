@@ -80,7 +80,9 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
     except InputError:
         raise
     except _ZIP_FAULTS as fault:
-        raise InputError(f"{path}: not a readable zip archive ({_brief(fault)}); make it anew") from fault
+        raise InputError(
+            f"{path.name}: not a readable zip archive ({_brief(fault)}); make it anew"
+        ) from fault
 
 
 def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
@@ -104,11 +106,13 @@ def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
         try:
             info = archive.getinfo(name)
         except KeyError:
-            raise InputError(f"{path}: holds no {name}; it is not a complete archive of its kind") from None
+            raise InputError(
+                f"{path.name}: holds no {name}; it is not a complete archive of its kind"
+            ) from None
         with archive.open(info) as stream:
             data = stream.read(limit + 1)
     if len(data) > limit:
-        raise InputError(f"{path}: {name} is larger than {limit} bytes, which no such file needs")
+        raise InputError(f"{path.name}: {name} is larger than {limit} bytes, which no such file needs")
     return data
 
 
@@ -206,7 +210,7 @@ def parse_xml(data: bytes, where: str) -> Any:
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as fault:
-        raise InputError(f"{where}: not well-formed XML ({_brief(fault)})") from fault
+        raise InputError(f"{where}: not well-formed XML ({_brief(fault)}); make it anew") from fault
     if root is None or root.getroottree().docinfo.internalDTD is not None:
         raise InputError(f"{where}: empty, or declares a document type, which could hold entities")
     return root
@@ -217,22 +221,26 @@ def _checked_members(
 ) -> list[tuple[str, zipfile.ZipInfo]]:
     infos = archive.infolist()
     if len(infos) > limits.members:
-        raise InputError(f"{path}: holds {len(infos)} entries, more than the {limits.members} allowed")
+        raise InputError(f"{path.name}: holds {len(infos)} entries, more than the {limits.members} allowed")
     seen: set[str] = set()
     members = []
     for info in infos:
         name = safe_relative(info.filename)
         if name is None:
-            raise InputError(f"{path}: its entry {info.filename!r} would be written outside the folder")
+            raise InputError(f"{path.name}: its entry {info.filename!r} would be written outside the folder")
         mode = info.external_attr >> 16
         if stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
-            raise InputError(f"{path}: its entry {info.filename!r} is a link or device, not a plain file")
+            raise InputError(
+                f"{path.name}: its entry {info.filename!r} is a link or device, not a plain file"
+            )
         if info.flag_bits & 1:
-            raise InputError(f"{path}: its entry {info.filename!r} is encrypted; pack it without password")
+            raise InputError(
+                f"{path.name}: its entry {info.filename!r} is encrypted; pack it without password"
+            )
         if info.is_dir() or info.filename.endswith("\\") or not name:
             continue
         if name in seen:
-            raise InputError(f"{path}: holds {name!r} twice; which one counts is not defined")
+            raise InputError(f"{path.name}: holds {name!r} twice; which one counts is not defined")
         seen.add(name)
         members.append((name, info))
     return members
@@ -252,16 +260,18 @@ def _write_member(
 
 
 def _refuse_oversize(path: Path, info: zipfile.ZipInfo, written: int, limits: Limits, left: int) -> None:
-    entry = f"{path}: its entry {info.filename!r} unpacks to more than"
+    entry = f"{path.name}: its entry {info.filename!r} unpacks to more than"
     if written > limits.member_bytes:
         raise InputError(f"{entry} {limits.member_bytes} bytes, the limit for one file")
     if written > left:
-        raise InputError(f"{path}: unpacks to more than {limits.total_bytes} bytes, the limit for an archive")
+        raise InputError(
+            f"{path.name}: unpacks to more than {limits.total_bytes} bytes, the limit for an archive"
+        )
     if written > limits.ratio_from_bytes and written > limits.ratio * max(info.compress_size, 1):
         raise InputError(f"{entry} {limits.ratio:g} times its packed size, as only a zip bomb does")
 
 
 def _brief(fault: BaseException) -> str:
     """Give the first line of what a library said, short enough for one sentence."""
-    lines = str(fault).splitlines() or [type(fault).__name__]
+    lines = str(getattr(fault, "msg", fault)).splitlines() or [type(fault).__name__]
     return lines[0][:160]

@@ -18,7 +18,7 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.units import Unit, conversion
+from warmlink.orchestration.system.units import QuantityError, Unit, conversion
 
 _OUTGOING = ("output", "calculatedParameter", "local", "constant")
 _LISTED = ("input", "output", "parameter", "calculatedParameter")
@@ -110,7 +110,8 @@ def _check_connector(info: ModelInfo, connector: Connector, where: str) -> None:
         raise InputError(f"{where}: is declared {connector.type}, but the FMU's variable is {variable.type}")
     if connector.unit is not None and variable.unit not in (None, connector.unit):
         raise InputError(
-            f"{where}: is declared in {connector.unit}, but the FMU's variable is in {variable.unit}"
+            f"{where}: is declared in {connector.unit}, but the FMU's variable is in {variable.unit}; "
+            "correct one"
         )
 
 
@@ -150,8 +151,10 @@ def _needed(
         return 1.0, 0.0
     try:
         found = conversion(unit, target_unit, giving.relative and taking.relative)
-    except InputError as fault:
+    except QuantityError as fault:
         raise InputError(f"{between}: {fault}; connect variables of one quantity") from None
+    except InputError as fault:
+        raise InputError(f"{between}: {fault}") from None
     return found.factor, found.offset
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.description import FMI3_TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.model import ConnectorType, Value
+from warmlink.orchestration.system.model_info import FMI3_TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.units import Unit
 
 _SSP_TYPES: dict[str, ConnectorType] = {"Real": "Real", "Integer": "Integer", **FMI3_TYPES}
@@ -41,7 +41,9 @@ def check_kind(variable: Variable, kind: str, where: str) -> None:
     """Refuse a connector whose kind is not its variable's causality."""
     constant = variable.variability == "constant"
     if kind != variable.causality and not (kind == "constant" and constant):
-        raise InputError(f"{where}: is declared {kind}, but the FMU's variable is {variable.causality}")
+        raise InputError(
+            f"{where}: is declared {kind}, but the FMU's variable is {variable.causality}; correct one"
+        )
 
 
 def check_type(variable: Variable, declared: str | None, where: str) -> None:
@@ -52,7 +54,9 @@ def check_type(variable: Variable, declared: str | None, where: str) -> None:
     # Real and Integer are the words of SSP 1.0 for whatever width FMI 3.0 gives.
     exact = declared not in ("Real", "Integer") and variable.type not in ("Real", "Integer")
     if kind != variable.kind or (exact and declared != variable.type):
-        raise InputError(f"{where}: is declared {declared}, but the FMU's variable is {variable.type}")
+        raise InputError(
+            f"{where}: is declared {declared}, but the FMU's variable is {variable.type}; correct one"
+        )
 
 
 def own_unit(info: ModelInfo, variable: Variable, declared: Unit | None = None) -> Unit | None:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from warmlink.orchestration.system.model import DefaultExperiment
+from warmlink.orchestration.system.model import ConnectorKind, DefaultExperiment
 from warmlink.orchestration.system.parameter_values import MappingEntry, Parameter
 from warmlink.orchestration.system.units import Conversion, Unit
-
-KINDS = ("input", "output", "parameter", "calculatedParameter", "structuralParameter", "local", "constant")
 
 
 @dataclass(frozen=True)
@@ -17,7 +15,7 @@ class DeclaredConnector:
     """A connector as written: `type` is SSP's name of it, None where none is given."""
 
     name: str
-    kind: str
+    kind: ConnectorKind
     type: str | None
     unit: Unit | None
 

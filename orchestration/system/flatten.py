@@ -18,6 +18,8 @@ Path = tuple[str, ...]
 # As seen from the system around an element; of a system's own connectors its inside sees the reverse.
 _GIVING = ("output", "calculatedParameter", "local", "constant")
 
+_MOST_ELEMENTS = 100_000
+
 
 @dataclass(frozen=True)
 class Node:
@@ -108,6 +110,8 @@ def flatten(system: DeclaredSystem) -> Flat:
 
 
 def _collect(system: DeclaredSystem, path: Path, flat: Flat) -> None:
+    if len(flat.components) + len(flat.systems) > _MOST_ELEMENTS:
+        raise InputError(f"{path[0]}: the system has more than {_MOST_ELEMENTS} elements, which none needs")
     flat.systems[path] = system
     for name, element in system.elements.items():
         inner = (*path, name)
@@ -136,7 +140,7 @@ def _directed(connection: DeclaredConnection, path: Path, flat: Flat) -> Edge:
     gives = [(kind in _GIVING) != (node.path == path) for kind, node in zip(kinds, (start, end), strict=True)]
     if gives[0] == gives[1]:
         raise InputError(
-            f"{between}: {kinds[0]} does not connect to {kinds[1]} here; connect an output to an input"
+            f"{between}: {kinds[0]} does not connect to {kinds[1]}; connect an output to an input"
         )
     source, target = (start, end) if gives[0] else (end, start)
     source_kind, target_kind = kinds if gives[0] else (kinds[1], kinds[0])

@@ -13,6 +13,7 @@ from warmlink.orchestration.system.flatten import Path as ElementPath
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 from warmlink.orchestration.system.resolve import Resolver
 from warmlink.orchestration.system.ssd import read_ssd
+from warmlink.orchestration.system.start_values import StartValues
 from warmlink.orchestration.system.units import Unit
 
 
@@ -36,10 +37,15 @@ def read_system(path: Path, workdir: Path) -> System:
     InputError
         If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
     """
-    if path.suffix.lower() == ".ssd":
-        description = read_ssd(path, workdir)
-    else:
-        description = read_ssd(archive.unpack(path, workdir) / "SystemStructure.ssd", workdir)
+    try:
+        return _read(path, workdir)
+    except RecursionError:
+        raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
+
+
+def _read(path: Path, workdir: Path) -> System:
+    ssd = path if path.suffix.lower() == ".ssd" else archive.unpack(path, workdir) / "SystemStructure.ssd"
+    description = read_ssd(ssd, workdir)
     flat = flatten(description.system)
     if not flat.components:
         raise InputError(
@@ -53,27 +59,25 @@ def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, Mo
     resolver = Resolver(flat, infos)
     connectors = {place: resolver.connectors(place) for place in flat.components}
     connections = tuple(resolver.connections())
-    values = resolver.values()
-    components = {
-        name: Component(
-            name, flat.components[place].fmu, connectors[place], ParameterSet(values=values[place])
+    start = StartValues(resolver)
+    start.collect()
+    components = {}
+    for place, declared in flat.components.items():
+        name = ".".join(place)
+        components[name] = Component(
+            name, declared.fmu, connectors[place], ParameterSet(values=start.found[place])
         )
-        for place, name in ((place, ".".join(place)) for place in flat.components)
-    }
-    units = _units_of_their_own(description, flat, infos)
     return System(
         description.name,
         components,
         connections,
         description.default_experiment,
-        units,
-        tuple(resolver.remarks),
+        _units_of_their_own(flat, infos),
+        tuple(start.remarks),
     )
 
 
-def _units_of_their_own(
-    description: Description, flat: Flat, infos: dict[ElementPath, ModelInfo]
-) -> dict[str, Unit]:
+def _units_of_their_own(flat: Flat, infos: dict[ElementPath, ModelInfo]) -> dict[str, Unit]:
     """Give the units that connectors use because their FMUs tell none."""
     used = {}
     for place, component in flat.components.items():

@@ -7,14 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.model import (
-    Component,
-    Connection,
-    DefaultExperiment,
-    ParameterSet,
-    System,
-    Value,
-)
+from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""
@@ -59,7 +53,8 @@ class Blueprint:
         Raises
         ------
         InputError
-            If a value is meant for an instance that the system does not have.
+            If a value is meant for an instance that the system does not have, or an end, a value or a
+            unit does not fit the FMUs.
         """
         values = values or {}
         for instance in values:
@@ -68,23 +63,15 @@ class Blueprint:
                     f"{instance}: {self.name} has no such component; it has {', '.join(self.components)}"
                 )
         components = {
-            instance: Component(
-                instance, fmus[kind], parameters=ParameterSet(instance, dict(values.get(instance, {})))
-            )
+            instance: component(instance, fmus[kind], values.get(instance))
             for instance, kind in self.components_with(controller).items()
         }
         return System(
             self.name,
             components,
-            tuple(_connection(source, target) for source, target in self.wires),
+            tuple(connect(components, source, target) for source, target in self.wires),
             DefaultExperiment(0.0, self.stop_time, self.step_size),
         )
-
-
-def _connection(source: str, target: str) -> Connection:
-    giving, _, output = source.partition(".")
-    taking, _, entry = target.partition(".")
-    return Connection(giving, output, taking, entry)
 
 
 def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:

@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.declared import (
-    KINDS,
     Binding,
     DeclaredComponent,
     DeclaredConnection,
@@ -22,7 +21,7 @@ from warmlink.orchestration.system.declared import (
     DeclaredSystem,
     Description,
 )
-from warmlink.orchestration.system.model import DefaultExperiment
+from warmlink.orchestration.system.model import ConnectorKind, DefaultExperiment
 from warmlink.orchestration.system.parameter_values import (
     Parameter,
     parameter_mapping,
@@ -43,10 +42,11 @@ from warmlink.orchestration.system.xml_values import boolean, optional_number, r
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 DEFINITION_TYPE = "application/x-ssp-definition"
 PACKAGE_TYPE = "application/x-ssp-package"
-_DEEPEST = 32
+# Each level may hold the next one several times over, so few levels can already be many components.
+_DEEPEST = 8
 
 
-def read_ssd(path: Path, workdir: Path, depth: int = 0) -> Description:
+def read_ssd(path: Path, workdir: Path, enclosing: tuple[Path, ...] = ()) -> Description:
     """Read an SSD file that lies in an unpacked SSP, with all that it refers to.
 
     Parameters
@@ -55,27 +55,29 @@ def read_ssd(path: Path, workdir: Path, depth: int = 0) -> Description:
         The .ssd file; relative sources are looked up from its folder, and never outside.
     workdir
         Folder into which packages inside the package are unpacked.
-    depth
-        How many packages enclose this one.
+    enclosing
+        The .ssd files whose systems hold this one.
 
     Raises
     ------
     InputError
         If a file is absent or damaged, or uses what is not supported.
     """
-    if depth > _DEEPEST:
-        raise InputError(f"{path.name}: refers to other systems more than {_DEEPEST} deep, or to itself")
-    return _Reader(path, workdir, depth).read()
+    if path in enclosing:
+        raise InputError(f"{path.name}: holds itself as a component; take it out")
+    if len(enclosing) > _DEEPEST:
+        raise InputError(f"{path.name}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
+    return _Reader(path, workdir, enclosing).read()
 
 
 class _Reader:
     """Where one SSD lies and which units it defines: what all of its parts are read with."""
 
-    def __init__(self, path: Path, workdir: Path, depth: int) -> None:
+    def __init__(self, path: Path, workdir: Path, enclosing: tuple[Path, ...]) -> None:
         self.path = path
         self.base = path.parent
         self.workdir = workdir
-        self.depth = depth
+        self.enclosing = enclosing
         self.where = path.name
         self.units: dict[str, Unit] = {}
 
@@ -109,9 +111,7 @@ class _Reader:
             connectors=self.connectors(element, path),
             bindings=self.bindings(element, where),
             elements=elements,
-            connections=tuple(
-                self.connection(c, where) for c in _items(element, "Connections", "Connection")
-            ),
+            connections=tuple(self.connection(c, path) for c in _items(element, "Connections", "Connection")),
         )
 
     def element(self, element: Any, path: str) -> DeclaredComponent | DeclaredSystem:
@@ -159,7 +159,7 @@ class _Reader:
             path = archive.unpack(path, self.workdir) / (_relative(fragment, where) or "SystemStructure.ssd")
         elif fragment:
             raise InputError(f"{where}: source {source} refers to a part of a document; name the document")
-        inner = read_ssd(path, self.workdir, self.depth + 1).system
+        inner = read_ssd(path, self.workdir, (*self.enclosing, self.path)).system
         missing = sorted(set(connectors) - set(inner.connectors))
         if missing:
             raise InputError(f"{where}: {source} has no connector {missing[0]}; remove it or add it there")
@@ -177,7 +177,8 @@ class _Reader:
 
     def connector(self, element: Any, name: str, where: str) -> DeclaredConnector:
         kind = required(element, "kind", where)
-        if kind not in KINDS:
+        known = next((k for k in get_args(ConnectorKind) if k == kind), None)
+        if known is None:
             raise InputError(f"{where}: connectors of kind {kind} are not supported; use input or output")
         typed = [
             child for child in element if local(child) not in ("ConnectorGeometry", "Annotations", "MetaData")
@@ -186,9 +187,9 @@ class _Reader:
         if extra or len(typed) > 1:
             raise InputError(f"{where}: array and clocked connectors are not supported; connect scalars")
         if not typed:
-            return DeclaredConnector(name, kind, None, None)
+            return DeclaredConnector(name, known, None, None)
         unit = typed[0].get("unit")
-        return DeclaredConnector(name, kind, local(typed[0]), self.unit(unit))
+        return DeclaredConnector(name, known, local(typed[0]), self.unit(unit))
 
     def unit(self, name: str | None) -> Unit | None:
         return None if not name else self.units.get(name, Unit(name))
@@ -261,6 +262,9 @@ class _Reader:
                 f"{where}: source {source!r} is not a file inside the SSP; put it into resources"
             )
         path = self.base / relative
+        if not path.is_file() and (plain := archive.safe_relative(source)):
+            # Some tools write names as they are, a percent sign included, where a URI should stand.
+            path = self.base / plain
         if not path.is_file():
             raise InputError(f"{where}: the SSP holds no {source}; add the file or correct the source")
         return path
@@ -284,12 +288,15 @@ def _items(element: Any, holder: str, name: str | None = None) -> list[Any]:
 def _experiment(element: Any, where: str) -> DefaultExperiment:
     if element is None:
         return DefaultExperiment()
-    step = next((s for s in element.iter() if local(s) == "FixedStepAlgorithm"), None)
-    return DefaultExperiment(
-        optional_number(element, "startTime", where) or 0.0,
-        optional_number(element, "stopTime", where),
-        None if step is None else optional_number(step, "baseStepSize", where),
-    )
+    start = optional_number(element, "startTime", where) or 0.0
+    stop = optional_number(element, "stopTime", where)
+    if stop is not None and stop <= start:
+        raise InputError(f"{where}: stopTime {stop:g} s is not after startTime {start:g} s; give a later one")
+    algorithm = next((s for s in element.iter() if local(s) == "FixedStepAlgorithm"), None)
+    step = None if algorithm is None else optional_number(algorithm, "baseStepSize", where)
+    if step is not None and step <= 0:
+        raise InputError(f"{where}: baseStepSize {step:g} s is not positive; give a step above 0 s")
+    return DefaultExperiment(start, stop, step)
 
 
 def _bytes(path: Path) -> bytes:

@@ -51,7 +51,9 @@ def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> No
     """
     for child in parent:
         if local(child) not in known:
-            raise InputError(f"{where}: {local(child)} is not supported; remove it or write it another way")
+            raise InputError(
+                f"{where}: the element {local(child)} is not supported; remove it or write it another way"
+            )
 
 
 def root_element(data: bytes, expected: str, where: str) -> Any:

@@ -7,6 +7,7 @@ name itself is read, in Modelica's notation or any that pint knows.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from dataclasses import dataclass
@@ -14,9 +15,9 @@ from functools import lru_cache
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.units import BASE_UNITS
+from warmlink.fmus.packaging.units import unit as modelica_unit
 from warmlink.orchestration.system.xml_values import optional_integer, optional_number, required
-
-BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.
@@ -40,8 +41,17 @@ _PLANE_ANGLES = (
 _SPELLED = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
 _DOT = re.compile(r"(?<=[\w)])\s*[.·⋅]\s*(?=[^\W\d]|\(|1/)")
 _POWER = re.compile(r"(?<![\w.])([^\W\d]+)\^?(-?\d{1,2})(?![\w.])")
+# Names, the number 1, products, quotients, brackets and whole powers of one or two digits. pint would work
+# out anything else that looks like arithmetic, 9**9**9 too.
+_WRITTEN = re.compile(
+    r"(?:\s*(?:[^\W\d]\w*|°\w+|1(?!\d)|/|\(|\)|\*(?!\*)|\*\*\s*(?:\(-?\d{1,2}\)|-?\d{1,2}(?!\d))(?!\s*\*\*)))*\s*"
+)
 _PLAIN_NUMBER = ("", "1", "-")
 _LONGEST_NAME = 80
+
+
+class QuantityError(InputError):
+    """Two units measure different quantities: `W does not convert to K`."""
 
 
 @dataclass(frozen=True)
@@ -97,15 +107,16 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
 
     Raises
     ------
+    QuantityError
+        If the units measure different quantities; the caller adds where, and what to do.
     InputError
-        If the units measure different quantities, or one is neither defined nor known by name. The
-        message is `W does not convert to K`; the caller adds where.
+        If one is neither defined nor known by name.
     """
     if source.name == target.name and (source.exponents is None or target.exponents is None):
         return Conversion()
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
-        raise InputError(f"{_shown(source)} does not convert to {_shown(target)}")
+        raise QuantityError(f"{_shown(source)} does not convert to {_shown(target)}")
     if (source.factor, source.offset) == (target.factor, target.offset):
         return Conversion()
     factor = source.factor / target.factor
@@ -154,7 +165,20 @@ def parse_unit(name: str) -> Unit:
         raise InputError(f"{name[:40]!r}... is not a unit; define it with a BaseUnit")
     text = _POWER.sub(r"\1**(\2)", _DOT.sub("*", name.strip()))
     text = _SPELLED.sub(lambda found: _SPELLINGS[found.group(1)], text).replace("%", "percent")
-    return _from_pint(name, "dimensionless" if text in _PLAIN_NUMBER else text)
+    if text in _PLAIN_NUMBER:
+        return Unit(name, (0,) * len(BASE_UNITS))
+    if not _WRITTEN.fullmatch(text):
+        raise InputError(f"{name!r} is not a unit; define it with a BaseUnit, or write it as in W/(m2.K)")
+    with contextlib.suppress(ValueError):
+        return _declared(name)
+    return _from_pint(name, text)
+
+
+def _declared(name: str) -> Unit:
+    """Give a unit of those that components are declared in, without loading pint."""
+    known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
+    exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
+    return Unit(name, exponents, float(known.factor), float(known.offset))
 
 
 def _from_pint(name: str, text: str) -> Unit:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
+import itertools
+import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import check_system
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.orchestration.system.assemble import check_system, component
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
 from warmlink.orchestration.system.model import (
@@ -21,12 +23,10 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element, write_whole
+from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.ssp_xml import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.units import Unit, meaning
 
-# The earliest date that a zip can hold: the same system gives the same bytes on any day.
-_DATE = (1980, 1, 1, 0, 0, 0)
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = ParameterSet().name
 
@@ -49,45 +49,63 @@ def write_ssp(system: System, path: Path) -> None:
     InputError
         If the system does not fit its FMUs, or two FMUs define one unit differently.
     """
+    system = _with_connectors(system)
     check_system(system)
-    names = _resource_names(system.components.values())
-    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, names))}
+    files = _Files(system.components.values())
+    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, files))}
     for held in system.components.values():
         if held.parameters.values:
-            entries[_ssv_name(held)] = to_bytes(_ssv(held, system.units))
-        entries[names[held.fmu]] = held.fmu.read_bytes()
-    write_whole(path, _zipped(entries))
+            entries[files.parameters[held.name]] = to_bytes(_ssv(held, system.units))
+        entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
+    write_archive(path, entries)
 
 
-def _zipped(entries: dict[str, bytes]) -> bytes:
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        for name, data in entries.items():
-            info = zipfile.ZipInfo(name, _DATE)
-            info.create_system = 3
-            info.external_attr = 0o644 << 16
-            # Stored: FMUs are compressed already, and the bytes then do not depend on a zlib version.
-            archive.writestr(info, data, zipfile.ZIP_STORED)
-    return stream.getvalue()
+def _with_connectors(system: System) -> System:
+    """Give the system with connectors everywhere: those who read the file connect nothing else."""
+    parts = {
+        name: held if held.connectors else replace(held, connectors=component(held.name, held.fmu).connectors)
+        for name, held in system.components.items()
+    }
+    for link in system.connections:
+        for name, connector in (
+            (link.source_component, link.source_variable),
+            (link.target_component, link.target_variable),
+        ):
+            if name in parts and connector not in {c.name for c in parts[name].connectors}:
+                raise InputError(
+                    f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
+                )
+    return replace(system, components=parts)
 
 
-def _resource_names(components: Iterable[Component]) -> dict[Path, str]:
-    """Give each FMU a name under resources: its own, or with the component's where that is taken."""
-    names: dict[Path, str] = {}
-    for held in components:
-        if held.fmu not in names:
-            name = f"resources/{held.fmu.name}"
-            if name in names.values():
-                name = f"resources/{held.name}-{held.fmu.name}"
-            names[held.fmu] = name
-    return names
+class _Files:
+    """What each FMU and each parameter set is called inside the SSP.
+
+    Only letters, digits, dot, hyphen and underscore, because some readers do not decode a URI, and never
+    two names that differ in capitals alone, because some file systems do not tell them apart.
+    """
+
+    def __init__(self, components: Iterable[Component]) -> None:
+        self.fmus: dict[Path, str] = {}
+        self.parameters: dict[str, str] = {}
+        self._taken: set[str] = set()
+        for held in components:
+            if held.fmu not in self.fmus:
+                self.fmus[held.fmu] = self._free(held.fmu.stem, ".fmu")
+            self.parameters[held.name] = self._free(held.name, ".ssv")
+
+    def _free(self, stem: str, suffix: str) -> str:
+        plain = re.sub(r"[^A-Za-z0-9._-]", "_", stem)
+        names = (
+            f"resources/{plain}{n}{suffix}"
+            for n in itertools.chain([""], (f"-{i}" for i in itertools.count(2)))
+        )
+        name = next(name for name in names if name.casefold() not in self._taken)
+        self._taken.add(name.casefold())
+        return name
 
 
-def _ssv_name(held: Component) -> str:
-    return f"resources/{held.name}.ssv"
-
-
-def _ssd(system: System, names: dict[Path, str]) -> Any:
+def _ssd(system: System, files: _Files) -> Any:
     root = element(
         "ssd", "SystemStructureDescription", version="1.0", name=system.name, generationTool="warmlink"
     )
@@ -96,7 +114,7 @@ def _ssd(system: System, names: dict[Path, str]) -> Any:
     enumerations: dict[str, dict[str, int]] = {}
     units: dict[str, Unit] = {}
     for held in system.components.values():
-        _component(elements, held, names[held.fmu], enumerations, _Units(held, system.units, units))
+        _component(elements, held, files, enumerations, _Units(held, system.units, units))
     if system.connections:
         links = sub_element(top, "ssd", "Connections")
         for link in system.connections:
@@ -142,17 +160,17 @@ class _Units:
 
 
 def _component(
-    elements: Any, held: Component, source: str, enumerations: dict[str, dict[str, int]], units: _Units
+    elements: Any, held: Component, files: _Files, enumerations: dict[str, dict[str, int]], units: _Units
 ) -> None:
     kind = "application/x-fmu-sharedlibrary"
-    child = sub_element(elements, "ssd", "Component", name=held.name, type=kind, source=source)
+    child = sub_element(elements, "ssd", "Component", name=held.name, type=kind, source=files.fmus[held.fmu])
     if held.connectors:
         connectors = sub_element(child, "ssd", "Connectors")
         for connector in held.connectors:
             _connector(connectors, connector, enumerations, units)
     if held.parameters.values:
         bindings = sub_element(child, "ssd", "ParameterBindings")
-        sub_element(bindings, "ssd", "ParameterBinding", source=_ssv_name(held))
+        sub_element(bindings, "ssd", "ParameterBinding", source=files.parameters[held.name])
 
 
 def _connector(

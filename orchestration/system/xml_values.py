@@ -22,6 +22,22 @@ def required(element: Any, name: str, where: str) -> str:
     return str(text)
 
 
+def any_number(text: str, where: str) -> float:
+    """Give a number that may be NaN or infinite, as an xs:double may.
+
+    Raises
+    ------
+    InputError
+        If the text is no number.
+    """
+    try:
+        if "_" not in text:
+            return float(text)
+    except ValueError:
+        pass
+    raise InputError(f"{where}: {text!r} is not a number")
+
+
 def number(text: str, where: str) -> float:
     """Give a finite number.
 
@@ -30,11 +46,8 @@ def number(text: str, where: str) -> float:
     InputError
         If the text is no number, or NaN or infinite.
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or "_" in text:
+    value = any_number(text, where)
+    if not math.isfinite(value):
         raise InputError(f"{where}: {text!r} is not a finite number")
     return value
 

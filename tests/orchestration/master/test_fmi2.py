@@ -67,7 +67,9 @@ def test_booleans_and_integers_travel(trivial2: Path) -> None:
 @pytest.mark.parametrize(("status", "name"), [(2, "discard"), (3, "error"), (4, "fatal")])
 def test_a_bad_status_stops_the_run_with_the_slaves_own_words(trivial2: Path, status: int, name: str) -> None:
     result = simulate(system(trivial2, a={}, b={"fail_at": 3.5, "fail_status": status}), 10.0, 1.0, Jacobi())
-    assert result.reason == f"b: {name} at 3 s: fmi2DoStep answered {name}; it logged: it fails from 3.5"
+    assert result.error is not None
+    assert (result.error.slave, result.error.status) == ("b", name)
+    assert f"fmi2DoStep answered {name}; it logged: it fails from 3.5" in str(result.reason)
     assert result.times[-1] == 3.0
     assert np.all(np.isfinite(result.table.values))
 

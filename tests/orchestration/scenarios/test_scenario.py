@@ -9,6 +9,8 @@ from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.scenarios.scenario import load_scenario, read_scenario, scenario_names
 
+HOUR = "stop_time = '1 h'\n"
+
 CELL = {"motor": MOTOR, "link": LINK}
 
 
@@ -36,6 +38,7 @@ def test_the_default_is_two_hours_of_full_duty() -> None:
 
 def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
     text = b"""
+    stop_time = "3 min"
     [[segment]]
     duration = "1 min"
     [[segment]]
@@ -47,22 +50,25 @@ def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
     """
     duty = read_scenario("mine", text).duty
     assert [segment.pad_mode for segment in duty.segments] == [0, 1, 2]
-    assert duty.parameters()["segment_pad_temperature[3]"] == pytest.approx(309.15)
+    assert duty.component_parameters()["segment_pad_temperature[3]"] == pytest.approx(309.15)
 
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
         ("title = ", "not a TOML file"),
-        ("title = 'x'", r"no \[\[segment\]\]"),
+        ("title = 'x'", "stop_time is missing"),
+        ("stop_time = '1 h'", r"give either \[\[segment\]\] tables or one \[random\]"),
         ("colour = 1\n[[segment]]\nduration = '1 s'", "colour is not known"),
-        ("[[segment]]\nspeed = '1 rad/s'", "segment 1: no duration"),
-        ("[[segment]]\nduration = '0 s'", "segment 1: duration: 0 s is not positive"),
-        ("[[segment]]\nduration = '1 s'\nspede = 1", "segment 1: spede is not known"),
-        ("[[segment]]\nduration = '1 s'\nspeed = '1 m'", "m does not convert to rad/s"),
-        ("[[segment]]\nduration = '1 s'\npad_power = 1\npad_temperature = 300", "at once"),
-        ("segment = 3", r"not a list of tables"),
-        ("[[segment]]\nduration = '1 s'\n" * 33, "33 segments; at most 32"),
+        (f"{HOUR}[[segment]]\nspeed = '1 rad/s'", "segment 1: duration is missing"),
+        (f"{HOUR}[[segment]]\nduration = '0 s'", "segment 1.duration: 0 s is not positive"),
+        (f"{HOUR}[[segment]]\nduration = '1 s'\nspede = 1", "segment 1: unknown entry 'spede'"),
+        (f"{HOUR}[[segment]]\nduration = '1 s'\nspeed = '1 m'", "m does not convert to rad/s"),
+        (f"{HOUR}[[segment]]\nduration = '1 s'\npad_power = 1\npad_temperature = 300", "exclude each other"),
+        (f"{HOUR}segment = 3", "not a list of tables"),
+        ("duty = 'nothing'", "nothing: no such duty cycle"),
+        ("duty = 'continuous'\nrepeat = true", "repeat beside duty"),
+        ("duty = 'continuous'\nparameters = 3", "parameters is not a table"),
     ],
 )
 def test_a_bad_scenario_is_refused_in_one_sentence(content: str, sentence: str) -> None:

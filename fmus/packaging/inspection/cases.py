@@ -1,0 +1,241 @@
+"""The checks that load the FMU's library; each gives a verdict and a detail, or raises what it met."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.packaging.inspection.host import REALS, Host, same
+from warmlink.fmus.packaging.inspection.subject import Subject, scale_of, start_of, within
+
+Outcome = tuple[str, str]
+"""Verdict ("pass", "fail" or "skip") and detail."""
+
+_LONGEST_EXPERIMENT = 10_000
+_GROWTH_STEPS, _GROWTH_SECONDS = 1_000_000, 15.0
+_GROWTH_ALLOWED = 1 << 20
+"""Bytes; what a leak of one byte a step would make of a million steps."""
+
+_DERIVATIVE_TOLERANCE = 1e-4
+_POINTS = 4
+"""Operating points at which outputs are perturbed."""
+
+
+def default_experiment(subject: Subject) -> Outcome:
+    """Every status is good and every output finite over the experiment that the FMU proposes."""
+    planned = max(1, round((subject.stop_time - subject.start_time) / subject.step_size))
+    count = min(planned, _LONGEST_EXPERIMENT)
+    host = subject.open()
+    for index in range(count):
+        host.step(subject.start_time + index * subject.step_size, subject.step_size)
+        for name, value in zip(subject.outputs, host.get(subject.outputs), strict=True):
+            if not math.isfinite(value):
+                reached = subject.start_time + (index + 1) * subject.step_size
+                return "fail", f"{name} is {value} at {reached:g} s"
+    host.close()
+    part = "" if count == planned else f", the first {count} of {planned}"
+    return "pass", f"{count * subject.step_size:g} s in steps of {subject.step_size:g} s{part}"
+
+
+def state_restore(subject: Subject) -> Outcome:
+    """What follows a restored state is bit for bit what followed it before, in a second instance too."""
+    if not subject.declares("canGetAndSetFMUstate", "canGetAndSetFMUState"):
+        return "skip", "the FMU does not declare that it gets and sets its state"
+    host = subject.open()
+    subject.run(host, 0, 7)
+    state = host.save()
+    expected = subject.run(host, 7, 20)
+    host.restore(state)
+    if not _all_same(subject.run(host, 7, 20), expected):
+        return "fail", "20 steps after the restored state differ from those before"
+    if not subject.declares("canSerializeFMUstate", "canSerializeFMUState"):
+        host.forget(state)
+        return "pass", "20 steps after the restored state; serialisation is not declared"
+    other = subject.open("restored")
+    copy = other.deserialized(host.serialized(state))
+    other.restore(copy)
+    if not _all_same(subject.run(other, 7, 20), expected):
+        return "fail", "20 steps of another instance, from the serialised state, differ"
+    other.forget(copy)
+    host.forget(state)
+    return "pass", "20 steps, also in another instance from the serialised state"
+
+
+def dependencies(subject: Subject) -> Outcome:
+    """No output moves with an input that it is not declared to depend on."""
+    declared = _declared(subject)
+    seen: set[tuple[str, str]] = set()
+    host = subject.open()
+    for point in range(_POINTS):
+        subject.run(host, 5 * point, 5)
+        values = subject.excitation(5 * point + 4)
+        host.set(values)
+        before = host.get(subject.outputs)
+        for variable in subject.inputs:
+            value = values.get(variable.name, start_of(variable))
+            for moved in _moved(variable, value):
+                host.set({variable.name: moved})
+                after = host.get(subject.outputs)
+                seen |= {
+                    (name, variable.name)
+                    for name, a, b in zip(subject.outputs, before, after, strict=True)
+                    if not same([a], [b])
+                }
+            host.set({variable.name: value})
+    host.close()
+    open_to_all = [name for name, known in declared.items() if known is None]
+    listed = {(name, each) for name, known in declared.items() for each in known or ()}
+    hidden = sorted(pair for pair in seen - listed if pair[0] not in open_to_all)
+    if hidden:
+        output, known = hidden[0]
+        return "fail", f"{output} moves with {known}, which it does not declare"
+    text = f"{len(seen & listed)} of {len(listed)} declared pairs seen, none besides"
+    if open_to_all:
+        text += f"; {len(open_to_all)} outputs declare nothing, which means all"
+    return "pass", text
+
+
+def directional_derivatives(subject: Subject) -> Outcome:
+    """Directional derivatives equal central differences."""
+    if not subject.declares("providesDirectionalDerivative", "providesDirectionalDerivatives"):
+        return "skip", "the FMU does not declare directional derivatives"
+    reals = {v.name for v in subject.description.modelVariables if v.type in REALS}
+    declared = _declared(subject)
+    host = subject.open()
+    compared, worst = 0, 0.0
+    for point in range(_POINTS):
+        subject.run(host, 5 * point, 5)
+        values = subject.excitation(5 * point + 4)
+        host.set(values)
+        for variable in subject.inputs:
+            if variable.name not in values:
+                continue
+            for output in subject.outputs:
+                known = declared[output]
+                if output not in reals or (known is not None and variable.name not in known):
+                    continue
+                given = host.derivative(output, variable.name)
+                differences = _central_difference(host, output, variable, values[variable.name])
+                error = abs(given - differences) / max(abs(given), abs(differences), 1e-12)
+                if not error <= _DERIVATIVE_TOLERANCE:
+                    return (
+                        "fail",
+                        f"d {output} / d {variable.name}: {given:g}, by differences {differences:g}",
+                    )
+                compared, worst = compared + 1, max(worst, error)
+    host.close()
+    if not compared:
+        return "pass", "no output depends directly on a real input"
+    return "pass", f"{compared} compared with central differences, to {worst:.1e}"
+
+
+def second_instance(subject: Subject) -> Outcome:
+    """An instance gives the same whether or not another runs beside it."""
+    if subject.declares("canBeInstantiatedOnlyOncePerProcess"):
+        return "skip", "the FMU declares that a process holds one instance"
+    alone = subject.open("alone")
+    expected = subject.run(alone, 0, 20)
+    alone.close()
+    first, second = subject.open("first"), subject.open("second")
+    rows = []
+    for index in range(20):
+        rows += subject.run(first, index, 1)
+        # The other one moves along other inputs.
+        second.set(subject.excitation(index + 100))
+        second.step(subject.start_time + index * subject.step_size, subject.step_size)
+    second.close()
+    if not _all_same(rows, expected):
+        return "fail", "an instance differs when another runs beside it"
+    first.close()
+    return "pass", "20 steps beside another instance equal those alone"
+
+
+def memory_growth(subject: Subject) -> Outcome:
+    """Memory does not grow with the number of steps."""
+    if not sys.platform.startswith("linux"):
+        return "skip", "the process's memory is read where Linux shows it"
+    host = subject.open()
+    step = host.stepper()
+    size, start = subject.step_size, subject.start_time
+    warm = 2000
+    for index in range(warm):
+        if step(start + index * size, size) > 1:
+            return "fail", f"a step from {start + index * size:g} s was refused"
+    before, began, count = _resident(), time.perf_counter(), 0
+    while count < _GROWTH_STEPS and time.perf_counter() - began < _GROWTH_SECONDS:
+        for index in range(warm + count, warm + count + 1000):
+            if step(start + index * size, size) > 1:
+                return "fail", f"a step from {start + index * size:g} s was refused"
+        count += 1000
+    grown = _resident() - before
+    host.close()
+    short = "" if count == _GROWTH_STEPS else f", as many as {_GROWTH_SECONDS:g} s allowed"
+    detail = f"{grown / 1024:.0f} KiB over {count} steps{short}"
+    return ("pass" if grown <= _GROWTH_ALLOWED else "fail"), detail
+
+
+def reproducible(subject: Subject) -> Outcome:
+    """Two fresh instances on the same inputs give the same bits."""
+    runs = []
+    for name in ("once", "once"):
+        host = subject.open(name)
+        runs.append(subject.run(host, 0, 50))
+        host.close()
+    if not _all_same(*runs):
+        return "fail", "two runs of 50 steps on the same inputs differ"
+    return "pass", "two runs of 50 steps on the same inputs are the same to the last bit"
+
+
+CASES: dict[str, Callable[[Subject], Outcome]] = {
+    "runs its default experiment": default_experiment,
+    "state restore is bit-identical": state_restore,
+    "dependencies proven by perturbation": dependencies,
+    "directional derivatives": directional_derivatives,
+    "second instance": second_instance,
+    "memory growth": memory_growth,
+    "reproducible": reproducible,
+}
+"""The checks by name, in the order in which they are made."""
+
+
+def _declared(subject: Subject) -> dict[str, set[str] | None]:
+    """Names of the variables that each output declares to depend on; None where it says nothing."""
+    found: dict[str, set[str] | None] = dict.fromkeys(subject.outputs)
+    for unknown in subject.description.outputs:
+        if unknown.variable.name in found and unknown.dependencies is not None:
+            found[unknown.variable.name] = {v.name for v in unknown.dependencies}
+    return found
+
+
+def _moved(variable: Any, value: float) -> list[float]:
+    """Other values of an input: a little to both sides, or each other whole number."""
+    if variable.type in REALS:
+        return [within(variable, value + part * scale_of(variable)) for part in (-0.01, 0.01, 0.5)]
+    if variable.type == "Boolean":
+        return [1.0 - value]
+    return [within(variable, value + change) for change in (-1, 1, 2)]
+
+
+def _central_difference(host: Host, output: str, variable: Any, value: float) -> float:
+    reach = 1e-4 * scale_of(variable)
+    sides = []
+    for each in (value + reach, value - reach):
+        host.set({variable.name: each})
+        sides.append(host.get([output])[0])
+    host.set({variable.name: value})
+    return (sides[0] - sides[1]) / (2 * reach)
+
+
+def _all_same(rows: list[list[float]], others: list[list[float]]) -> bool:
+    return all(same(a, b) for a, b in zip(rows, others, strict=True))
+
+
+def _resident() -> int:
+    """Bytes of memory that the process holds."""
+    import resource
+
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()

@@ -1,0 +1,416 @@
+/* FMI 2.0 for co-simulation around the shared model part. */
+#include "fmi2Functions.h"
+#include "identity.h"
+#include "model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    Model model;
+    fmi2CallbackFunctions callbacks;
+    char *name;
+} Instance;
+
+static void *allocate(const fmi2CallbackFunctions *callbacks, size_t size)
+{
+    return callbacks->allocateMemory ? callbacks->allocateMemory(1, size) : calloc(1, size);
+}
+
+static void release(const fmi2CallbackFunctions *callbacks, void *memory)
+{
+    if (callbacks->allocateMemory && callbacks->freeMemory)
+        callbacks->freeMemory(memory);
+    else if (!callbacks->allocateMemory)
+        free(memory);
+}
+
+/* The host takes the message for a printf format. */
+static void report(void *host, const char *sentence)
+{
+    Instance *instance = host;
+    char message[1024];
+    size_t used = 0;
+    for (; *sentence && used + 2 < sizeof message; sentence++) {
+        message[used++] = *sentence;
+        if (*sentence == '%')
+            message[used++] = '%';
+    }
+    message[used] = 0;
+    if (instance->callbacks.logger)
+        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, fmi2Error,
+                                   "logStatusError", message);
+}
+
+static fmi2Status status(int well)
+{
+    return well ? fmi2OK : fmi2Error;
+}
+
+/* Reports a call in a phase that does not allow it. */
+static int in_phase(Instance *instance, Phase phase, const char *function)
+{
+    static const char *const phases[] = {"instantiation", "initialization mode", "the run", "the end of the run"};
+    if (!instance)
+        return 0;
+    if (instance->model.memory.phase == phase)
+        return 1;
+    model_report(&instance->model, ": %s belongs in %s, not in %s", function, phases[phase],
+                 phases[(int)instance->model.memory.phase]);
+    return 0;
+}
+
+static fmi2Status unsupported(Instance *instance, const char *what)
+{
+    if (instance)
+        model_report(&instance->model, ": %s", what);
+    return fmi2Error;
+}
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
+{
+    const char *problem = NULL;
+    (void)resources, (void)visible, (void)logging;
+    if (!callbacks)
+        return NULL;
+    if (!name || !*name)
+        problem = WL_NAME ": an instance needs a name";
+    else if (type != fmi2CoSimulation)
+        problem = WL_NAME ": is for co-simulation, not for model exchange";
+    else if (!guid || strcmp(guid, WL_TOKEN) != 0)
+        problem = WL_NAME ": the GUID is not that of this FMU; take it from its modelDescription.xml";
+    if (problem) {
+        if (callbacks->logger)
+            callbacks->logger(callbacks->componentEnvironment, name ? name : "", fmi2Error, "logStatusError",
+                              problem);
+        return NULL;
+    }
+    Instance *instance = allocate(callbacks, sizeof *instance + strlen(name) + 1);
+    if (!instance) {
+        if (callbacks->logger)
+            callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "logStatusError",
+                              WL_NAME ": no memory for an instance");
+        return NULL;
+    }
+    instance->name = (char *)(instance + 1);
+    strcpy(instance->name, name);
+    instance->callbacks = *callbacks;
+    instance->model.name = instance->name;
+    instance->model.report = report;
+    instance->model.host = instance;
+    model_reset(&instance->model);
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component component)
+{
+    Instance *instance = component;
+    if (instance) {
+        fmi2CallbackFunctions callbacks = instance->callbacks;
+        release(&callbacks, instance);
+    }
+}
+
+/* There is nothing to switch: an instance speaks of errors alone, and of those always. */
+fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count,
+                               const fmi2String categories[])
+{
+    (void)logging, (void)count, (void)categories;
+    return component ? fmi2OK : fmi2Error;
+}
+
+/* ---- phases ---- */
+
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance,
+                               fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop)
+{
+    Instance *instance = component;
+    (void)tolerance_defined, (void)tolerance;
+    if (!in_phase(instance, INSTANTIATED, "fmi2SetupExperiment"))
+        return fmi2Error;
+    return status(model_set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!in_phase(instance, INSTANTIATED, "fmi2EnterInitializationMode"))
+        return fmi2Error;
+    instance->model.memory.phase = INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!in_phase(instance, INITIALIZATION, "fmi2ExitInitializationMode"))
+        return fmi2Error;
+    return status(model_initialize(&instance->model));
+}
+
+fmi2Status fmi2Terminate(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!in_phase(instance, STEPPING, "fmi2Terminate"))
+        return fmi2Error;
+    instance->model.memory.phase = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!instance)
+        return fmi2Error;
+    model_reset(&instance->model);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
+{
+    Instance *instance = component;
+    double reached;
+    (void)no_return;
+    return status(instance && model_step(&instance->model, time, step, NULL, &reached));
+}
+
+fmi2Status fmi2CancelStep(fmi2Component component)
+{
+    return unsupported(component, "steps are not asynchronous; there is none to cancel");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)kind, (void)value;
+    return component ? fmi2Discard : fmi2Error;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
+{
+    Instance *instance = component;
+    if (!instance)
+        return fmi2Error;
+    if (kind != fmi2LastSuccessfulTime)
+        return fmi2Discard;
+    *value = instance->model.memory.time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)kind, (void)value;
+    return component ? fmi2Discard : fmi2Error;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    if (!component)
+        return fmi2Error;
+    if (kind != fmi2Terminated)
+        return fmi2Discard;
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)kind, (void)value;
+    return component ? fmi2Discard : fmi2Error;
+}
+
+/* ---- values ---- */
+
+fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                       fmi2Real values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++)
+        well = model_get(&instance->model, references[i], REAL, &values[i]);
+    return status(well);
+}
+
+fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                          fmi2Integer values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++) {
+        double value = 0;
+        well = model_get(&instance->model, references[i], INTEGER, &value);
+        values[i] = (fmi2Integer)value;
+    }
+    return status(well);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                          fmi2Boolean values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++) {
+        double value = 0;
+        well = model_get(&instance->model, references[i], BOOLEAN, &value);
+        values[i] = value != 0 ? fmi2True : fmi2False;
+    }
+    return status(well);
+}
+
+fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                       const fmi2Real values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++)
+        well = model_set(&instance->model, references[i], REAL, values[i]);
+    return status(well);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                          const fmi2Integer values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++)
+        well = model_set(&instance->model, references[i], INTEGER, values[i]);
+    return status(well);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                          const fmi2Boolean values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++)
+        well = model_set(&instance->model, references[i], BOOLEAN, values[i] != fmi2False);
+    return status(well);
+}
+
+fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                         fmi2String values[])
+{
+    (void)references, (void)values;
+    return count ? unsupported(component, WL_NAME " has no strings") : status(component != NULL);
+}
+
+fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference references[], size_t count,
+                         const fmi2String values[])
+{
+    (void)references, (void)values;
+    return count ? unsupported(component, WL_NAME " has no strings") : status(component != NULL);
+}
+
+/* ---- derivatives ---- */
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueReference references[],
+                                       size_t count, const fmi2Integer orders[], const fmi2Real values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++)
+        well = model_set_derivative(&instance->model, references[i], orders[i], values[i]);
+    return status(well);
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2ValueReference references[],
+                                        size_t count, const fmi2Integer orders[], fmi2Real values[])
+{
+    Instance *instance = component;
+    int well = instance != NULL;
+    for (size_t i = 0; well && i < count; i++)
+        well = model_output_derivative(&instance->model, references[i], orders[i], &values[i]);
+    return status(well);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[],
+                                        size_t unknown_count, const fmi2ValueReference knowns[],
+                                        size_t known_count, const fmi2Real seed[], fmi2Real sensitivity[])
+{
+    Instance *instance = component;
+    return status(instance
+                  && model_tangent(&instance->model, unknowns, unknown_count, knowns, known_count, seed,
+                                   sensitivity));
+}
+
+/* ---- states ---- */
+
+fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    Instance *instance = component;
+    if (!instance || !state)
+        return fmi2Error;
+    if (!*state)
+        *state = allocate(&instance->callbacks, sizeof(Memory));
+    if (!*state)
+        return unsupported(instance, "no memory for a state");
+    memcpy(*state, &instance->model.memory, sizeof(Memory));
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
+{
+    Instance *instance = component;
+    if (!instance || !state)
+        return unsupported(instance, "there is no state to go back to");
+    model_restore(&instance->model, state);
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    Instance *instance = component;
+    if (!instance)
+        return fmi2Error;
+    if (state && *state) {
+        release(&instance->callbacks, *state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
+{
+    if (!component || !state)
+        return unsupported(component, "there is no state to serialise");
+    *size = model_serialized_size();
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    if (!component || !state)
+        return unsupported(component, "there is no state to serialise");
+    if (size < model_serialized_size())
+        return unsupported(component, "too few bytes for the serialised state; ask for its size");
+    model_serialize(state, (unsigned char *)bytes);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    Instance *instance = component;
+    Memory memory;
+    if (!instance || !bytes || !state)
+        return fmi2Error;
+    if (!model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory))
+        return fmi2Error;
+    if (!*state)
+        *state = allocate(&instance->callbacks, sizeof(Memory));
+    if (!*state)
+        return unsupported(instance, "no memory for a state");
+    memcpy(*state, &memory, sizeof memory);
+    return fmi2OK;
+}

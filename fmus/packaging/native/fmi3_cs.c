@@ -1,0 +1,463 @@
+/* FMI 3.0 for co-simulation around the shared model part. */
+#include "fmi3Functions.h"
+#include "identity.h"
+#include "model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    Model model;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+    fmi3IntermediateUpdateCallback update;
+    bool may_return_early;
+    char *name;
+} Instance;
+
+static void report(void *host, const char *sentence)
+{
+    Instance *instance = host;
+    if (instance->log)
+        instance->log(instance->environment, fmi3Error, "logStatusError", sentence);
+}
+
+static fmi3Status status(int well)
+{
+    return well ? fmi3OK : fmi3Error;
+}
+
+/* Reports a call in a phase that does not allow it. */
+static int in_phase(Instance *instance, Phase phase, const char *function)
+{
+    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run"};
+    if (!instance)
+        return 0;
+    if (instance->model.memory.phase == phase)
+        return 1;
+    model_report(&instance->model, ": %s belongs in %s, not in %s", function, phases[phase],
+                 phases[(int)instance->model.memory.phase]);
+    return 0;
+}
+
+static fmi3Status unsupported(Instance *instance, const char *what)
+{
+    if (instance)
+        model_report(&instance->model, ": %s", what);
+    return fmi3Error;
+}
+
+/* One value each: whether so many references go with so many values. */
+static int paired(Instance *instance, size_t references, size_t values)
+{
+    if (instance && references != values)
+        model_report(&instance->model, ": %lu value references and %lu values; give one each",
+                     (unsigned long)references, (unsigned long)values);
+    return instance && references == values;
+}
+
+const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+                                         const fmi3ValueReference required[], size_t required_count,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update)
+{
+    const char *problem = NULL;
+    Instance *instance = NULL;
+    (void)resources, (void)visible, (void)logging, (void)required, (void)required_count;
+    if (!name || !*name)
+        problem = WL_NAME ": an instance needs a name";
+    else if (!token || strcmp(token, WL_TOKEN) != 0)
+        problem = WL_NAME ": the instantiation token is not that of this FMU; take it from its modelDescription.xml";
+    else if (event_mode)
+        problem = WL_NAME ": has no event mode; instantiate it without";
+    else if (!(instance = calloc(1, sizeof *instance + strlen(name) + 1)))
+        problem = WL_NAME ": no memory for an instance";
+    if (problem) {
+        if (log)
+            log(environment, fmi3Error, "logStatusError", problem);
+        return NULL;
+    }
+    instance->name = (char *)(instance + 1);
+    strcpy(instance->name, name);
+    instance->environment = environment;
+    instance->log = log;
+    instance->update = WL_SAMPLED ? NULL : update;
+    instance->may_return_early = early_return;
+    instance->model.name = instance->name;
+    instance->model.report = report;
+    instance->model.host = instance;
+    model_reset(&instance->model);
+    return instance;
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    if (log)
+        log(environment, fmi3Error, "logStatusError", WL_NAME ": is for co-simulation, not for model exchange");
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                               fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)clock, (void)lock, (void)unlock;
+    if (log)
+        log(environment, fmi3Error, "logStatusError", WL_NAME ": is for co-simulation, not for scheduled execution");
+    return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance instance)
+{
+    free(instance);
+}
+
+/* There is nothing to switch: an instance speaks of errors alone, and of those always. */
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean logging, size_t count, const fmi3String categories[])
+{
+    (void)logging, (void)count, (void)categories;
+    return status(instance != NULL);
+}
+
+/* ---- phases ---- */
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance handle, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop)
+{
+    Instance *instance = handle;
+    (void)tolerance_defined, (void)tolerance;
+    if (!in_phase(instance, INSTANTIATED, "fmi3EnterInitializationMode")
+        || !model_set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL))
+        return fmi3Error;
+    instance->model.memory.phase = INITIALIZATION;
+    return fmi3OK;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance handle)
+{
+    Instance *instance = handle;
+    if (!in_phase(instance, INITIALIZATION, "fmi3ExitInitializationMode"))
+        return fmi3Error;
+    return status(model_initialize(&instance->model));
+}
+
+fmi3Status fmi3Terminate(fmi3Instance handle)
+{
+    Instance *instance = handle;
+    if (!in_phase(instance, STEPPING, "fmi3Terminate"))
+        return fmi3Error;
+    instance->model.memory.phase = TERMINATED;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance handle)
+{
+    Instance *instance = handle;
+    if (!instance)
+        return fmi3Error;
+    model_reset(&instance->model);
+    return fmi3OK;
+}
+
+#define NOT_HERE(name, parameters, unused, what) \
+    fmi3Status name parameters                   \
+    {                                            \
+        unused;                                  \
+        return unsupported(instance, what);      \
+    }
+
+NOT_HERE(fmi3EnterEventMode, (fmi3Instance instance), (void)0, WL_NAME " has no event mode")
+NOT_HERE(fmi3EnterStepMode, (fmi3Instance instance), (void)0, WL_NAME " has no event mode to leave")
+NOT_HERE(fmi3EnterConfigurationMode, (fmi3Instance instance), (void)0, WL_NAME " has no structural parameters")
+NOT_HERE(fmi3ExitConfigurationMode, (fmi3Instance instance), (void)0, WL_NAME " has no structural parameters")
+NOT_HERE(fmi3EvaluateDiscreteStates, (fmi3Instance instance), (void)0, WL_NAME " has no event mode")
+NOT_HERE(fmi3UpdateDiscreteStates,
+         (fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e,
+          fmi3Float64 *f),
+         ((void)a, (void)b, (void)c, (void)d, (void)e, (void)f), WL_NAME " has no event mode")
+
+/* Hosts look for the functions of the other interface types too. */
+#define ONLY_COSIMULATION WL_NAME " is for co-simulation alone"
+NOT_HERE(fmi3EnterContinuousTimeMode, (fmi3Instance instance), (void)0, ONLY_COSIMULATION)
+NOT_HERE(fmi3CompletedIntegratorStep, (fmi3Instance instance, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *c),
+         ((void)a, (void)b, (void)c), ONLY_COSIMULATION)
+NOT_HERE(fmi3SetTime, (fmi3Instance instance, fmi3Float64 t), (void)t, ONLY_COSIMULATION)
+NOT_HERE(fmi3SetContinuousStates, (fmi3Instance instance, const fmi3Float64 x[], size_t n), ((void)x, (void)n),
+         ONLY_COSIMULATION)
+NOT_HERE(fmi3GetContinuousStates, (fmi3Instance instance, fmi3Float64 x[], size_t n), ((void)x, (void)n),
+         ONLY_COSIMULATION)
+NOT_HERE(fmi3GetContinuousStateDerivatives, (fmi3Instance instance, fmi3Float64 x[], size_t n),
+         ((void)x, (void)n), ONLY_COSIMULATION)
+NOT_HERE(fmi3GetNominalsOfContinuousStates, (fmi3Instance instance, fmi3Float64 x[], size_t n),
+         ((void)x, (void)n), ONLY_COSIMULATION)
+NOT_HERE(fmi3GetEventIndicators, (fmi3Instance instance, fmi3Float64 x[], size_t n), ((void)x, (void)n),
+         ONLY_COSIMULATION)
+NOT_HERE(fmi3GetNumberOfEventIndicators, (fmi3Instance instance, size_t *n), (void)n, ONLY_COSIMULATION)
+NOT_HERE(fmi3GetNumberOfContinuousStates, (fmi3Instance instance, size_t *n), (void)n, ONLY_COSIMULATION)
+NOT_HERE(fmi3ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t),
+         ((void)r, (void)t), ONLY_COSIMULATION)
+
+/* ---- step ---- */
+
+static void between(void *host, double time, int finished, double *until)
+{
+    Instance *instance = host;
+    fmi3Boolean wanted = fmi3False, early = finished && instance->may_return_early;
+    fmi3Float64 earlier = time;
+    instance->update(instance->environment, time, !finished, finished, finished, early, &wanted, &earlier);
+    if (early && wanted && earlier < *until)
+        *until = earlier > time ? earlier : time;
+}
+
+fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_return,
+                      fmi3Boolean *event_needed, fmi3Boolean *terminate, fmi3Boolean *early_return,
+                      fmi3Float64 *last_time)
+{
+    Instance *instance = handle;
+    double reached = time;
+    (void)no_return;
+    if (!instance)
+        return fmi3Error;
+    int well = model_step(&instance->model, time, step, instance->update ? between : NULL, &reached);
+    if (event_needed)
+        *event_needed = fmi3False;
+    if (terminate)
+        *terminate = fmi3False;
+    if (early_return)
+        *early_return = well && reached < time + step;
+    if (last_time)
+        *last_time = instance->model.memory.time;
+    return status(well);
+}
+
+/* ---- values ---- */
+
+fmi3Status fmi3GetFloat64(fmi3Instance handle, const fmi3ValueReference references[], size_t count,
+                          fmi3Float64 values[], size_t value_count)
+{
+    Instance *instance = handle;
+    int well = paired(instance, count, value_count);
+    for (size_t i = 0; well && i < count; i++)
+        if (references[i] == VARIABLES)
+            values[i] = instance->model.memory.time;
+        else
+            well = model_get(&instance->model, references[i], REAL, &values[i]);
+    return status(well);
+}
+
+fmi3Status fmi3GetInt32(fmi3Instance handle, const fmi3ValueReference references[], size_t count, fmi3Int32 values[],
+                        size_t value_count)
+{
+    Instance *instance = handle;
+    int well = paired(instance, count, value_count);
+    for (size_t i = 0; well && i < count; i++) {
+        double value = 0;
+        well = model_get(&instance->model, references[i], INTEGER, &value);
+        values[i] = (fmi3Int32)value;
+    }
+    return status(well);
+}
+
+fmi3Status fmi3GetBoolean(fmi3Instance handle, const fmi3ValueReference references[], size_t count,
+                          fmi3Boolean values[], size_t value_count)
+{
+    Instance *instance = handle;
+    int well = paired(instance, count, value_count);
+    for (size_t i = 0; well && i < count; i++) {
+        double value = 0;
+        well = model_get(&instance->model, references[i], BOOLEAN, &value);
+        values[i] = value != 0;
+    }
+    return status(well);
+}
+
+#define SETTER(name, type, kind)                                                                                  \
+    fmi3Status name(fmi3Instance handle, const fmi3ValueReference references[], size_t count, const type values[], \
+                    size_t value_count)                                                                           \
+    {                                                                                                             \
+        Instance *instance = handle;                                                                              \
+        int well = paired(instance, count, value_count);                                                          \
+        for (size_t i = 0; well && i < count; i++)                                                                \
+            well = model_set(&instance->model, references[i], kind, values[i]);                                   \
+        return status(well);                                                                                      \
+    }
+
+SETTER(fmi3SetFloat64, fmi3Float64, REAL)
+SETTER(fmi3SetInt32, fmi3Int32, INTEGER)
+SETTER(fmi3SetBoolean, fmi3Boolean, BOOLEAN)
+
+/* Types that no variable has: nothing may be asked of them. */
+#define ABSENT_TYPE(type)                                                                                          \
+    fmi3Status fmi3Get##type(fmi3Instance instance, const fmi3ValueReference references[], size_t count,           \
+                             fmi3##type values[], size_t value_count)                                              \
+    {                                                                                                              \
+        (void)references, (void)values, (void)value_count;                                                         \
+        return count ? unsupported(instance, WL_NAME " has no variables of type " #type) : status(instance != NULL); \
+    }                                                                                                              \
+    fmi3Status fmi3Set##type(fmi3Instance instance, const fmi3ValueReference references[], size_t count,           \
+                             const fmi3##type values[], size_t value_count)                                        \
+    {                                                                                                              \
+        (void)references, (void)values, (void)value_count;                                                         \
+        return count ? unsupported(instance, WL_NAME " has no variables of type " #type) : status(instance != NULL); \
+    }
+
+ABSENT_TYPE(Float32)
+ABSENT_TYPE(Int8)
+ABSENT_TYPE(UInt8)
+ABSENT_TYPE(Int16)
+ABSENT_TYPE(UInt16)
+ABSENT_TYPE(UInt32)
+ABSENT_TYPE(Int64)
+ABSENT_TYPE(UInt64)
+ABSENT_TYPE(String)
+
+NOT_HERE(fmi3GetBinary,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, size_t s[], fmi3Binary v[], size_t m),
+         ((void)r, (void)n, (void)s, (void)v, (void)m), WL_NAME " has no variables of type Binary")
+NOT_HERE(fmi3SetBinary,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const size_t s[], const fmi3Binary v[],
+          size_t m),
+         ((void)r, (void)n, (void)s, (void)v, (void)m), WL_NAME " has no variables of type Binary")
+NOT_HERE(fmi3GetClock, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Clock v[]),
+         ((void)r, (void)n, (void)v), WL_NAME " has no clocks")
+NOT_HERE(fmi3SetClock, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Clock v[]),
+         ((void)r, (void)n, (void)v), WL_NAME " has no clocks")
+NOT_HERE(fmi3GetIntervalDecimal,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Float64 i[], fmi3IntervalQualifier q[]),
+         ((void)r, (void)n, (void)i, (void)q), WL_NAME " has no clocks")
+NOT_HERE(fmi3GetIntervalFraction,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3UInt64 c[], fmi3UInt64 s[],
+          fmi3IntervalQualifier q[]),
+         ((void)r, (void)n, (void)c, (void)s, (void)q), WL_NAME " has no clocks")
+NOT_HERE(fmi3GetShiftDecimal, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Float64 s[]),
+         ((void)r, (void)n, (void)s), WL_NAME " has no clocks")
+NOT_HERE(fmi3GetShiftFraction,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3UInt64 c[], fmi3UInt64 s[]),
+         ((void)r, (void)n, (void)c, (void)s), WL_NAME " has no clocks")
+NOT_HERE(fmi3SetIntervalDecimal,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Float64 i[]),
+         ((void)r, (void)n, (void)i), WL_NAME " has no clocks")
+NOT_HERE(fmi3SetIntervalFraction,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3UInt64 c[], const fmi3UInt64 s[]),
+         ((void)r, (void)n, (void)c, (void)s), WL_NAME " has no clocks")
+NOT_HERE(fmi3SetShiftDecimal, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Float64 s[]),
+         ((void)r, (void)n, (void)s), WL_NAME " has no clocks")
+NOT_HERE(fmi3SetShiftFraction,
+         (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3UInt64 c[], const fmi3UInt64 s[]),
+         ((void)r, (void)n, (void)c, (void)s), WL_NAME " has no clocks")
+NOT_HERE(fmi3GetNumberOfVariableDependencies, (fmi3Instance instance, fmi3ValueReference r, size_t *n),
+         ((void)r, (void)n), "dependencies are in modelDescription.xml")
+NOT_HERE(fmi3GetVariableDependencies,
+         (fmi3Instance instance, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t c[],
+          fmi3DependencyKind d[], size_t n),
+         ((void)r, (void)a, (void)b, (void)c, (void)d, (void)n), "dependencies are in modelDescription.xml")
+
+/* ---- derivatives ---- */
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance handle, const fmi3ValueReference references[], size_t count,
+                                    const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count)
+{
+    Instance *instance = handle;
+    int well = paired(instance, count, value_count);
+    for (size_t i = 0; well && i < count; i++)
+        well = model_output_derivative(&instance->model, references[i], orders[i], &values[i]);
+    return status(well);
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance handle, const fmi3ValueReference unknowns[], size_t unknown_count,
+                                        const fmi3ValueReference knowns[], size_t known_count,
+                                        const fmi3Float64 seed[], size_t seed_count, fmi3Float64 sensitivity[],
+                                        size_t sensitivity_count)
+{
+    Instance *instance = handle;
+    return status(paired(instance, known_count, seed_count) && paired(instance, unknown_count, sensitivity_count)
+                  && model_tangent(&instance->model, unknowns, unknown_count, knowns, known_count, seed,
+                                   sensitivity));
+}
+
+NOT_HERE(fmi3GetAdjointDerivative,
+         (fmi3Instance instance, const fmi3ValueReference u[], size_t un, const fmi3ValueReference k[], size_t kn,
+          const fmi3Float64 s[], size_t sn, fmi3Float64 v[], size_t vn),
+         ((void)u, (void)un, (void)k, (void)kn, (void)s, (void)sn, (void)v, (void)vn),
+         "gives directional derivatives, not adjoint ones")
+
+/* ---- states ---- */
+
+fmi3Status fmi3GetFMUState(fmi3Instance handle, fmi3FMUState *state)
+{
+    Instance *instance = handle;
+    if (!instance || !state)
+        return fmi3Error;
+    if (!*state)
+        *state = malloc(sizeof(Memory));
+    if (!*state)
+        return unsupported(instance, "no memory for a state");
+    memcpy(*state, &instance->model.memory, sizeof(Memory));
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance handle, fmi3FMUState state)
+{
+    Instance *instance = handle;
+    if (!instance || !state)
+        return unsupported(instance, "there is no state to go back to");
+    model_restore(&instance->model, state);
+    return fmi3OK;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
+{
+    if (!instance)
+        return fmi3Error;
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
+{
+    if (!instance || !state)
+        return unsupported(instance, "there is no state to serialise");
+    *size = model_serialized_size();
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size)
+{
+    if (!instance || !state)
+        return unsupported(instance, "there is no state to serialise");
+    if (size < model_serialized_size())
+        return unsupported(instance, "too few bytes for the serialised state; ask for its size");
+    model_serialize(state, bytes);
+    return fmi3OK;
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance handle, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
+{
+    Instance *instance = handle;
+    Memory memory;
+    if (!instance || !bytes || !state)
+        return fmi3Error;
+    if (!model_deserialize(&instance->model, bytes, size, &memory))
+        return fmi3Error;
+    if (!*state)
+        *state = malloc(sizeof(Memory));
+    if (!*state)
+        return unsupported(instance, "no memory for a state");
+    memcpy(*state, &memory, sizeof memory);
+    return fmi3OK;
+}

@@ -1,0 +1,549 @@
+#include "identity.h"
+#include "model.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Share of a sample time, or of a micro step, by which a communication point may miss it. */
+#define TICK_TOLERANCE 1e-9
+/* Share of time and step by which a host's sum of steps may miss our time. */
+#define CLOCK_TOLERANCE 1e-6
+
+#define LONGEST_STEP 1e9
+
+#define SENTENCE_SIZE 512
+
+/* ---- sentences ---- */
+
+void model_report(Model *model, const char *format, ...)
+{
+    char sentence[SENTENCE_SIZE];
+    int used = snprintf(sentence, sizeof sentence, "%s", model->name);
+    va_list arguments;
+    va_start(arguments, format);
+    if (used >= 0 && (size_t)used < sizeof sentence)
+        vsnprintf(sentence + used, sizeof sentence - (size_t)used, format, arguments);
+    va_end(arguments);
+    model->report(model->host, sentence);
+}
+
+/* What is wrong with one value, with %s for the unit; NULL where it is well. */
+static const char *fault(const Variable *variable, double value, double *bound)
+{
+    if (isnan(value))
+        return variable->flags & ACCEPTS_NAN ? NULL : " is not a number; give a value";
+    if (isinf(value))
+        return " is not finite; give a finite value";
+    *bound = 0;
+    if ((variable->flags & POSITIVE) && value <= 0)
+        return " is not positive; give a value above %g%s";
+    *bound = variable->minimum;
+    if ((variable->flags & HAS_MINIMUM) && value < variable->minimum)
+        return " is too low; give at least %g%s";
+    *bound = variable->maximum;
+    if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
+        return " is too high; give at most %g%s";
+    if (variable->kind != REAL && value != nearbyint(value))
+        return " is not a whole number; give one";
+    return NULL;
+}
+
+/* Whether a value lies within its variable's range; if not, the reason is reported. */
+static int within(Model *model, const Variable *variable, double value)
+{
+    double bound = 0;
+    const char *what = fault(variable, value, &bound);
+    char reason[SENTENCE_SIZE];
+    if (!what)
+        return 1;
+    snprintf(reason, sizeof reason, what, bound, variable->unit);
+    if (isnan(value))
+        model_report(model, ".%s: nan%s%s", variable->name, variable->unit, reason);
+    else
+        model_report(model, ".%s: %.6g%s%s", variable->name, value, variable->unit, reason);
+    return 0;
+}
+
+/* Shortest text that reads back as the same number. */
+static void shortest(double value, char *text, size_t size)
+{
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, size, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    if (!strpbrk(text, ".en"))
+        strncat(text, ".0", size - strlen(text) - 1);
+}
+
+/* Reports a sentence in which `{12}` stands for the parameter of that value reference. */
+static void report_check(Model *model, const char *sentence)
+{
+    char text[SENTENCE_SIZE], number[40];
+    size_t used = 0;
+    while (*sentence && used + 1 < sizeof text) {
+        if (*sentence != '{') {
+            text[used++] = *sentence++;
+            continue;
+        }
+        char *end;
+        long reference = strtol(sentence + 1, &end, 10);
+        double value = model->memory.parameters[reference];
+        if (*end == ':') {
+            char format[16] = "%";
+            size_t length = strcspn(++end, "}");
+            strncat(format, end, length < 12 ? length : 12);
+            snprintf(number, sizeof number, format, value);
+            end += length;
+        } else
+            shortest(value, number, sizeof number);
+        for (const char *digit = number; *digit && used + 1 < sizeof text; digit++)
+            text[used++] = *digit;
+        sentence = *end ? end + 1 : end;
+    }
+    text[used] = 0;
+    model_report(model, ".%s", text);
+}
+
+static int parameters_are_well(Model *model)
+{
+    int well = 1;
+    double margins[AT_LEAST_1(WL_CHECKS)];
+    for (int i = 0; i < WL_PARAMETERS; i++)
+        well &= within(model, &WL(variables)[i], model->memory.parameters[i]);
+    if (!well)
+        return 0;
+    WL(margins)(model->memory.parameters, margins);
+    for (int i = 0; i < WL_CHECKS; i++)
+        if (!(margins[i] >= 0)) {
+            report_check(model, WL(sentences)[i]);
+            well = 0;
+        }
+    return well;
+}
+
+static int inputs_are_well(Model *model, const double *inputs)
+{
+    int well = 1;
+    for (int i = 0; i < WL_INPUTS; i++) {
+        const Variable *variable = &WL(variables)[FIRST_INPUT + i];
+        double bound;
+        if (fault(variable, inputs[i], &bound))
+            well = within(model, variable, inputs[i]);
+    }
+    return well;
+}
+
+/* ---- values ---- */
+
+void model_reset(Model *model)
+{
+    Memory *memory = &model->memory;
+    memset(memory, 0, sizeof *memory);
+    for (int i = 0; i < WL_PARAMETERS; i++)
+        memory->parameters[i] = WL(variables)[i].start;
+    for (int i = 0; i < WL_INPUTS; i++)
+        memory->inputs[i] = WL(variables)[FIRST_INPUT + i].start;
+    memory->stop_time = HUGE_VAL;
+    memory->phase = INSTANTIATED;
+    model->begun = 0;
+    model->fresh = 0;
+}
+
+int model_set_times(Model *model, double start, double stop)
+{
+    if (!(fabs(start) < HUGE_VAL) || !(stop >= start)) {
+        model_report(model, ": a run from %g s to %g s; give a start, and a stop after it", start, stop);
+        return 0;
+    }
+    model->memory.start_time = model->memory.time = start;
+    model->memory.stop_time = stop;
+    model->fresh = 0;
+    model->begun = 0;
+    return 1;
+}
+
+/* Before the run the states follow parameters and inputs. */
+static void begin(Model *model)
+{
+    Memory *memory = &model->memory;
+    WL(settle)(memory->parameters, model->settled);
+#if WL_STATES
+    WL(begin)(memory->inputs, model->settled, memory->states);
+#endif
+    memory->samples = 0;
+    model->begun = 1;
+    model->fresh = 0;
+}
+
+static const Variable *variable_of(Model *model, unsigned reference, Kind kind)
+{
+    static const char *const kinds[] = {"a real number", "an integer", "a boolean"};
+    if (reference >= VARIABLES) {
+        model_report(model, ": value reference %u is unknown; " WL_NAME " has 0 to %d", reference, VARIABLES - 1);
+        return NULL;
+    }
+    if (WL(variables)[reference].kind != kind) {
+        model_report(model, ".%s: is %s, not %s", WL(variables)[reference].name,
+                     kinds[WL(variables)[reference].kind], kinds[kind]);
+        return NULL;
+    }
+    return &WL(variables)[reference];
+}
+
+int model_set(Model *model, unsigned reference, Kind kind, double value)
+{
+    Memory *memory = &model->memory;
+    const Variable *variable = variable_of(model, reference, kind);
+    if (!variable)
+        return 0;
+    if (reference < FIRST_INPUT) {
+        if (memory->phase >= STEPPING) {
+            model_report(model, ".%s: parameters are fixed once the run has begun; set it before initialization",
+                         variable->name);
+            return 0;
+        }
+        memory->parameters[reference] = value;
+    } else if (reference < FIRST_OUTPUT) {
+        if (memory->phase == TERMINATED) {
+            model_report(model, ".%s: the run has ended; reset the instance to set it", variable->name);
+            return 0;
+        }
+        memory->inputs[reference - FIRST_INPUT] = value;
+    } else {
+        model_report(model, ".%s: an output cannot be set; set an input", variable->name);
+        return 0;
+    }
+    model->fresh = 0;
+    model->begun &= memory->phase >= STEPPING;
+    return 1;
+}
+
+static double output(Model *model, const Variable *variable)
+{
+    const Memory *memory = &model->memory;
+    if (!model->begun)
+        begin(model);
+    if (!(model->fresh >> variable->group & 1)) {
+        WL(outputs)(variable->group, memory->states, memory->inputs, model->settled, &memory->time,
+                    model->outputs[variable->group]);
+        model->fresh |= 1ull << variable->group;
+    }
+    return model->outputs[variable->group][variable->position];
+}
+
+int model_get(Model *model, unsigned reference, Kind kind, double *value)
+{
+    const Variable *variable = variable_of(model, reference, kind);
+    if (!variable)
+        return 0;
+    if (reference < FIRST_INPUT)
+        *value = model->memory.parameters[reference];
+    else if (reference < FIRST_OUTPUT)
+        *value = model->memory.inputs[reference - FIRST_INPUT];
+    else
+        *value = output(model, variable);
+    return 1;
+}
+
+int model_initialize(Model *model)
+{
+    if (!parameters_are_well(model))
+        return 0;
+    begin(model);
+    model->memory.phase = STEPPING;
+    return 1;
+}
+
+/* ---- steps ---- */
+
+#if !WL_SAMPLED
+static long long micro_steps(double step)
+{
+    double count = ceil(step / WL_MICRO_STEP - TICK_TOLERANCE);
+    return count < 1 ? 1 : (long long)count;
+}
+
+static void advance(Model *model, const double *inputs, const double *later, double time, double step)
+{
+#if WL_STATES
+    double next[WL_STATES];
+    WL(advance)(model->memory.states, inputs, later, model->settled, &time, &step, next);
+    memcpy(model->memory.states, next, sizeof next);
+#endif
+}
+
+/* Inputs so long after the start of the step. */
+static void inputs_after(const Memory *memory, double elapsed, double *inputs)
+{
+    for (int i = 0; i < WL_INPUTS; i++)
+        inputs[i] = memory->inputs[i]
+                    + elapsed * (memory->input_slopes[i] + elapsed / 2 * memory->input_curvatures[i]);
+}
+
+static int integrate_along(Model *model, double time, double step)
+{
+    Memory *memory = &model->memory;
+    double inputs[2][AT_LEAST_1(WL_INPUTS)];
+    long long count = micro_steps(step);
+    double micro = step / (double)count;
+    inputs_after(memory, step, inputs[0]);
+    if (!inputs_are_well(model, inputs[0]))
+        return 0;
+    memcpy(inputs[0], memory->inputs, sizeof memory->inputs);
+    for (long long i = 0; i < count; i++) {
+        inputs_after(memory, (double)(i + 1) * micro, inputs[(i + 1) % 2]);
+        advance(model, inputs[i % 2], inputs[(i + 1) % 2], time + (double)i * micro, micro);
+    }
+    memcpy(memory->inputs, inputs[count % 2], sizeof memory->inputs);
+    for (int i = 0; i < WL_INPUTS; i++)
+        memory->input_slopes[i] += step * memory->input_curvatures[i];
+    return 1;
+}
+
+static void integrate(Model *model, double time, double step)
+{
+    long long count = micro_steps(step);
+    double micro = step / (double)count;
+    for (long long i = 0; i < count; i++)
+        advance(model, model->memory.inputs, model->memory.inputs, time + (double)i * micro, micro);
+}
+
+/* Stops between micro steps, where the host may give inputs, take outputs, and end the step early. */
+static int integrate_with_host(Model *model, double time, double step, Between between, double *reached)
+{
+    Memory *memory = &model->memory, before = *memory;
+    double inputs[AT_LEAST_1(WL_INPUTS)], until = time + step;
+    *reached = time;
+    while (*reached < until) {
+        double from = *reached, end = until;
+        long long count = micro_steps(end - from);
+        double micro = (end - from) / (double)count;
+        for (long long i = 0; i < count && until == end; i++) {
+            double next = i + 1 < count ? from + (double)(i + 1) * micro : end;
+            memcpy(inputs, memory->inputs, sizeof inputs);
+            between(model->host, next, 0, &until);
+            if (!inputs_are_well(model, memory->inputs)) {
+                *memory = before;
+                model->fresh = 0;
+                return 0;
+            }
+            advance(model, inputs, memory->inputs, from + (double)i * micro, micro);
+            memory->time = *reached = next;
+            model->fresh = 0;
+            between(model->host, next, 1, &until);
+        }
+    }
+    return 1;
+}
+#endif
+
+#if WL_SAMPLED
+static void sample_until(Model *model, double time)
+{
+    Memory *memory = &model->memory;
+    double period = memory->parameters[WL_SAMPLE_TIME], next[AT_LEAST_1(WL_STATES)];
+    double due = floor((time - memory->start_time) / period + TICK_TOLERANCE);
+    while (memory->samples < due) {
+        memory->samples += 1;
+        double instant = memory->start_time + memory->samples * period;
+        WL(advance)(memory->states, memory->inputs, model->settled, &instant, &period, next);
+        memcpy(memory->states, next, sizeof memory->states);
+    }
+}
+#endif
+
+static int step_is_well(Model *model, double time, double step)
+{
+    const Memory *memory = &model->memory;
+    if (memory->phase != STEPPING)
+        model_report(model, memory->phase < STEPPING ? ": a step before initialization; initialize it first"
+                                                     : ": a step after the end; reset the instance first");
+    else if (!(step > 0 && step <= LONGEST_STEP))
+        model_report(model, ": a step of %g s; give one above 0 s and at most %g s", step, LONGEST_STEP);
+    else if (!(fabs(time - memory->time) <= CLOCK_TOLERANCE * (fabs(time) + step)))
+        model_report(model, ": a step from %.9g s, but %.9g s is reached; step from there, or restore a state",
+                     time, memory->time);
+    else if (time + step > memory->stop_time + CLOCK_TOLERANCE * (fabs(time) + step))
+        model_report(model, ": a step to %.9g s, beyond the stop time; stop at %.9g s", time + step,
+                     memory->stop_time);
+    else
+        return inputs_are_well(model, memory->inputs);
+    return 0;
+}
+
+int model_step(Model *model, double time, double step, Between between, double *reached)
+{
+    Memory *memory = &model->memory;
+    if (!step_is_well(model, time, step))
+        return 0;
+    *reached = time + step;
+#if WL_SAMPLED
+    (void)between;
+    sample_until(model, *reached);
+#else
+    if (memory->interpolates == 2) {
+        memset(memory->input_slopes, 0, sizeof memory->input_slopes);
+        memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
+        memory->interpolates = 0;
+    }
+    if (between) {
+        if (!integrate_with_host(model, time, step, between, reached))
+            return 0;
+    } else if (memory->interpolates) {
+        if (!integrate_along(model, time, step))
+            return 0;
+        memory->interpolates = 2;
+    } else
+        integrate(model, time, step);
+#endif
+    memory->time = *reached;
+    model->fresh = 0;
+    return 1;
+}
+
+/* ---- derivatives ---- */
+
+int model_set_derivative(Model *model, unsigned reference, int order, double value)
+{
+    Memory *memory = &model->memory;
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (WL_SAMPLED || reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
+        model_report(model, ".%s: takes no derivative; only inputs of continuous components do", variable->name);
+        return 0;
+    }
+    if (order < 1 || order > 2) {
+        model_report(model, ".%s: a derivative of order %d; give order 1 or 2", variable->name, order);
+        return 0;
+    }
+    if (memory->interpolates == 2) {
+        memset(memory->input_slopes, 0, sizeof memory->input_slopes);
+        memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
+    }
+    memory->interpolates = 1;
+    (order == 1 ? memory->input_slopes : memory->input_curvatures)[reference - FIRST_INPUT] = value;
+    return 1;
+}
+
+int model_output_derivative(Model *model, unsigned reference, int order, double *value)
+{
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (WL_SAMPLED || reference < FIRST_OUTPUT || order != 1 || model->memory.phase < STEPPING) {
+        model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, once "
+                            "the run has begun", variable->name, order);
+        return 0;
+    }
+#if !WL_SAMPLED && WL_OUTPUTS
+    Memory *memory = &model->memory;
+    double slopes[AT_LEAST_1(WL_STATES)] = {0}, dtime = 1, derivatives[WL_OUTPUTS];
+#if WL_STATES
+    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, slopes);
+#endif
+    WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, slopes, memory->input_slopes,
+                &dtime, derivatives);
+    *value = derivatives[reference - FIRST_OUTPUT];
+#endif
+    return 1;
+}
+
+int model_tangent(Model *model, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
+                  size_t known_count, const double *seed, double *sensitivity)
+{
+    Memory *memory = &model->memory;
+    double dx[AT_LEAST_1(WL_STATES)] = {0}, du[AT_LEAST_1(WL_INPUTS)] = {0}, dtime = 0;
+    double dy[AT_LEAST_1(WL_OUTPUTS)] = {0};
+    for (size_t i = 0; i < known_count; i++) {
+        if (knowns[i] == VARIABLES) {
+            dtime += seed[i];
+            continue;
+        }
+        const Variable *variable = variable_of(model, knowns[i], REAL);
+        if (!variable)
+            return 0;
+        if (knowns[i] < FIRST_INPUT || knowns[i] >= FIRST_OUTPUT) {
+            model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
+            return 0;
+        }
+        du[knowns[i] - FIRST_INPUT] += seed[i];
+    }
+    for (size_t i = 0; i < unknown_count; i++) {
+        const Variable *variable = variable_of(model, unknowns[i], REAL);
+        if (!variable)
+            return 0;
+        if (unknowns[i] < FIRST_OUTPUT) {
+            model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
+            return 0;
+        }
+    }
+    if (!model->begun)
+        begin(model);
+#if WL_STATES
+    if (memory->phase < STEPPING)
+        WL(begin_tangent)(memory->inputs, model->settled, du, dx);
+#endif
+    WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, dx, du, &dtime, dy);
+    for (size_t i = 0; i < unknown_count; i++)
+        sensitivity[i] = dy[unknowns[i] - FIRST_OUTPUT];
+    return 1;
+}
+
+/* ---- memory ---- */
+
+/* A serialised state: which component and version it belongs to, then the numbers, least byte first. */
+#define STAMP "warmlink " WL_STATE_ID
+#define STAMP_SIZE (sizeof STAMP - 1)
+#define NUMBERS (sizeof(Memory) / sizeof(double))
+
+size_t model_serialized_size(void)
+{
+    return STAMP_SIZE + 8 * NUMBERS;
+}
+
+void model_serialize(const Memory *memory, unsigned char *bytes)
+{
+    const double *numbers = (const double *)memory;
+    memcpy(bytes, STAMP, STAMP_SIZE);
+    bytes += STAMP_SIZE;
+    for (size_t i = 0; i < NUMBERS; i++) {
+        unsigned long long bits;
+        memcpy(&bits, &numbers[i], 8);
+        for (int k = 0; k < 8; k++)
+            *bytes++ = (unsigned char)(bits >> 8 * k);
+    }
+}
+
+int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory)
+{
+    double *numbers = (double *)memory;
+    if (size != model_serialized_size() || memcmp(bytes, STAMP, STAMP_SIZE) != 0) {
+        model_report(model, ": the serialised state is not of this version of " WL_NAME
+                            "; serialise it anew with this FMU");
+        return 0;
+    }
+    bytes += STAMP_SIZE;
+    for (size_t i = 0; i < NUMBERS; i++) {
+        unsigned long long bits = 0;
+        for (int k = 0; k < 8; k++)
+            bits |= (unsigned long long)*bytes++ << 8 * k;
+        memcpy(&numbers[i], &bits, 8);
+    }
+    return 1;
+}
+
+void model_restore(Model *model, const Memory *memory)
+{
+    int settled = model->begun
+                  && !memcmp(model->memory.parameters, memory->parameters, sizeof memory->parameters);
+    model->memory = *memory;
+    model->fresh = 0;
+    model->begun = memory->phase >= STEPPING;
+    if (model->begun && !settled)
+        WL(settle)(memory->parameters, model->settled);
+}

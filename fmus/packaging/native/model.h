@@ -1,0 +1,106 @@
+/* The part of a native FMU that FMI 2.0 and FMI 3.0 share.
+
+   functions.c and variables.c, generated from the component's declaration, give what is declared below
+   under WL(...); model.c runs it; fmi2_cs.c and fmi3_cs.c speak with the host. */
+#ifndef WARMLINK_MODEL_H
+#define WARMLINK_MODEL_H
+
+#include <stddef.h>
+#include "component.h"
+
+#define WL_JOIN_(a, b) a##b
+#define WL_JOIN(a, b) WL_JOIN_(a, b)
+#define WL(name) WL_JOIN(WL_PREFIX, name)
+
+#define AT_LEAST_1(n) ((n) > 0 ? (n) : 1)
+
+typedef enum { REAL, INTEGER, BOOLEAN } Kind;
+enum { HAS_MINIMUM = 1, HAS_MAXIMUM = 2, POSITIVE = 4, ACCEPTS_NAN = 8 };
+
+typedef struct {
+    const char *name;
+    const char *unit; /* with a space before it; empty for a pure number */
+    double start, minimum, maximum;
+    Kind kind;
+    int flags;
+    int group, position; /* of an output: which outputs it is computed with, and where among them */
+} Variable;
+
+/* Generated. Vectors: states x, inputs u, parameters p, parameters and what they settle d. */
+extern const Variable WL(variables)[];
+extern const char *const WL(sentences)[];
+extern const int WL(group_sizes)[];
+
+void WL(settle)(const double *p, double *d);
+void WL(margins)(const double *p, double *margins);
+void WL(outputs)(int group, const double *x, const double *u, const double *d, const double *time, double *y);
+void WL(tangent)(const double *x, const double *u, const double *d, const double *time, const double *dx,
+                 const double *du, const double *dtime, double *dy);
+#if WL_STATES
+void WL(begin)(const double *u, const double *d, double *x);
+void WL(begin_tangent)(const double *u, const double *d, const double *du, double *dx);
+#endif
+#if WL_STATES && WL_SAMPLED
+void WL(advance)(const double *x, const double *u, const double *d, const double *time, const double *step,
+                 double *next);
+#elif WL_STATES
+void WL(advance)(const double *x, const double *u, const double *later, const double *d, const double *time,
+                 const double *step, double *next);
+void WL(rates)(const double *x, const double *u, const double *d, const double *time, double *slope);
+#endif
+
+#define FIRST_INPUT WL_PARAMETERS
+#define FIRST_OUTPUT (WL_PARAMETERS + WL_INPUTS)
+#define VARIABLES (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
+
+typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED } Phase;
+
+/* All that an instance remembers; an FMU state is a copy of it. */
+typedef struct {
+    double parameters[AT_LEAST_1(WL_PARAMETERS)];
+    double inputs[AT_LEAST_1(WL_INPUTS)];
+    double input_slopes[AT_LEAST_1(WL_INPUTS)];     /* first and second derivative by time, */
+    double input_curvatures[AT_LEAST_1(WL_INPUTS)]; /* good for the step to come */
+    double states[AT_LEAST_1(WL_STATES)];
+    double start_time, stop_time, time; /* s; without a stop time it is infinite */
+    double samples;
+    double phase;
+    double interpolates; /* whether an input has a derivative */
+} Memory;
+
+typedef void (*Report)(void *host, const char *sentence);
+
+typedef struct {
+    Memory memory;
+    double settled[AT_LEAST_1(WL_SETTLED)];
+    double outputs[AT_LEAST_1(WL_GROUPS)][AT_LEAST_1(WL_LARGEST_GROUP)];
+    unsigned long long fresh; /* a bit for each group of outputs that is up to date */
+    int begun;                /* before the run: whether `settled` and the states follow the parameters */
+    const char *name;
+    Report report;
+    void *host;
+} Model;
+
+/* Called within a step, before a micro step to `time` and after it; the host may bring `*until` forward. */
+typedef void (*Between)(void *host, double time, int finished, double *until);
+
+/* Each returns whether it succeeded; if not, a sentence has been reported and nothing has changed. */
+void model_reset(Model *model);
+int model_set(Model *model, unsigned reference, Kind kind, double value);
+int model_get(Model *model, unsigned reference, Kind kind, double *value);
+int model_set_times(Model *model, double start, double stop);
+int model_initialize(Model *model);
+int model_step(Model *model, double time, double step, Between between, double *reached);
+int model_set_derivative(Model *model, unsigned reference, int order, double value);
+int model_output_derivative(Model *model, unsigned reference, int order, double *value);
+int model_tangent(Model *model, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
+                  size_t known_count, const double *seed, double *sensitivity);
+
+size_t model_serialized_size(void);
+void model_serialize(const Memory *memory, unsigned char *bytes);
+int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory);
+void model_restore(Model *model, const Memory *memory);
+
+void model_report(Model *model, const char *format, ...);
+
+#endif

@@ -1,0 +1,77 @@
+"""Recorded columns with their times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.master.communication import CommunicationPoints
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Table:
+    """Values at the first communication points of a run; a file on disk may stand behind them.
+
+    Attributes
+    ----------
+    names : tuple of str
+        As `slave.variable`.
+    units : mapping
+        Unit by name; None where the slave gives none.
+    points : CommunicationPoints
+        The run's.
+    values : ndarray, shape (points, columns)
+        In those units.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        units: Mapping[str, str | None],
+        points: CommunicationPoints,
+        values: NDArray[np.float64],
+    ) -> None:
+        self.names = tuple(names)
+        self.units = dict(units)
+        self.points = points
+        self.values = values
+        self._column = {name: column for column, name in enumerate(self.names)}
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times in s, shape (points,)."""
+        rows = np.arange(len(self), dtype=np.float64)
+        return self.points.start_time + rows * self.points.step_size
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._column
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Give one column, shape (points,)."""
+        if name not in self._column:
+            raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
+        return self.values[:, self._column[name]]
+
+    def head(self, rows: int) -> Table:
+        """Give the first rows."""
+        return Table(self.names, self.units, self.points, self.values[:rows])
+
+    def heading(self, name: str) -> str:
+        """Give a column's heading, as `link.elongation [m]`."""
+        return f"{name} [{self.units[name] or '1'}]"
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Give a data frame whose columns are named `time [s]`, `link.elongation [m]` and so on."""
+        import pandas
+
+        frame = pandas.DataFrame(np.asarray(self.values), columns=[self.heading(name) for name in self.names])
+        frame.insert(0, "time [s]", self.times)
+        return frame

@@ -1,0 +1,161 @@
+"""How long a step takes: native FMU, Python FMU, and the generated step alone in a loop of plain C."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.build import build_python_fmus
+from warmlink.fmus.packaging.catalogue import Entry, catalogue
+
+_LOOP = Path(__file__).with_suffix(".c")
+_NATIVE_STEPS, _PYTHON_STEPS = 100_000, 1_000
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Times of one communication step of a component, in µs: the best of several runs.
+
+    Attributes
+    ----------
+    component : its name
+    step : communication step size in s
+    bare : the generated step alone, in a loop of C; 0 for a component without states
+    native : through FMI 2.0, from C: inputs set, step, one output got
+    python : the same calls on the Python FMU
+    instance_bytes : memory of an instance of the native FMU
+    """
+
+    component: str
+    step: float
+    bare: float
+    native: float
+    python: float
+    instance_bytes: int
+
+    @property
+    def times_faster(self) -> float:
+        """How many times faster the native FMU is than the Python one."""
+        return self.python / self.native
+
+
+def bench_fmus(entries: Iterable[Entry] | None = None) -> Iterator[StepTimes]:
+    """Build and time components one after the other, their own step sizes and start values.
+
+    Parameters
+    ----------
+    entries : components; all there are where none are given
+
+    Raises
+    ------
+    InputError
+        If there is no C compiler, or the system loads libraries otherwise than POSIX does.
+    """
+    if sys.platform == "win32":
+        raise InputError("the benchmark's C loop loads libraries as POSIX does; run it on Linux or macOS")
+    for entry in entries if entries is not None else catalogue():
+        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+            yield _times(entry, Path(work))
+
+
+def times_table(times: Iterable[StepTimes]) -> str:
+    """Times as lines of text."""
+    lines = [f"{'µs a step':24}{'step':>8}{'bare C':>9}{'native':>9}{'python':>9}{'faster':>8}{'memory':>10}"]
+    for each in times:
+        bare = f"{each.bare:.3f}" if each.bare else "-"
+        lines.append(
+            f"{each.component:24}{each.step:>6g} s{bare:>9}{each.native:>9.3f}{each.python:>9.1f}"
+            f"{each.times_faster:>7.0f}x{each.instance_bytes / 1024:>6.1f} KiB"
+        )
+    return "\n".join(lines)
+
+
+def _times(entry: Entry, work: Path) -> StepTimes:
+    from fmpy import extract, read_model_description
+
+    from warmlink.fmus.packaging.compile import compilers, platforms_named
+    from warmlink.fmus.packaging.native_fmu import header_folder, native_fmu_files, native_sources
+
+    component = entry.component
+    (compiler,) = compilers(platforms_named(None))
+    files = native_fmu_files(entry, "2.0", [compiler])
+    library = work / "library.so"
+    library.write_bytes(next(content for path, content in files.items() if path.startswith("binaries/")))
+    sources, _ = native_sources(component, "2.0")
+    for name, text in sources.items():
+        (work / name).write_text(text, encoding="utf-8")
+    units = ("starting.c", "running.c", "variables.c")
+    command = [*compiler.command, *compiler.flags[1:], f"-I{header_folder()}", "-I.", str(_LOOP), *units]
+    subprocess.run([*command, "-o", "bench", "-ldl", "-lm"], cwd=work, check=True, capture_output=True)
+
+    (work / "modelDescription.xml").write_bytes(files["modelDescription.xml"])
+    guid = read_model_description(str(work), validate=False).guid
+    step = component.default_step_size
+    loop = subprocess.run(
+        [str(work / "bench"), str(library), guid, str(_NATIVE_STEPS), repr(step)],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    native, bare = map(float, loop.stdout.split())
+    (python_fmu,) = build_python_fmus([entry], work)
+    folder = work / "python_fmu"
+    extract(str(python_fmu), str(folder))
+    return StepTimes(
+        component.name,
+        step,
+        bare,
+        native,
+        _python_time(entry, folder),
+        _instance_bytes(sources, work, compiler.command),
+    )
+
+
+def _python_time(entry: Entry, folder: Path) -> float:
+    """Time in µs of a step of the Python FMU, best of a few runs."""
+    from fmpy import read_model_description
+    from fmpy.fmi2 import FMU2Slave
+
+    component = entry.component
+    description = read_model_description(str(folder), validate=False)
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=str(folder),
+        modelIdentifier=component.name,
+        instanceName="bench",
+    )
+    slave.instantiate()
+    slave.setupExperiment()
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    inputs = [s for s in component.scalars() if s.variable in component.inputs and s.variable.type == "Real"]
+    references, values = [s.reference for s in inputs], [s.start for s in inputs]
+    output = [component.p.size + component.u.size]
+    step, reached, best = component.default_step_size, 0, float("inf")
+    for _ in range(3):
+        began = time.perf_counter()
+        for i in range(reached, reached + _PYTHON_STEPS):
+            slave.setReal(references, values)
+            slave.doStep(i * step, step)
+            slave.getReal(output)
+        best = min(best, (time.perf_counter() - began) / _PYTHON_STEPS)
+        reached += _PYTHON_STEPS
+    slave.terminate()
+    slave.freeInstance()
+    return best * 1e6
+
+
+def _instance_bytes(sources: dict[str, str], work: Path, compiler: tuple[str, ...]) -> int:
+    """Size of the structure that an instance is, and of its name."""
+    (work / "size.c").write_text(
+        '#include <stdio.h>\n#include "model.h"\nint main(void) { printf("%zu", sizeof(Model)); return 0; }\n'
+    )
+    subprocess.run([*compiler, "-I.", "size.c", "-o", "size"], cwd=work, check=True, capture_output=True)
+    done = subprocess.run([str(work / "size")], check=True, capture_output=True, text=True)
+    return int(done.stdout)

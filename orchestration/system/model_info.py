@@ -1,0 +1,153 @@
+"""What is known of an FMU before it is loaded: its variables, its dependencies and what it can do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
+from warmlink.orchestration.system.units import Unit
+
+FMI2_TYPES: dict[str, ConnectorType] = {
+    "Real": "Real",
+    "Integer": "Integer",
+    "Boolean": "Boolean",
+    "String": "String",
+    "Enumeration": "Enumeration",
+}
+FMI3_TYPES: dict[str, ConnectorType] = {
+    "Float32": "Real",
+    "Float64": "Real",
+    "Int8": "Integer",
+    "UInt8": "Integer",
+    "Int16": "Integer",
+    "UInt16": "Integer",
+    "Int32": "Integer",
+    "UInt32": "Integer",
+    "Int64": "Integer",
+    "UInt64": "Integer",
+    "Boolean": "Boolean",
+    "String": "String",
+    "Enumeration": "Enumeration",
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable, or an array that nobody here can connect (`dimensions` is then not empty).
+
+    Parameters
+    ----------
+    type
+        As the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on.
+    kind
+        The five types that connectors know; None for those that cannot be connected (Binary, Clock).
+    causality, variability, initial
+        With the standard's defaults filled in; `initial` is None where none applies.
+    unit, display_unit
+        From the variable or from its declared type.
+    start
+        As given, converted to a Python value; an Enumeration's is its integer.
+    min, max, nominal
+        In `unit`; None where the FMU gives none.
+    relative
+        Whether the value is a difference (`relativeQuantity`), to which unit offsets do not apply.
+    items
+        Names of an Enumeration's items with their integers.
+    dimensions
+        Sizes of an array, 0 where a structural parameter gives the size; empty for a scalar.
+    """
+
+    name: str
+    value_reference: int
+    type: str
+    kind: ConnectorType | None
+    causality: str
+    variability: str
+    initial: str | None = None
+    unit: str | None = None
+    display_unit: str | None = None
+    start: Value | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+    relative: bool = False
+    description: str = ""
+    items: dict[str, int] = field(default_factory=dict)
+    dimensions: tuple[int, ...] = ()
+
+    @property
+    def settable(self) -> bool:
+        """Whether a start value may be set before initialization (FMI 2.0 section 2.2.7, FMI 3.0 2.4.7.4)."""
+        return self.variability != "constant" and self.initial in ("exact", "approx")
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What a co-simulation slave says it can do; False or 0 where its FMI version has no such flag."""
+
+    variable_step: bool = False
+    get_set_state: bool = False
+    serialize_state: bool = False
+    directional_derivatives: bool = False
+    adjoint_derivatives: bool = False
+    interpolate_inputs: bool = False
+    max_output_derivative_order: int = 0
+    needs_execution_tool: bool = False
+    once_per_process: bool = False
+    own_memory_functions: bool = False
+    asynchronous: bool = False
+    event_mode: bool = False
+    early_return: bool = False
+    intermediate_update: bool = False
+    fixed_internal_step_size: float | None = None
+
+
+@dataclass(frozen=True)
+class ModelInfo:
+    """An FMU's description, as a master and a checker need it.
+
+    Parameters
+    ----------
+    path
+        The .fmu file it was read from.
+    fmi_version
+        `2.0` or `3.0`, whatever the minor version.
+    guid
+        FMI 2.0 `guid` or FMI 3.0 `instantiationToken`.
+    variables
+        By name, in the FMU's order; aliases of FMI 3.0 under their own names too.
+    outputs
+        Names, in the order of ModelStructure.
+    dependencies
+        For each output the names it depends on; None where the FMU declares nothing, which means all.
+    initial_unknowns
+        As `dependencies`, for what is computed at initialization.
+    tolerance
+        Relative tolerance of the default experiment.
+    """
+
+    path: Path
+    fmi_version: str
+    model_name: str
+    model_identifier: str
+    guid: str
+    description: str
+    variables: dict[str, Variable]
+    outputs: tuple[str, ...]
+    dependencies: dict[str, tuple[str, ...] | None]
+    initial_unknowns: dict[str, tuple[str, ...] | None]
+    capabilities: Capabilities
+    default_experiment: DefaultExperiment
+    tolerance: float | None
+    units: dict[str, Unit]
+
+    def with_causality(self, causality: str) -> tuple[str, ...]:
+        """Give the names of the variables of one causality, in the FMU's order."""
+        return tuple(v.name for v in self.variables.values() if v.causality == causality)
+
+    def feedthrough(self, output: str) -> frozenset[str]:
+        """Give the inputs on which an output directly depends; all of them where nothing is declared."""
+        inputs = frozenset(self.with_causality("input"))
+        declared = self.dependencies.get(output)
+        return inputs if declared is None else inputs.intersection(declared)

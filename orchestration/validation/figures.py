@@ -1,0 +1,216 @@
+"""The content of the paper's Figures 2 to 8, computed; its own curves are pictures and are not drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warmlink.orchestration.report.figures import styled
+from warmlink.orchestration.validation.cases import ZERO_CELSIUS
+from warmlink.orchestration.validation.data import load_geometry, load_paper
+from warmlink.orchestration.validation.results import CaseResult, Reproduction
+from warmlink.orchestration.validation.statements import front_profile
+from warmlink.orchestration.validation.surface import outer_surface, plan_lines
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+FEA, LINK, ANALYTIC, PAPER, PALE = "#0b5d9c", "#d9730d", "#6b7a86", "#111111", "#c9d2d9"
+#: Displacements are drawn so many times larger, as in Figure 7 of the paper.
+MAGNIFICATION = 100.0
+HEIGHT = 440
+
+
+def figures(result: Reproduction) -> dict[str, Figure]:
+    """Draw every figure; the keys are headings."""
+    still, moving = result.cases["stationary"], result.cases["moving"]
+    return {
+        "Temperature along the link after an hour (Figures 2 and 4)": steady_profiles(still, moving),
+        "Stationary case: temperature and elongation (Figure 3)": stationary_history(still),
+        "Moving case: temperature (Figure 5)": temperature_history(moving),
+        "Moving case: temperature after an hour, fringe plot (Figure 6)": fringe_plot(moving),
+        "Moving case: deformed link, displacement x 100 (Figure 7)": deformed_link(moving),
+        "Moving case: elongation (Figure 8)": elongation_history(moving),
+        "What was tried: elongation after an hour": attempts_chart(result),
+    }
+
+
+def steady_profiles(still: CaseResult, moving: CaseResult) -> Figure:
+    """Temperature over position for both cases, with the temperatures that the paper prints."""
+    from plotly import graph_objects as go
+
+    figure = go.Figure()
+    g, paper = load_geometry(), load_paper()["moving"]
+    for result, dash in ((still, "dot"), (moving, "solid")):
+        x, temperature = front_profile(result)
+        name = f"3-D FEA, {result.case.name}"
+        figure.add_scatter(
+            x=x * 1e3, y=temperature - ZERO_CELSIUS, name=name, line={"color": FEA, "dash": dash}
+        )
+        places = [g.shaft_centre, g.shaft_centre + g.span / 2, g.diode_centre]
+        link = [result.link.temperature[w][-1] - ZERO_CELSIUS for w in ("base", "middle", "tip")]
+        figure.add_scatter(
+            x=np.array(places) * 1e3, y=link, name=f"1-D link, {result.case.name}", mode="markers",
+            marker={"color": LINK, "symbol": "circle" if dash == "solid" else "circle-open", "size": 9},
+        )  # fmt: skip
+    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
+        figure.add_scatter(
+            x=[g.shaft_centre * 1e3, g.diode_centre * 1e3],
+            y=[paper[f"base_{kind}"].value, paper[f"tip_{kind}"].value],
+            name=f"paper, moving, {kind}", mode="markers",
+            marker={"color": PAPER, "symbol": symbol, "size": 10},
+        )  # fmt: skip
+    return _dressed(figure, "position along the link [mm]", "temperature [°C]")
+
+
+def stationary_history(still: CaseResult) -> Figure:
+    """Elongation by all models, and the temperatures of the finite elements, over the hour."""
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(rows=1, cols=2, subplot_titles=("temperature [°C]", "elongation [µm]"))
+    _add_temperatures(figure, still)
+    _add_elongations(figure, still, row=1, col=2)
+    figure.add_scatter(
+        x=still.fea.time, y=still.printed * 1e6, name="Eq. (4) as printed",
+        line={"color": ANALYTIC, "dash": "dot"}, row=1, col=2,
+    )  # fmt: skip
+    figure.update_yaxes(range=[0, 105], row=1, col=2)
+    figure.update_xaxes(title_text="time [s]")
+    return _dressed(figure, None, None)
+
+
+def temperature_history(moving: CaseResult) -> Figure:
+    """Temperatures above shaft and diode, with the paper's two steady values of each."""
+    from plotly import graph_objects as go
+
+    figure = go.Figure()
+    _add_temperatures(figure, moving)
+    paper, end = load_paper()["moving"], moving.case.duration
+    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
+        figure.add_scatter(
+            x=[end, end], y=[paper[f"{where}_{kind}"].value for where in ("base", "tip")],
+            name=f"paper, {kind}", mode="markers", cliponaxis=False,
+            marker={"color": PAPER, "symbol": symbol, "size": 10},
+        )  # fmt: skip
+    return _dressed(figure, "time [s]", "temperature [°C]")
+
+
+def fringe_plot(moving: CaseResult) -> Figure:
+    """Outer surface of link, shaft and diode, coloured in bands of temperature."""
+    from plotly import graph_objects as go
+
+    temperature = moving.fea.final - ZERO_CELSIUS
+    x, y, z = moving.body.mesh.p * 1e3
+    i, j, k = outer_surface(moving.body.mesh).triangles
+    figure = go.Figure(
+        go.Mesh3d(
+            x=x, y=y, z=z, i=i, j=j, k=k, intensity=temperature, colorscale=_bands(10), flatshading=True,
+            colorbar={"title": "°C"}, lighting={"ambient": 0.75, "diffuse": 0.4, "specular": 0.0},
+            hovertemplate="%{intensity:.1f} °C<extra></extra>",
+        )
+    )  # fmt: skip
+    figure.update_layout(
+        scene={
+            "aspectmode": "data",
+            "xaxis": {"title": "x [mm]"},
+            "yaxis": {"visible": False},
+            "zaxis": {"visible": False},
+            "camera": {"eye": {"x": 0.13, "y": -0.85, "z": 0.47}, "projection": {"type": "orthographic"}},
+        }
+    )
+    return _dressed(figure, None, None)
+
+
+def deformed_link(moving: CaseResult) -> Figure:
+    """Front of the link in plan, undeformed and with its displacement magnified."""
+    from plotly import graph_objects as go
+
+    mesh = moving.body.mesh
+    figure = go.Figure()
+    for name, points, colour in (
+        ("undeformed", mesh.p, PALE),
+        ("deformed", mesh.p + MAGNIFICATION * moving.displacement, FEA),
+    ):
+        x, y = plan_lines(mesh, points * 1e3, load_geometry().thickness)
+        figure.add_scatter(x=x, y=y, name=name, mode="lines", line={"color": colour, "width": 1})
+    figure.update_yaxes(scaleanchor="x", scaleratio=1)
+    figure.update_xaxes(range=[-10, 1e3 * load_geometry().length + 20])
+    return _dressed(figure, "x [mm]", "y [mm]")
+
+
+def elongation_history(moving: CaseResult) -> Figure:
+    """Elongation over the hour, with the two final values of Table III."""
+    from plotly import graph_objects as go
+
+    figure = go.Figure()
+    _add_elongations(figure, moving)
+    paper, end = load_paper()["moving"], moving.case.duration
+    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
+        figure.add_scatter(
+            x=[end], y=[paper[f"elongation_{kind}"].value], name=f"paper, {kind}", mode="markers",
+            cliponaxis=False, marker={"color": PAPER, "symbol": symbol, "size": 10},
+        )  # fmt: skip
+    return _dressed(figure, "time [s]", "elongation [µm]")
+
+
+def attempts_chart(result: Reproduction) -> Figure:
+    """Elongation after an hour by every attempt, beside what was measured."""
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(
+        rows=1, cols=2, subplot_titles=("stationary [µm]", "moving [µm]"), shared_yaxes=True
+    )
+    for column, case in enumerate(("stationary", "moving"), start=1):
+        attempts = [a for a in result.attempts if a.case == case][::-1]
+        figure.add_bar(
+            x=[a.elongation for a in attempts], y=[a.name for a in attempts], orientation="h",
+            text=[f"{a.elongation:.1f}" for a in attempts], marker_color=FEA, showlegend=False,
+            row=1, col=column,
+        )  # fmt: skip
+        measured = load_paper()[case]["elongation_measured"].value
+        figure.add_vline(x=measured, line={"color": PAPER, "dash": "dash"}, row=1, col=column)
+        figure.add_scatter(
+            x=[None], y=[None], mode="lines", name="measured", line={"color": PAPER, "dash": "dash"},
+            showlegend=column == 1, row=1, col=column,
+        )  # fmt: skip
+    return _dressed(figure, None, None)
+
+
+def _add_temperatures(figure: Figure, result: CaseResult) -> None:
+    for where, dash, place in (("base", "solid", "shaft"), ("tip", "dash", "diode")):
+        for name, history, colour in (("3-D FEA", result.fea, FEA), ("1-D link", result.link, LINK)):
+            figure.add_scatter(
+                x=history.time, y=history.temperature[where] - ZERO_CELSIUS,
+                name=f"{name}, above the {place}", line={"color": colour, "dash": dash},
+            )  # fmt: skip
+
+
+def _add_elongations(figure: Figure, result: CaseResult, **cell: int) -> None:
+    for name, values, colour, dash in (
+        ("3-D FEA, elongation", result.fea.elongation, FEA, "solid"),
+        ("1-D link, elongation", result.link.elongation, LINK, "solid"),
+        ("corrected Eq. (4)", result.corrected, ANALYTIC, "solid"),
+    ):
+        figure.add_scatter(
+            x=result.fea.time, y=values * 1e6, name=name, line={"color": colour, "dash": dash}, **cell
+        )
+
+
+def _bands(count: int) -> list[tuple[float, str]]:
+    """A colour scale of equal steps, as a fringe plot has."""
+    from plotly.colors import sample_colorscale
+
+    colours = sample_colorscale("Turbo", np.linspace(0.05, 0.95, count).tolist())
+    return [(edge / count, colour) for i, colour in enumerate(colours) for edge in (i, i + 1)]
+
+
+def _dressed(figure: Figure, x_title: str | None, y_title: str | None) -> Figure:
+    styled(figure, HEIGHT)
+    # Below, the legend leaves the room above to the titles of several plots in one figure.
+    figure.update_layout(legend={"y": -0.18, "yanchor": "top"}, margin={"l": 70, "r": 20, "t": 60, "b": 50})
+    if x_title:
+        figure.update_xaxes(title_text=x_title)
+    if y_title:
+        figure.update_yaxes(title_text=y_title)
+    return figure

@@ -1,0 +1,99 @@
+"""What a reproduction of the paper consists of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.validation.agreement import Agreement
+from warmlink.orchestration.validation.cases import Case
+from warmlink.orchestration.validation.fea.mesh import Body
+from warmlink.orchestration.validation.fea.simulate import History
+from warmlink.orchestration.validation.link_model import LinkHistory
+from warmlink.orchestration.validation.tried import Attempt, Consistency
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of the paper and ours for it; None where a column has no such number.
+
+    `unit` is that of all columns; `place` says where the paper prints it; `note` what is behind a difference.
+    """
+
+    place: str
+    case: str
+    quantity: str
+    unit: str
+    measured: float | None
+    predicted: float | None
+    printed_eq4: float | None
+    corrected: float | None
+    link: float | None
+    fea: float | None
+    note: str
+
+    @property
+    def difference(self) -> float | None:
+        """3-D FEA minus the measured number, or minus the predicted one where nothing was measured."""
+        against = self.measured if self.measured is not None else self.predicted
+        return None if against is None or self.fea is None else self.fea - against
+
+    @property
+    def difference_percent(self) -> float | None:
+        """The difference relative to the paper's number [%]; None for temperatures."""
+        against = self.measured if self.measured is not None else self.predicted
+        if self.difference is None or against is None or self.unit == "degC":
+            return None
+        return 100 * self.difference / against
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A sentence of the paper that can be held against the models: whether it holds, and the figures."""
+
+    place: str
+    claim: str
+    holds: bool
+    figures: str
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """One mesh of a convergence study: after an hour, tip temperature [degC] and elongation [um]."""
+
+    body: str
+    refinement: int
+    tip: float
+    elongation: float
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """Both models' histories of a case, as described in the paper, with the body and the Fea that ran it."""
+
+    case: Case
+    fea: History
+    link: LinkHistory
+    body: Body
+    displacement: Array
+    corrected: Array
+    printed: Array
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Everything that `warmlink reproduce` shows."""
+
+    rows: tuple[Row, ...]
+    statements: tuple[Statement, ...]
+    attempts: tuple[Attempt, ...]
+    pad_gaps: dict[str, float]
+    consistency: tuple[Consistency, ...]
+    findings: tuple[str, ...]
+    refinements: tuple[Refinement, ...]
+    agreements: tuple[Agreement, ...]
+    cases: dict[str, CaseResult]

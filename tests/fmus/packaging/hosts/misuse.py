@@ -1,0 +1,103 @@
+"""Use an FMU of MotorHeatSource in every wrong way; what it answers is asserted here, in this process."""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import sys
+
+from slave import OK, Slave
+
+DISCARD = 2
+fmu = sys.argv[1]
+cold = {"speed": 3.0, "torque": 2.0}
+
+
+def refused(slave: Slave, time: float, step: float, *words: str) -> None:
+    slave.messages.clear()
+    assert slave.step(time, step) == DISCARD
+    (sentence,) = slave.sentences("logStatusDiscard")
+    assert all(word in sentence for word in words), sentence
+
+
+# Parameters out of range are held until the first step, and never recovered from.
+bad = Slave(fmu).initialize(cold | {"joint_conductance": -1.0})
+refused(bad, 0.0, 1.0, "one.joint_conductance: -1 W/K is too low", "give at least 0 W/K")
+assert all(map(math.isnan, bad.get("heat_flow", "shaft_temperature")))
+
+# An input out of range refuses the step and leaves everything as it was.
+slave = Slave(fmu).initialize(cold)
+assert slave.step(0.0, 1.0) == OK
+before = slave.bits()
+slave.set({"torque": math.nan})
+refused(slave, 1.0, 1.0, "one.torque", "not a number")
+slave.set({"torque": 2.0})
+assert slave.bits() == before
+assert slave.step(1.0, 1.0) == OK
+
+# A host that goes on all the same reads NaN until it restores a state.
+slave.set({"pad_mode": 7})
+state = slave.fmu.getFMUState()
+refused(slave, 2.0, 1.0, "one.pad_mode", "at most 2")
+slave.set({"pad_mode": 0})
+refused(slave, 3.0, 1.0, "from 3 s", "from 2 s was refused")
+assert math.isnan(*slave.get("heat_flow"))
+slave.fmu.setFMUState(state)
+assert slave.get("heat_flow") != [math.nan]
+slave.set({"pad_mode": 0})
+assert slave.step(2.0, 1.0) == OK
+
+# Parameters are fixed, outputs are not set, references must exist: heard at once, and by the next step.
+slave.messages.clear()
+slave.set({"joint_conductance": 2.0})
+assert "fixed once the run has begun" in slave.sentences("logStatusError")[0]
+refused(slave, 3.0, 1.0, "joint_conductance")
+assert slave.get("joint_conductance") == [1.0]
+assert slave.step(3.0, 1.0) == OK
+slave.set({"heat_flow": 1.0})
+refused(slave, 4.0, 1.0, "heat_flow: an output cannot be set")
+for reference in (999, 2**32 - 1, slave.variables["pad_mode"].valueReference):
+    assert math.isnan(*slave.fmu.getReal([reference]))
+    refused(slave, 4.0, 1.0, "no Real variable has the value reference")
+slave.fmu.getString([0])
+refused(slave, 4.0, 1.0, "no String variable")
+refused(slave, 4.0, -1.0, "a step of -1 s")
+assert slave.step(4.0, 1.0) == OK
+
+# Serialised states that are broken or of another version are not taken.
+stored = slave.fmu.serializeFMUState(slave.fmu.getFMUState())
+before = slave.bits()
+other = stored.replace(b"warmlink_motor_heat_source_", b"warmlink_motor_heat_source_0", 1)
+for wrong, word in (
+    (stored[:-9], "cannot be read"),
+    (b"\xff\x00", "cannot be read"),
+    (other, "another version"),
+):
+    slave.fmu.setFMUState(slave.fmu.deSerializeFMUstate(wrong))
+    refused(slave, 5.0, 1.0, word)
+assert slave.bits() == before
+assert slave.step(5.0, 1.0) == OK
+
+# A step before initialization.
+early = Slave(fmu)
+refused(early, 0.0, 1.0, "before initialization")
+
+# Reset begins anew.
+slave.fmu.reset()
+slave.fmu.setupExperiment(startTime=0.0)
+slave.initialize(cold)
+assert slave.step(0.0, 1.0) == OK
+twin = Slave(fmu).initialize(cold)
+assert twin.step(0.0, 1.0) == OK
+assert twin.bits() == slave.bits()
+
+# Many instances: the script's globals must outlive each of them.
+name = next(name for name in sys.modules if name.startswith("warmlink_") and name.endswith("_slave"))
+count = sys.getrefcount(vars(sys.modules[name]))
+for _ in range(50):
+    Slave(fmu).fmu.freeInstance()
+gc.collect()
+assert abs(sys.getrefcount(vars(sys.modules[name])) - count) <= 1
+assert twin.step(1.0, 1.0) == OK
+print(json.dumps("survived"))

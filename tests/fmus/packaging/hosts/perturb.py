@@ -1,0 +1,67 @@
+"""Perturb every input and parameter of an FMU; print which outputs change, running and at the start."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import sys
+
+from sampling import other, running, start_time, value
+from slave import Slave
+
+FULL, MOST = 4, 3000
+"""Trials in which everything is perturbed, and after those at most as many for what was not seen yet."""
+
+Seen = dict[str, set[str]]
+
+
+def changed(slave: Slave, names: list[str], rng: random.Random, seen: Seen, tails: bool) -> None:
+    outputs = slave.named("output")
+    before = slave.outputs()
+    for name in names:
+        (present,) = slave.get(name)
+        slave.set({name: other(slave, name, present, rng, tails)})
+        after = slave.outputs()
+        for output, a, b in zip(outputs, before, after, strict=True):
+            if a != b and not (math.isnan(a) and math.isnan(b)):
+                seen[output].add(name)
+        slave.set({name: present})
+
+
+def declared(unknowns: list) -> Seen:
+    return {u.variable.name: {d.name for d in u.dependencies} for u in unknowns}
+
+
+def starting(slave: Slave, rng: random.Random, tails: bool) -> Slave:
+    """The slave in initialization mode with random parameters, fit or not, and random inputs."""
+    slave.fmu.reset()
+    slave.fmu.setupExperiment(startTime=start_time(rng))
+    slave.fmu.enterInitializationMode()
+    names = slave.named("parameter") + slave.named("input")
+    slave.set({name: value(slave, name, rng, tails) for name in names})
+    return slave
+
+
+def observed(fmu: str, rng: random.Random) -> dict:
+    probe = Slave(fmu)
+    description = probe.description
+    result = {}
+    for phase, unknowns in (("outputs", description.outputs), ("initial", description.initialUnknowns)):
+        said = declared(unknowns)
+        seen: Seen = {name: set() for name in said}
+        for trial in range(MOST):
+            unseen = set().union(*(said[name] - seen[name] for name in said))
+            if trial >= FULL and not unseen:
+                break
+            tails = phase == "initial" and trial % 2 == 1
+            slave = running(fmu, rng) if phase == "outputs" else starting(probe, rng, tails)
+            every = slave.named("input") + (slave.named("parameter") if phase == "initial" else [])
+            changed(slave, every if trial < FULL else sorted(unseen), rng, seen, tails)
+            if slave is not probe:
+                slave.fmu.freeInstance()
+        result[phase] = {name: {"declared": sorted(said[name]), "seen": sorted(seen[name])} for name in said}
+    return result
+
+
+print(json.dumps(observed(sys.argv[1], random.Random(20))))

@@ -1,0 +1,50 @@
+"""Native FMUs for tests, each built once for all workers; the compiler's -O1 where speed is not measured."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.catalogue import catalogue
+from warmlink.fmus.packaging.compile import FLAGS, Compiler, compilers, platforms_named
+from warmlink.fmus.packaging.native_fmu import FmiVersion, native_fmu_files
+
+QUICK_FLAGS = tuple("-O1" if flag == "-O2" else flag for flag in FLAGS)
+
+BuildNative = Callable[[str, FmiVersion], Path]
+
+
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder that all workers of a session share."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "native"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def c_compiler() -> Compiler:
+    if shutil.which("cc") is None and "CC" not in os.environ:
+        pytest.skip("no C compiler on this machine")
+    (compiler,) = compilers(platforms_named(None))
+    return Compiler(compiler.command, compiler.platform, QUICK_FLAGS)
+
+
+@pytest.fixture(scope="session")
+def native_fmu(shared_folder: Path, c_compiler: Compiler) -> BuildNative:
+    """Function of component's name and FMI version that gives the FMU's path."""
+    entries = {entry.component.name: entry for entry in catalogue()}
+
+    def build(name: str, version: FmiVersion) -> Path:
+        path = shared_folder / f"fmi{version[0]}" / f"{name}.fmu"
+        if not path.is_file():
+            write_archive(path, native_fmu_files(entries[name], version, [c_compiler]))
+        return path
+
+    return build

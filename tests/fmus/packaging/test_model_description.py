@@ -1,0 +1,170 @@
+"""Model descriptions of FMI 2.0 and 3.0."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.catalogue import catalogue
+from warmlink.fmus.packaging.component import Component, Scalar
+from warmlink.fmus.packaging.dependencies import TIME, dependencies
+from warmlink.fmus.packaging.model_description import (
+    Capabilities,
+    fmi2_model_description,
+    fmi3_model_description,
+    inputs_accepting_nan,
+    instantiation_token,
+    time_reference,
+)
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+
+COMPONENTS = [entry.component for entry in catalogue()]
+WRITERS: dict[str, Callable[..., bytes]] = {"fmi2": fmi2_model_description, "fmi3": fmi3_model_description}
+ALL = Capabilities(
+    directional_derivatives=True,
+    interpolates_inputs=True,
+    output_derivative_order=1,
+    intermediate_update=True,
+    own_memory_only=True,
+)
+every = pytest.mark.parametrize("component", COMPONENTS, ids=lambda c: c.name)
+both = pytest.mark.parametrize("fmi", WRITERS)
+
+
+def read(xml: bytes) -> Any:
+    import fmpy
+
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("modelDescription.xml", xml)
+    return fmpy.read_model_description(archive)
+
+
+@every
+@both
+@pytest.mark.parametrize("capabilities", [Capabilities(), ALL], ids=["least", "all"])
+def test_schema_and_fmpy_find_nothing(component: Component, fmi: str, capabilities: Capabilities) -> None:
+    import fmpy
+    from fmpy.validation import validate_model_description
+    from lxml import etree
+
+    xml = WRITERS[fmi](component, component.name, capabilities)
+    folder = Path(fmpy.__file__).parent / "schema" / fmi
+    schema = etree.XMLSchema(etree.parse(str(folder / f"{fmi}ModelDescription.xsd")))
+    schema.assertValid(etree.fromstring(xml))
+    assert validate_model_description(read(xml), validate_model_structure=True) == []
+
+
+@every
+@both
+def test_every_scalar_is_there_as_declared(component: Component, fmi: str) -> None:
+    variables = {
+        v.name: v for v in read(WRITERS[fmi](component, "x", Capabilities())).modelVariables if v.name != TIME
+    }
+    scalars = list(component.scalars())
+    assert list(variables) == [s.name for s in scalars]
+    for scalar in scalars:
+        found = variables[scalar.name]
+        assert found.valueReference == scalar.reference
+        assert found.causality == type(scalar.variable).__name__.lower()
+        assert found.description == scalar.variable.description
+        if scalar.variable.type == "Real":
+            assert found.unit == scalar.variable.unit
+            assert found.displayUnit == scalar.variable.display
+        if scalar.start is not None and scalar.variable.type != "Boolean":
+            assert float(found.start) == scalar.start
+        bounds = (scalar.lower, scalar.variable.maximum)
+        stated = (found.min, found.max)
+        if scalar.variable.type != "Boolean":
+            assert tuple(None if b is None else float(b) for b in stated) == bounds
+
+
+def test_fmi3_has_time_after_the_component_s_own() -> None:
+    description = read(fmi3_model_description(LINK, "x", Capabilities()))
+    (time,) = [v for v in description.modelVariables if v.causality == "independent"]
+    assert (time.name, time.valueReference, time.unit) == (TIME, time_reference(LINK), "s")
+    (loss,) = [u for u in description.outputs if u.variable.name == "surface_heat_loss"]
+    assert {v.name for v in loss.dependencies} == {"ambient_temperature", "speed", TIME}
+
+
+def test_links_and_motors_close_no_loop_that_is_not_there() -> None:
+    link, motor = dependencies(LINK).outputs, dependencies(MOTOR).outputs
+    assert link["base_temperature"] == link["elongation"] == link["tip_temperature"] == ()
+    assert motor["heat_flow"] == ("link_base_temperature",)
+
+
+def some(scalar: Scalar, rng: np.random.Generator) -> float:
+    if scalar.variable.type != "Real":
+        return float(rng.integers(0, 3 if scalar.variable.type == "Integer" else 2))
+    return (scalar.start or 0.0) * rng.uniform(0.5, 1.5) + rng.uniform(0, 0.1)
+
+
+@every
+def test_time_acts_where_it_is_said_to(component: Component) -> None:
+    rng = np.random.default_rng(3)
+    said = dependencies(component).outputs
+    acting: set[str] = set()
+    for _ in range(200):
+        p = np.array(
+            [some(scalar, rng) for scalar in component.scalars() if scalar.name in component.p.index]
+        )
+        settled = component.settled(p)
+        u, x = rng.uniform(0.5, 300, component.u.size), rng.uniform(280, 330, component.x.size)
+        before, after = (component.outputs_of(x, u, settled, t) for t in (0.0, rng.uniform(1, 2e4)))
+        acting |= {n for n, a, b in zip(component.y.names, before, after, strict=True) if a != b}
+    assert acting == {name for name, known in said.items() if TIME in known}
+
+
+def test_inputs_that_cope_with_nan_are_told_in_both_versions() -> None:
+    law = next(c for c in COMPONENTS if c.name == "LagCompensator")
+    expected = {s.name for s in law.scalars() if getattr(s.variable, "accepts_nan", False)}
+    assert "tip_temperature" in expected
+    for write in WRITERS.values():
+        assert inputs_accepting_nan(write(law, "x", Capabilities())) == expected
+        assert inputs_accepting_nan(write(MOTOR, "x", Capabilities())) == frozenset()
+
+
+def test_the_token_follows_interface_and_implementation() -> None:
+    from dataclasses import replace
+
+    token = instantiation_token(MOTOR)
+    assert token == instantiation_token(replace(MOTOR, description="other words"))
+    assert token != instantiation_token(MOTOR, "another implementation")
+    assert token != instantiation_token(replace(MOTOR, outputs=MOTOR.outputs[:-1]))
+    assert token.encode() in fmi2_model_description(MOTOR, "x", Capabilities())
+    assert token.encode() in fmi3_model_description(MOTOR, "x", Capabilities())
+
+
+def test_differences_are_marked_and_absolute_temperatures_are_not() -> None:
+    root = ET.fromstring(fmi2_model_description(LINK, "x", Capabilities()))
+    marked = {
+        v.get("name")
+        for v in root.iter("ScalarVariable")
+        if v.find("Real[@relativeQuantity='true']") is not None
+    }
+    assert {"ambient_offset", "initial_temperature_rise[1]"} <= marked
+    assert not {"initial_temperature", "reference_temperature", "tip_temperature"} & marked
+
+
+def test_sources_and_capabilities_are_stated() -> None:
+    two = fmi2_model_description(MOTOR, "Motor", ALL, sources=("fmi2.c", "model.c"))
+    interface = read(two).coSimulation
+    assert interface.modelIdentifier == "Motor"
+    assert [file.get("name") for file in ET.fromstring(two).iter("File")] == ["fmi2.c", "model.c"]
+    assert interface.canInterpolateInputs
+    assert interface.providesDirectionalDerivative
+    assert interface.maxOutputDerivativeOrder == 1
+    assert not interface.needsExecutionTool
+    three = fmi3_model_description(MOTOR, "Motor", ALL)
+    assert b'providesIntermediateUpdate="true"' in three
+    assert b'name="pad_mode"' in three
+    pad = next(line for line in three.splitlines() if b'name="pad_mode"' in line)
+    assert b"intermediateUpdate" not in pad

@@ -1,0 +1,144 @@
+"""The compiled loop gives what plain stepping gives, bit for bit, and fails as it fails."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master import fmi
+from warmlink.orchestration.master.algorithm import Algorithm
+from warmlink.orchestration.master.checkpoint import LongRun
+from warmlink.orchestration.master.compiled import PAYS_WHEN_LOADED_FROM, prepare
+from warmlink.orchestration.master.fixed_point import FixedPoint
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
+
+from .pairs import wire
+
+pytest.importorskip("numba", reason="numba is not installed")
+# While tests are collected: once another test has loaded an FMU, nothing may be compiled any more.
+prepare()
+
+WIRES = (
+    wire("a.y -> b.u"),
+    wire("b.y -> c.u", factor=0.3, offset=-0.1),
+    wire("c.z -> a.u", factor=-1.0),
+    wire("a.steps -> c.switched"),
+    wire("b.off -> c.on"),
+)
+
+
+def loop(*fmus: Path, **values: dict[str, Value]) -> System:
+    given: dict[str, dict[str, Value]] = {"a": {"y": 1.0}, "b": {"rate": 0.7, "on": True}, "c": {"gain": 0.9}}
+    components = {
+        name: Component(name, fmu, (), ParameterSet("p", {**given[name], **values.get(name, {})}))
+        for name, fmu in zip("abc", fmus, strict=True)
+    }
+    return System("loop", components, WIRES)
+
+
+def both(system: System, algorithm: Algorithm, stop: float = 300.0) -> tuple[Result, Result]:
+    record = ["a.y", "b.y", "c.z", "c.u", "c.off", "c.switched", "b.steps", "a.rate"]
+    plain, compiled = (
+        simulate(system, stop, 0.1, algorithm, record=record, stepping=stepping)  # type: ignore[arg-type]
+        for stepping in ("plain", "compiled")
+    )
+    assert not plain.statistics.compiled
+    return plain, compiled
+
+
+@pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel(), GaussSeidel(("c", "a", "b"))], ids=str)
+@pytest.mark.parametrize("versions", ["222", "333", "232"])
+def test_the_same_bits(trivial2: Path, trivial3: Path, versions: str, algorithm: Algorithm) -> None:
+    system = loop(*({"2": trivial2, "3": trivial3}[v] for v in versions))
+    plain, compiled = both(system, algorithm)
+    assert compiled.statistics.compiled
+    assert compiled.status == "completed"
+    np.testing.assert_array_equal(plain.table.values.view(np.uint64), compiled.table.values.view(np.uint64))
+    assert plain.statistics.slave_steps == compiled.statistics.slave_steps
+
+
+@pytest.mark.parametrize("status", [2, 3, 7])
+def test_failures_are_those_of_plain_stepping(trivial2: Path, trivial3: Path, status: int) -> None:
+    for fmus in ((trivial2, trivial2, trivial2), (trivial2, trivial3, trivial3)):
+        values: dict[str, Value] = {"fail_at": 100.05, "fail_status": status}
+        plain, compiled = both(loop(*fmus, b=values), Jacobi())
+        assert compiled.status == "stopped"
+        assert compiled.reason == plain.reason
+        np.testing.assert_array_equal(plain.table.values, compiled.table.values)
+
+
+def test_a_discard_is_retried_as_in_plain_stepping(trivial2: Path) -> None:
+    plain, compiled = both(loop(trivial2, trivial2, trivial2, b={"largest_step": 0.05}), GaussSeidel(), 30.0)
+    assert compiled.status == "completed"
+    assert compiled["b.steps"][-1] == 600
+    np.testing.assert_array_equal(plain.table.values, compiled.table.values)
+
+
+def test_it_is_chosen_by_itself_where_it_pays(trivial2: Path) -> None:
+    system = loop(trivial2, trivial2, trivial2)
+    long, short = PAYS_WHEN_LOADED_FROM, PAYS_WHEN_LOADED_FROM / 6
+    assert simulate(system, float(long), 1.0, GaussSeidel(), record=["a.y"]).statistics.compiled
+    assert not simulate(system, short // 1, 1.0, GaussSeidel(), record=["a.y"]).statistics.compiled
+    assert not simulate(system, 2000.0, 1.0, FixedPoint(interpolation=0), record=["a.y"]).statistics.compiled
+    with pytest.raises(InputError, match="cannot be compiled; choose Jacobi"):
+        simulate(system, 10.0, 1.0, FixedPoint(), stepping="compiled")
+
+
+def test_nothing_is_compiled_once_an_fmu_was_loaded(trivial2: Path) -> None:
+    script = f"""
+from pathlib import Path
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.compiled import prepare
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.model import Component, System
+simulate(System("s", {{"a": Component("a", Path({str(trivial2)!r}))}}), 1.0, 1.0)
+try:
+    prepare()
+except InputError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert "an FMU was loaded in this process before the loop was compiled" in done.stdout
+    assert fmi.LOADED
+
+
+@pytest.mark.parametrize("status", [2, 3, 7])
+def test_failures_of_slaves_that_cannot_go_back(trivial2: Path, tmp_path: Path, status: int) -> None:
+    import zipfile
+
+    rigid = tmp_path / "rigid.fmu"
+    with zipfile.ZipFile(trivial2) as old, zipfile.ZipFile(rigid, "w") as new:
+        for name in old.namelist():
+            data = old.read(name)
+            if name.endswith(".xml"):
+                data = data.replace(b'FMUstate="true"', b'FMUstate="false"')
+            new.writestr(name, data)
+    values: dict[str, Value] = {"fail_at": 100.05, "fail_status": status}
+    plain, compiled = both(loop(rigid, rigid, rigid, b=values), Jacobi())
+    assert (plain.error, compiled.error) != (None, None)
+    assert plain.error is not None
+    assert compiled.error is not None
+    for name in ("slave", "status", "variable", "time"):
+        assert getattr(plain.error, name) == getattr(compiled.error, name)
+    np.testing.assert_array_equal(plain.table.values, compiled.table.values)
+
+
+def test_compiled_runs_stream_and_resume_as_plain_ones(
+    trivial2: Path, trivial3: Path, tmp_path: Path
+) -> None:
+    system = loop(trivial2, trivial3, trivial2)
+    whole = simulate(system, 800.0, 0.1, GaussSeidel(), stepping="plain")
+    for stop in (300.0, 800.0):
+        long_run = LongRun(tmp_path / "run", every=700, resume=True)
+        part = simulate(system, stop, 0.1, GaussSeidel(), stepping="compiled", long_run=long_run)
+        assert part.statistics.compiled
+    np.testing.assert_array_equal(whole.table.values, part.table.values)

@@ -1,0 +1,61 @@
+"""The bound from a run with half the step against the true coupling error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.master.algorithm import Algorithm
+from warmlink.orchestration.master.error_budget import coupling_error, estimate_coupling_error
+from warmlink.orchestration.master.fixed_point import FixedPoint
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.run import simulate
+
+from .motor_link import monolithic, motor_link
+
+E = "link.elongation"
+
+
+def run(joint: float, stop: float, step: float, chosen: Algorithm) -> Result:
+    return simulate(motor_link(joint), stop, step, chosen, record=[E])
+
+
+def test_the_bound_covers_the_true_error_without_exaggerating() -> None:
+    random = np.random.default_rng(20)
+    covered, close, count = 0, 0, 20
+    for _ in range(count):
+        chosen = [Jacobi(), GaussSeidel(), FixedPoint()][random.integers(3)]
+        joint = float(np.exp(random.uniform(np.log(0.2), np.log(2.0))))
+        step = float(random.choice([4.0, 6.0, 10.0]))
+        coarse = run(joint, 600.0, step, chosen)
+        (bound,) = coupling_error(coarse, run(joint, 600.0, step / 2, chosen), chosen.order, [E])
+        truth = np.max(np.abs(coarse[E] - monolithic(joint, 600.0, step)))
+        covered += truth <= bound.largest
+        close += bound.largest <= 10 * truth
+    assert covered >= 0.95 * count
+    assert close >= 0.9 * count
+
+
+def test_a_part_of_the_run_bounds_that_part() -> None:
+    coarse = run(1.0, 1200.0, 4.0, GaussSeidel())
+    asked: list[tuple[float, float]] = []
+
+    def again(stop: float, step: float) -> Result:
+        asked.append((stop, step))
+        return run(1.0, stop, step, GaussSeidel())
+
+    (part,) = estimate_coupling_error(again, coarse, 4.0, 1, [E], share=0.25)
+    (full,) = estimate_coupling_error(again, coarse, 4.0, 1, [E])
+    assert asked == [(300.0, 2.0), (1200.0, 2.0)]
+    assert 0 < part.largest <= full.largest
+    assert full.unit == "m"
+
+
+def test_a_run_that_stopped_has_no_bound() -> None:
+    with np.errstate(all="ignore"):
+        coarse = run(50.0, 7200.0, 1.0, Jacobi())
+    assert coarse.status == "stopped"
+    (bound,) = coupling_error(coarse, coarse, 1, [E])
+    assert bound.largest == pytest.approx(np.inf)

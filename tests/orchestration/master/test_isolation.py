@@ -1,0 +1,54 @@
+"""One process for each FMU."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.fixed_point import FixedPoint
+from warmlink.orchestration.master.isolation import Isolation
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
+
+from .pairs import wire
+
+LIMITS = Isolation(time_limit=0.5)
+
+
+def pair(fmu: Path, **values: Value) -> System:
+    wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
+    parameters = ParameterSet("p", {"y": 1.0, **values})
+    return System("s", {"a": Component("a", fmu), "b": Component("b", fmu, (), parameters)}, wires)
+
+
+def test_isolated_slaves_give_the_same_values(trivial2: Path) -> None:
+    inside = simulate(pair(trivial2), 3.0, 0.25, FixedPoint())
+    outside = simulate(pair(trivial2), 3.0, 0.25, FixedPoint(), isolation=LIMITS)
+    assert outside.status == "completed"
+    np.testing.assert_array_equal(inside.table.values, outside.table.values)
+
+
+def test_a_crash_is_named_and_the_results_are_kept(trivial2: Path) -> None:
+    result = simulate(pair(trivial2, fail_at=2.1, fail_status=5), 5.0, 0.5, isolation=LIMITS)
+    assert result.reason == "b: crash at 2 s: its process died in step (signal SIGSEGV)"
+    np.testing.assert_array_equal(result.times, [0, 0.5, 1, 1.5, 2])
+    assert np.all(np.isfinite(result.table.values))
+
+
+def test_a_step_that_never_returns_meets_the_time_limit(trivial2: Path) -> None:
+    began = time.perf_counter()
+    result = simulate(pair(trivial2, fail_at=2.1, fail_status=6), 5.0, 0.5, isolation=LIMITS)
+    assert "b: time limit at 2 s: step has not returned within 0.5 s" in str(result.reason)
+    assert result.times[-1] == 2.0
+    assert time.perf_counter() - began < 20.0
+
+
+def test_errors_cross_the_border_as_they_are(trivial2: Path) -> None:
+    result = simulate(pair(trivial2, fail_at=2.1, fail_status=3), 5.0, 0.5, isolation=LIMITS)
+    assert result.reason == "b: error at 2 s: fmi2DoStep answered error; it logged: it fails from 2.1"
+    with pytest.raises(InputError, match=r"b\.nothing: the FMU has no such variable"):
+        simulate(pair(trivial2, nothing=1.0), 1.0, 0.5, isolation=LIMITS)

@@ -1,0 +1,183 @@
+"""Streams, checkpoints, kills at any moment, Ctrl-C, and the clock on the wall."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.algorithm import Algorithm
+from warmlink.orchestration.master.checkpoint import LongRun
+from warmlink.orchestration.master.fixed_point import FixedPoint
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.interface_newton import InterfaceNewton
+from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.mock import MockSlave
+from warmlink.orchestration.master.pacing import Pacing
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.step_doubling import StepDoubling
+from warmlink.orchestration.master.stores import read_folder
+from warmlink.orchestration.system.description import Capabilities
+from warmlink.orchestration.system.model import Component, ParameterSet, System
+
+from .motor_link import motor_link
+from .pairs import assembly, counter, wire
+
+WIRES = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
+
+
+def pair(fmu: Path) -> System:
+    start = ParameterSet("p", {"y": 1.0})
+    return System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, WIRES)
+
+
+def test_streamed_values_are_those_of_a_run_in_memory(tmp_path: Path) -> None:
+    slaves = [counter("x", 1e-3), counter("z", -1e-3)]
+    wires = (wire("x.y -> z.u"), wire("z.y -> x.u", offset=1.0))
+    kept = simulate(assembly(slaves, *wires), 10_000.0, 1.0, GaussSeidel())
+    slaves = [counter("x", 1e-3), counter("z", -1e-3)]
+    streamed = simulate(
+        assembly(slaves, *wires), 10_000.0, 1.0, GaussSeidel(), long_run=LongRun(tmp_path / "run", every=None)
+    )
+    np.testing.assert_array_equal(kept.table.values, streamed.table.values)
+    np.testing.assert_array_equal(kept.times, streamed.times)
+    again = read_folder(tmp_path / "run")
+    assert again.names == kept.table.names
+    np.testing.assert_array_equal(again.values, kept.table.values)
+    assert isinstance(streamed.table.values, np.memmap)
+
+
+class Failing:
+    """Raises once at a time of its own choosing: a run that dies there."""
+
+    def __init__(self, at: float) -> None:
+        self.at = at
+
+    def advance(self, x: float, u: Any, t: float, h: float) -> float:
+        if t >= self.at:
+            raise SlaveError("watch", "error", t, "killed")
+        return x
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [
+        Jacobi(),
+        Jacobi(extrapolation=2),
+        FixedPoint(interpolation=2),
+        InterfaceNewton(),
+        StepDoubling(InterfaceNewton(), {"link.elongation": 1e-8}, minimum_step=1e-3),
+    ],
+    ids=str,
+)
+def test_a_resumed_run_is_bit_identical(tmp_path: Path, algorithm: Algorithm) -> None:
+    def system(death: float) -> Any:
+        found = motor_link(1.0)
+        found.slaves = [*found.slaves, MockSlave("watch", state=0.0, advance=Failing(death).advance)]
+        return found
+
+    record = ["link.elongation", "motor.heat_flow"]
+    whole = simulate(system(np.inf), 100.0, 1.0, algorithm, record=record)
+    folder = tmp_path / "run"
+    for death in (33.0, 71.0):
+        part = simulate(
+            system(death), 100.0, 1.0, algorithm, record=record, long_run=LongRun(folder, 10, resume=True)
+        )
+        assert part.status == "stopped"
+        assert len(read_folder(folder)) == death + 1
+    last = simulate(
+        system(np.inf), 100.0, 1.0, algorithm, record=record, long_run=LongRun(folder, 10, resume=True)
+    )
+    assert last.status == "completed"
+    np.testing.assert_array_equal(
+        whole.table.values.view(np.uint64), np.array(last.table.values).view(np.uint64)
+    )
+    assert last.statistics.slave_steps >= whole.statistics.slave_steps - 1
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from warmlink.orchestration.master.checkpoint import LongRun
+from warmlink.orchestration.master.fixed_point import FixedPoint
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.model import Component, Connection, ParameterSet, System
+fmu, folder = map(Path, sys.argv[1:3])
+start = ParameterSet("p", {"y": 1.0})
+wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
+system = System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, wires)
+print("go", flush=True)
+result = simulate(system, 20.0, 0.002, FixedPoint(), long_run=LongRun(folder, every=500, resume=True))
+print(result.status, result.reason, len(result.times), flush=True)
+"""
+
+
+def test_kills_at_random_moments_change_nothing(trivial2: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    command = [sys.executable, "-c", KILLED, str(trivial2), str(folder)]
+    seeded, kills = random.Random(7), 0
+    while kills < 5:
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "go\n"
+            time.sleep(seeded.uniform(0.0, 0.4))
+            process.send_signal(signal.SIGKILL)
+        kills += 1
+        if (folder / "values.npy").exists() and (folder / "values.npy").stat().st_size > 128:
+            read_folder(folder)
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "completed None 10001" in done.stdout
+    whole = simulate(pair(trivial2), 20.0, 0.002, FixedPoint())
+    np.testing.assert_array_equal(whole.table.values, read_folder(folder).values)
+
+
+def test_ctrl_c_leaves_valid_results(trivial2: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    result = simulate(pair(trivial2), 1e6, 1e-3, FixedPoint(), long_run=LongRun(folder))
+    timer.join()
+    assert result.status == "stopped"
+    assert str(result.reason).startswith("interrupted at ")
+    assert len(result.times) > 1
+    np.testing.assert_array_equal(read_folder(folder).values, result.table.values)
+
+
+def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
+    long_run = LongRun(tmp_path / "run", every=5, resume=True)
+    simulate(assembly([counter("x")]), 10.0, 1.0, long_run=long_run)
+    with pytest.raises(InputError, match="belongs to another run"):
+        simulate(assembly([counter("x")], x={"u": 2.0}), 10.0, 1.0, long_run=long_run)
+    (tmp_path / "run" / "checkpoint").write_bytes(pickle.dumps({"fingerprint": os.system}))
+    with pytest.raises(InputError, match="not a checkpoint that can be read"):
+        simulate(assembly([counter("x")]), 10.0, 1.0, long_run=long_run)
+    plain = counter("x", capabilities=Capabilities(variable_step=True))
+    with pytest.raises(InputError, match="x: cannot serialise its state, which checkpoints need"):
+        simulate(assembly([plain]), 10.0, 1.0, long_run=long_run)
+
+
+def test_a_finished_run_can_be_carried_further(tmp_path: Path) -> None:
+    long_run = LongRun(tmp_path / "run", every=5, resume=True)
+    simulate(assembly([counter("x")]), 10.0, 1.0, long_run=long_run)
+    result = simulate(assembly([counter("x")]), 20.0, 1.0, long_run=long_run)
+    np.testing.assert_array_equal(result["x.y"], np.arange(21.0))
+    assert result.statistics.slave_steps == 20
+
+
+def test_pacing_keeps_to_the_wall_clock() -> None:
+    began = time.monotonic()
+    result = simulate(assembly([counter("x")]), 10.0, 1.0, pacing=Pacing(factor=50.0))
+    assert 0.2 <= time.monotonic() - began < 1.0
+    assert result.statistics.largest_lag < 0.5

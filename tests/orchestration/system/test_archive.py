@@ -1,0 +1,143 @@
+"""Archives and XML from strangers: nothing leaves its folder, fills the disk or expands."""
+
+from __future__ import annotations
+
+import stat
+import struct
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.archive import (
+    Limits,
+    extract,
+    parse_xml,
+    read_member,
+    safe_relative,
+    unpack,
+)
+
+from .ssp_text import write_zip
+
+
+def refused(path: Path, target: Path, limits: Limits | None = None) -> str:
+    with pytest.raises(InputError) as refusal:
+        extract(path, target, limits or Limits())
+    # Nothing half-written is left, neither the folder nor what it was made from.
+    assert not target.exists()
+    assert [p.name for p in target.parent.iterdir() if p.name.startswith(".unpacking")] == []
+    return str(refusal.value)
+
+
+def test_a_whole_archive_comes_out(tmp_path: Path) -> None:
+    path = write_zip(tmp_path / "a.fmu", {"modelDescription.xml": "<a/>", "sources/b/c.c": b"\0" * 10})
+    extract(path, tmp_path / "out")
+    assert (tmp_path / "out/sources/b/c.c").read_bytes() == b"\0" * 10
+
+
+@pytest.mark.parametrize(
+    "name", ["../evil", "a/../../evil", "/etc/evil", "C:/evil", "..\\evil", "\\\\host\\evil"]
+)
+def test_a_way_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
+    path = write_zip(tmp_path / "a.fmu", {name: "evil"})
+    assert "outside the folder" in refused(path, tmp_path / "deep/er/out")
+    assert list(tmp_path.rglob("evil")) == []
+
+
+def test_a_link_is_refused(tmp_path: Path) -> None:
+    info = zipfile.ZipInfo("link")
+    info.external_attr = (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(tmp_path / "a.fmu", "w") as archive:
+        archive.writestr(info, "/etc/passwd")
+    assert "is a link" in refused(tmp_path / "a.fmu", tmp_path / "out")
+
+
+def test_a_name_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "a.fmu", "w") as archive:
+        archive.writestr("a", "1")
+        archive.writestr("b", "2")
+    data = (tmp_path / "a.fmu").read_bytes()
+    (tmp_path / "a.fmu").write_bytes(data.replace(b"b", b"a"))
+    assert "'a' twice" in refused(tmp_path / "a.fmu", tmp_path / "out")
+
+
+def test_a_file_where_a_folder_should_be_is_refused(tmp_path: Path) -> None:
+    path = write_zip(tmp_path / "a.fmu", {"a": "1", "a/b": "2"})
+    assert "not a readable zip" in refused(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("limits", "reason"),
+    [
+        (Limits(members=2), "holds 3 entries, more than the 2 allowed"),
+        (Limits(member_bytes=999), "'b' unpacks to more than 999 bytes"),
+        (Limits(total_bytes=1500), "unpacks to more than 1500 bytes"),
+        (Limits(ratio=5, ratio_from_bytes=100), "more than 5 times its packed size"),
+    ],
+)
+def test_too_much_is_refused(tmp_path: Path, limits: Limits, reason: str) -> None:
+    with zipfile.ZipFile(tmp_path / "a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, size in (("a", 90), ("b", 1000), ("c", 900)):
+            archive.writestr(name, b"\0" * size)
+    assert reason in refused(tmp_path / "a.fmu", tmp_path / "out", limits)
+
+
+def test_what_an_archive_claims_does_not_count(tmp_path: Path) -> None:
+    """An entry that says it unpacks to 10 bytes and unpacks to a million is stopped."""
+    with zipfile.ZipFile(tmp_path / "a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a", b"\0" * 1_000_000)
+    data = (tmp_path / "a.fmu").read_bytes()
+    (tmp_path / "a.fmu").write_bytes(data.replace(struct.pack("<L", 1_000_000), struct.pack("<L", 10)))
+    assert "not a readable zip" in refused(tmp_path / "a.fmu", tmp_path / "out", Limits(member_bytes=1000))
+
+
+@pytest.mark.parametrize("data", [b"", b"PK", b"no zip at all", b"PK\x05\x06" + b"\0" * 18 + b"junk"])
+def test_a_broken_archive_is_named(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "a.fmu").write_bytes(data)
+    with pytest.raises(InputError, match=r"a\.fmu: (not a readable zip|holds no modelDescription)"):
+        read_member(tmp_path / "a.fmu", "modelDescription.xml")
+
+
+def test_an_absent_file_is_named(tmp_path: Path) -> None:
+    for use in (lambda p: unpack(p, tmp_path), lambda p: read_member(p, "a")):
+        with pytest.raises(InputError, match="no such file"):
+            use(tmp_path / "a.ssp")
+
+
+def test_one_archive_is_unpacked_once_and_another_of_its_name_apart(tmp_path: Path) -> None:
+    path = write_zip(tmp_path / "a.ssp", {"x": "1"})
+    first = unpack(path, tmp_path / "work")
+    assert unpack(path, tmp_path / "work") == first
+    write_zip(path, {"x": "2"})
+    second = unpack(path, tmp_path / "work")
+    assert second != first
+    assert ((first / "x").read_text(), (second / "x").read_text()) == ("1", "2")
+
+
+def test_relative_names() -> None:
+    assert safe_relative("./resources//a.fmu") == "resources/a.fmu"
+    assert safe_relative("resources\\a.fmu") == "resources/a.fmu"
+    assert [safe_relative(n) for n in ("..", "a/../..", "/a", "D:a", "a\0b", "a" * 300)] == [None] * 6
+
+
+BOMB = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;&x;&x;&x;&x;&x;&x;">]><a b="&y;">&y;</a>'
+FILE = '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><a>&x;</a>'
+OUTER = '<!DOCTYPE a SYSTEM "http://127.0.0.1:9/a.dtd"><a/>'
+
+
+@pytest.mark.parametrize("text", [BOMB, FILE, OUTER])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_entities_are_refused_before_they_are_read(text: str, encoding: str) -> None:
+    with pytest.raises(InputError, match="document type"):
+        parse_xml(text.encode(encoding), "a.ssd")
+
+
+def test_a_deep_document_is_refused() -> None:
+    with pytest.raises(InputError, match="not well-formed XML"):
+        parse_xml(b"<a>" * 100_000, "a.ssd")
+
+
+def test_comments_and_instructions_are_left_out() -> None:
+    assert [e.tag for e in parse_xml(b"<a><!-- c --><?p q?><b/></a>", "a.ssd")] == ["b"]

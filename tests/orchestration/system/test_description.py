@@ -1,0 +1,193 @@
+"""What an FMU says of itself, in both FMI versions, beside FMPy's reading of the same file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.description import ModelInfo, read_description
+from warmlink.orchestration.system.model import DefaultExperiment
+
+from .ssp_text import LINK, Lab, fmi2, fmi2_variable
+
+STRUCTURE = (
+    '<Outputs><Unknown index="5" dependencies="1 2"/><Unknown index="6" dependencies=""/></Outputs>'
+    '<InitialUnknowns><Unknown index="5"/><Unknown index="12" dependencies="7"/></InitialUnknowns>'
+)
+FMI3 = """
+<fmiModelDescription fmiVersion="3.0" modelName="Link" instantiationToken="{token}">
+  <CoSimulation modelIdentifier="link3" canGetAndSetFMUState="true" canSerializeFMUState="true"
+    providesDirectionalDerivatives="true" providesIntermediateUpdate="true" hasEventMode="true"
+    canHandleVariableCommunicationStepSize="true" fixedInternalStepSize="0.5"/>
+  <UnitDefinitions><Unit name="K"><BaseUnit K="1"/></Unit></UnitDefinitions>
+  <TypeDefinitions>
+    <Float64Type name="Temperature" unit="K" min="0" nominal="300" relativeQuantity="true"/>
+    <EnumerationType name="Metal">
+      <Item name="steel" value="1"/><Item name="brass" value="2"/>
+    </EnumerationType>
+  </TypeDefinitions>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Float64 name="ambient" valueReference="1" causality="input" declaredType="Temperature" start="295"/>
+    <Float64 name="temperature" valueReference="2" causality="output" unit="K">
+      <Alias name="tip_temperature"/>
+    </Float64>
+    <Float32 name="length" valueReference="3" causality="parameter" start="0.33" max="INF"/>
+    <UInt8 name="cells" valueReference="4" causality="parameter" start="40" min="2" max="200"/>
+    <Boolean name="radiates" valueReference="5" causality="parameter" start="true"/>
+    <String name="label" valueReference="6" causality="parameter"><Start value="rod"/></String>
+    <Enumeration name="metal" valueReference="7" causality="parameter" declaredType="Metal" start="2"/>
+    <Float64 name="field" valueReference="8" causality="input" start="1 2 3"><Dimension start="3"/></Float64>
+    <Binary name="image" valueReference="9" causality="output"/>
+    <Int64 name="count" valueReference="10" causality="output"/>
+  </ModelVariables>
+  <ModelStructure>
+    <Output valueReference="2" dependencies="1"/><Output valueReference="10"/>
+    <InitialUnknown valueReference="2" dependencies="3 1"/>
+  </ModelStructure>
+</fmiModelDescription>"""
+
+
+@pytest.fixture
+def two(lab: Lab) -> ModelInfo:
+    return read_description(lab.fmu("Link", fmi2("Link", LINK, structure=STRUCTURE)))
+
+
+@pytest.fixture
+def three(lab: Lab) -> ModelInfo:
+    return read_description(lab.fmu("Link3", FMI3))
+
+
+def test_the_model_of_fmi_two(two: ModelInfo) -> None:
+    assert (two.fmi_version, two.model_name, two.model_identifier, two.guid) == (
+        "2.0",
+        "Link",
+        "Link",
+        "{Link}",
+    )
+    assert two.default_experiment == DefaultExperiment(0.0, 10.0, 0.5)
+    assert two.tolerance == 1e-5
+    assert two.capabilities.get_set_state
+    assert not two.capabilities.serialize_state
+    assert two.capabilities.max_output_derivative_order == 1
+    assert two.units["degC"].offset == 273.15
+
+
+def test_the_variables_of_fmi_two(two: ModelInfo) -> None:
+    length = two.variables["length"]
+    assert (length.value_reference, length.type, length.unit, length.start) == (6, "Real", "m", 0.33)
+    assert (length.min, length.max, length.nominal) == (0.0, 10.0, None)
+    assert (length.causality, length.variability, length.initial) == ("parameter", "fixed", "exact")
+    assert two.variables["difference"].relative
+    assert two.variables["metal"].items == {"steel": 1, "brass": 2}
+    assert two.variables["radiates"].start is False
+    assert two.variables["label"].start == "link"
+    assert two.with_causality("output") == ("temperature", "elongation")
+
+
+def test_dependencies_and_what_is_not_declared(two: ModelInfo) -> None:
+    assert two.outputs == ("temperature", "elongation")
+    assert two.dependencies == {"temperature": ("heat_flow", "ambient"), "elongation": ()}
+    assert two.initial_unknowns == {"temperature": None, "rate": ("length",)}
+    assert two.feedthrough("temperature") == {"heat_flow", "ambient"}
+    assert two.feedthrough("elongation") == frozenset()
+    assert two.feedthrough("rate") == {"heat_flow", "ambient", "difference", "mode"}
+
+
+def test_the_model_of_fmi_three(three: ModelInfo) -> None:
+    assert (three.fmi_version, three.model_identifier, three.guid) == ("3.0", "link3", "{token}")
+    has = three.capabilities
+    assert has.get_set_state
+    assert has.serialize_state
+    assert has.directional_derivatives
+    assert has.intermediate_update
+    assert has.event_mode
+    assert has.variable_step
+    assert has.fixed_internal_step_size == 0.5
+    assert not has.adjoint_derivatives
+
+
+def test_the_variables_of_fmi_three(three: ModelInfo) -> None:
+    kinds = {name: (v.type, v.kind) for name, v in three.variables.items()}
+    assert kinds["length"] == ("Float32", "Real")
+    assert kinds["cells"] == ("UInt8", "Integer")
+    assert kinds["image"] == ("Binary", None)
+    ambient = three.variables["ambient"]
+    assert (ambient.unit, ambient.min, ambient.nominal, ambient.relative) == ("K", 0.0, 300.0, True)
+    assert (ambient.variability, ambient.initial, ambient.settable) == ("continuous", "exact", True)
+    assert three.variables["cells"].variability == "fixed"
+    assert three.variables["count"].variability == "discrete"
+    assert three.variables["length"].max is None
+    assert three.variables["label"].start == "rod"
+    assert three.variables["metal"].start == 2
+    assert three.variables["field"].dimensions == (3,)
+    assert three.variables["tip_temperature"].value_reference == 2
+    assert three.dependencies == {"temperature": ("ambient",), "count": None}
+    assert three.initial_unknowns == {"temperature": ("length", "ambient")}
+
+
+@pytest.mark.parametrize("text", [fmi2("Link", LINK, structure=STRUCTURE), FMI3], ids=["fmi2", "fmi3"])
+def test_fmpy_reads_the_same(lab: Lab, text: str) -> None:
+    fmpy = pytest.importorskip("fmpy")
+    path = lab.fmu("Link", text)
+    ours, theirs = read_description(path), fmpy.read_model_description(path, validate=False)
+    assert ours.guid == theirs.guid
+    assert {v.name for v in theirs.modelVariables} == set(ours.variables)
+    for other in theirs.modelVariables:
+        mine = ours.variables[other.name]
+        assert mine.value_reference == other.valueReference
+        assert (mine.type, mine.causality) == (other.type, other.causality)
+        if other.type in ("Real", "Float64"):
+            assert (mine.variability, mine.initial) == (other.variability, other.initial)
+    assert [u.variable.name for u in theirs.outputs] == list(ours.outputs)
+    for unknown in theirs.outputs:
+        names = None if unknown.dependencies is None else tuple(d.name for d in unknown.dependencies)
+        assert ours.dependencies[unknown.variable.name] == names
+
+
+def test_the_same_file_is_read_once_and_a_changed_one_again(lab: Lab) -> None:
+    path = lab.fmu("Link", fmi2("Link", LINK))
+    first = read_description(path)
+    assert read_description(path) is first
+    lab.fmu("Link", fmi2("Rod", LINK))
+    assert read_description(path).model_name == "Rod"
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("modelName=", "model="), "fmiModelDescription lacks its attribute modelName"),
+        (('guid="', 'uid="'), "fmiModelDescription lacks its attribute guid"),
+        (("modelIdentifier", "identifier"), "CoSimulation lacks its attribute modelIdentifier"),
+        (('valueReference="0"', 'valueReference="x"'), "heat_flow: 'x' is not an integer of 64 bits"),
+        (
+            ('name="ambient"', 'name="heat_flow"'),
+            "declares the variable heat_flow twice; names must be unique",
+        ),
+        (('min="0"', 'min="low"'), "length: 'low' is not a number"),
+        (('start="40"', 'start="4.5"'), "cells: '4.5' is not an integer of 64 bits"),
+        (('declaredType="Metal"', 'declaredType="Wood"'), "metal: its declared type Wood is not defined"),
+        (('dependencies="1 2"', 'dependencies="1 99"'), "refers to variable 99, which is not declared"),
+        (('canGetAndSetFMUstate="true"', 'canGetAndSetFMUstate="yes"'), "is 'yes', neither true nor false"),
+    ],
+)
+def test_a_damaged_description_is_named(lab: Lab, change: tuple[str, str], sentence: str) -> None:
+    text = fmi2("Link", LINK, structure=STRUCTURE)
+    assert change[0] in text
+    with pytest.raises(InputError) as refusal:
+        read_description(lab.fmu("Link", text.replace(*change)))
+    assert str(refusal.value).startswith("Link.fmu: modelDescription.xml: ")
+    assert str(refusal.value).endswith(sentence)
+
+
+def test_a_variable_without_type_is_named(lab: Lab) -> None:
+    bare = fmi2_variable("a", "input", "Complex")
+    with pytest.raises(InputError, match="the variable a has no type"):
+        read_description(lab.fmu("Link", fmi2("Link", (bare,))))
+
+
+def test_an_absent_fmu_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_description(tmp_path / "none.fmu")

@@ -1,0 +1,96 @@
+"""Whatever is given wrongly ends in one clear sentence and exit code 2, with nothing left behind."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from warmlink.orchestration.cli import main
+
+SSD = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
+ version="1.0" name="lonely">
+<ssd:System name="lonely"><ssd:Elements>
+<ssd:Component name="link" type="application/x-fmu-sharedlibrary" source="resources/Absent.fmu"/>
+</ssd:Elements></ssd:System></ssd:SystemStructureDescription>"""
+
+
+@pytest.fixture(autouse=True)
+def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("broken.ssp").write_bytes(b"PK\x03\x04 this is no archive")
+    Path("broken.fmu").write_bytes(b"not a zip either")
+    Path("empty.toml").write_text("title = 'nothing to do'")
+    Path("wrong.toml").write_text("title = ")
+    with zipfile.ZipFile("lonely.ssp", "w") as archive:
+        archive.writestr("SystemStructure.ssd", SSD)
+
+
+def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
+    before = sorted(Path().rglob("*"))
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    out, err = capsys.readouterr()
+    assert stop.value.code == 2, err
+    assert out == ""
+    assert err.startswith("warmlink: ")
+    assert err.count("\n") == 1, err
+    assert "Traceback" not in err
+    assert sorted(Path().rglob("*")) == before
+    return err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["run", "absent.toml"], "absent.toml: no such file"),
+        (["run", "windscreen"], "windscreen: no such scenario; choose"),
+        (["run", "empty.toml"], "stop_time is missing"),
+        (["run", "wrong.toml"], "not a TOML file"),
+        (["run", "--controller", "magic"], "magic: no such controller; choose"),
+        (["run", "--fmus", "wasm"], "--fmus wasm: no such kind; choose native or python"),
+        (["run", "--master", "magic"], "magic"),
+        (["run", "--set", "link.lenght=1 m"], "did you mean length"),
+        (["run", "--set", "arm.length=1 m"], "there is no component arm"),
+        (["run", "--set", "link.length"], "no value"),
+        (["run", "--set", "link.length=3 kg"], "kg does not convert to m"),
+        (["run", "--set", "link.length=3 furlnogs"], "not a known unit"),
+        (["run", "--set", "link.length=nan"], "not a finite number"),
+        (
+            ["run", "--set", "link.width=-20 mm"],
+            "link.width: -0.02 m is not positive; give a value above 0 m",
+        ),
+        (["run", "--set", "link.tip_position=50 cm"], "link.tip_position: 0.5 m lies beyond the link's end"),
+        (["run", "--step", "7 s"], "7 s"),
+        (["run", "--step", "0 s"], "--step: 0 s is not positive"),
+        (["run", "--step", "1 m"], "m does not convert to s"),
+        (["run", "--stop", "-1 h"], "--stop: -1 h is not positive"),
+        (["simulate", "absent.ssp"], "absent.ssp"),
+        (["simulate", "broken.ssp"], "broken.ssp"),
+        (["simulate", "lonely.ssp"], "Absent.fmu"),
+        (["check", "absent.fmu"], "absent.fmu: no such file"),
+        (["check", "broken.ssp"], "broken.ssp"),
+        (["build", "--fmus", "wasm"], "--fmus wasm: no such kind"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_refused_in_one_sentence(
+    arguments: list[str],
+    sentence: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    if arguments[0] == "run" and "--fmus" not in arguments:
+        arguments = [*arguments, "--fmus", "python"]
+    assert sentence in refused(arguments, capsys, monkeypatch)
+
+
+def test_a_folder_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("taken").write_text("a file where the folder should be")
+    arguments = ["run", "--fmus", "python", "--stop", "10 s", "--no-report", "--out", "taken/here"]
+    assert "cannot be written" in refused(arguments, capsys, monkeypatch)

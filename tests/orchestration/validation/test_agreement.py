@@ -1,0 +1,63 @@
+"""The 1-D link against the 3-D finite elements: alike where given the same, and why not elsewhere."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
+
+from warmlink.orchestration.validation.agreement import (
+    AMBIENT,
+    DUTY_CYCLES,
+    Agreement,
+    agreements,
+    duty_drive,
+)
+from warmlink.orchestration.validation.cases import Bench
+from warmlink.orchestration.validation.fea.mesh import bare_link
+from warmlink.orchestration.validation.fea.simulate import Fea
+
+pytestmark = pytest.mark.slow
+
+RUNS = ("stationary", "moving", *DUTY_CYCLES)
+HELD, GIVEN = ("stationary", "moving"), tuple(DUTY_CYCLES)
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[tuple[str, str], Agreement]:
+    return {(a.run, a.body): a for a in agreements(Bench())}
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_link_alone_agrees_within_1_percent_and_a_fifth_of_a_kelvin(found, run: str) -> None:
+    a = found[run, "link alone"]
+    assert abs(a.elongation) < 1.0
+    assert max(abs(a.base), abs(a.tip)) < 0.2
+    # Under a given heat flow nothing jumps, and the two agree far better.
+    assert run in HELD or abs(a.elongation) < 0.05
+    assert run in HELD or max(abs(a.base), abs(a.tip)) < 0.01
+
+
+@pytest.mark.parametrize("run", GIVEN)
+def test_what_the_shaft_adds_under_a_given_heat_flow_is_the_heat_that_it_stores(found, run: str) -> None:
+    shaft, storeless = found[run, "with shaft"], found[run, "with a shaft that stores no heat"]
+    assert 5.0 < shaft.elongation < 10.0
+    assert 0.9 < shaft.base < 1.2
+    assert abs(storeless.elongation) < 1.0
+    assert max(abs(storeless.base), abs(storeless.tip)) < 0.2
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_diode_adds_less_than_one_percent_and_a_third_of_a_kelvin(found, run: str) -> None:
+    shaft, diode = found[run, "with shaft"], found[run, "with shaft and diode"]
+    assert abs(diode.elongation - shaft.elongation) < 1.0
+    assert abs(diode.tip - shaft.tip) < 0.31
+    assert abs(diode.base - shaft.base) < 0.05
+
+
+def test_finite_elements_meet_the_independent_figures_of_the_cell() -> None:
+    """100 % duty from cold: 14.07, 49.95, 75.77 um by other finite elements and fine finite volumes."""
+    bench = Bench()
+    drive, grid = duty_drive(bench, DUTY_CYCLES["continuous"])
+    history = Fea(bare_link(bench.geometry, bench.materials, 2), 1).run(drive, grid, AMBIENT)
+    ours = [history.at(time)[1] * 1e6 for time in (600.0, 1800.0, 3600.0)]
+    np.testing.assert_allclose(ours, [14.07, 49.95, 75.77], rtol=1e-3)

@@ -1,0 +1,57 @@
+"""The paper's numbers as data."""
+
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
+
+
+def test_geometry_agrees_with_the_inches_of_the_paper() -> None:
+    g = load_geometry()
+    inch = 0.0254
+    assert (g.length, g.width, g.thickness) == pytest.approx((13 * inch, 1 * inch, 0.25 * inch))
+    assert g.length - g.diode_centre == pytest.approx(0.52 * inch)
+    assert g.span == pytest.approx(0.2916, abs=5e-5)
+
+
+def test_every_assumed_length_is_a_length() -> None:
+    g = load_geometry()
+    assert all(getattr(g, name) > 0 for name in g.assumed)
+
+
+def test_printed_differences_follow_from_the_printed_deformations() -> None:
+    paper = load_paper()
+    for case, slack in (("stationary", 0.15), ("moving", 0.05)):
+        n = {key: entry.value for key, entry in paper[case].items()}
+        percent = 100 * abs(n["elongation_predicted"] / n["elongation_measured"] - 1)
+        assert percent == pytest.approx(n["difference"], abs=slack + 0.05)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[link]\nname='x'\nsource='y'\n", "link.conductivity is missing"),
+        ("[link]\nname='x'\nsource='y'\nconductivity=-1\n", "is not above 0"),
+        ("", r"section \[link\] is missing"),
+        ("[link", "not valid TOML"),
+    ],
+)
+def test_broken_material_file_is_refused_in_one_sentence(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "materials.toml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=words):
+        load_materials(file)
+
+
+def test_absent_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        load_geometry(tmp_path / "none.toml")
+
+
+def test_paper_entry_without_place_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "paper.toml"
+    file.write_text("[a]\nb = { value = 1.0, unit = 'm' }\n")
+    with pytest.raises(InputError, match=r"a\.b needs value, unit and place"):
+        load_paper(file)

@@ -1,0 +1,71 @@
+"""The house as it is meant to be: what is installed, what imports what, what loads when."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FLOORS = ("fmus", "controllers", "orchestration")
+HEAVY = ("pandas", "plotly", "casadi", "scipy", "numba", "pint", "fmpy", "optuna", "dask", "skfem", "pyarrow")
+SOURCES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
+
+
+def imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
+
+
+def test_the_list_of_packages_is_the_tree() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]["packages"]
+    found = {
+        ".".join(("warmlink", *path.parent.relative_to(ROOT).parts))
+        for path in SOURCES
+        if path.name == "__init__.py"
+    }
+    assert set(declared) == found
+    assert {path.parent for path in SOURCES} == {p.parent for p in SOURCES if p.name == "__init__.py"}
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+def test_imports_point_one_way(floor: str) -> None:
+    above = FLOORS[FLOORS.index(floor) + 1 :]
+    for path in SOURCES:
+        if path.relative_to(ROOT).parts[0] == floor:
+            up = {name for name in imports(path) if name.startswith(tuple(f"warmlink.{a}" for a in above))}
+            assert not up, f"{path.relative_to(ROOT)} imports {up}"
+
+
+@pytest.mark.parametrize("path", [p for p in SOURCES if p.name in ("equations.py", "law.py")], ids=str)
+def test_equations_know_neither_fmi_nor_tables_nor_plots(path: Path) -> None:
+    assert not {name.partition(".")[0] for name in imports(path)} & {*HEAVY, "pythonfmu", "matplotlib"}
+
+
+def test_help_loads_nothing_heavy() -> None:
+    script = (
+        "import sys, warmlink.orchestration.cli as cli\n"
+        "try:\n    cli.app(['--help'])\nexcept SystemExit:\n    pass\n"
+        f"print('LOADED', [m for m in {HEAVY!r} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert "LOADED []" in done.stdout
+    assert "run" in done.stdout
+
+
+def test_the_project_speaks_of_itself_only() -> None:
+    tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if tracked.returncode != 0:
+        pytest.skip("not a git checkout, so there is no list of the project's files")
+    home = "/" + "work" + "/"
+    for name in tracked.stdout.split():
+        path = ROOT / name
+        if path.suffix in (".py", ".md", ".toml", ".c", ".h", ".txt", ".j2") and path.is_file():
+            assert home not in path.read_text("utf-8"), f"{name} holds a path of one machine"
