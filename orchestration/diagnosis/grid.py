@@ -12,8 +12,8 @@ Vector = NDArray[np.float64]
 SIGNIFICANT = 0.1
 """Share of an input's range by which it must change for the steps to begin anew."""
 
-MOST_EVENTS = 400
-"""With more changes than this the inputs are noisy: steps then average over them."""
+MOST_EVENTS = 150
+"""An input that changes more often is noisy: steps then average over it."""
 
 MOST_LEVELS = 20_000
 
@@ -67,8 +67,6 @@ def steps_for(time: Vector, inputs: Vector, resolution: Resolution) -> Steps:
     """
     starts = _levels(time, inputs)
     events = _events(inputs[:, starts])
-    if events.sum() > MOST_EVENTS:
-        events[:] = False
     ends = np.append(time[starts[1:]], time[-1])
     builder = _Builder(resolution, inputs)
     for start, end, column, event in zip(time[starts], ends, starts, events, strict=True):
@@ -96,7 +94,9 @@ def _events(levels: Vector) -> NDArray[np.bool_]:
         return np.zeros(1, dtype=bool)
     span = np.ptp(levels, axis=1, keepdims=True)
     change = np.abs(np.diff(levels, axis=1)) / np.where(span > 0, span, 1.0)
-    return np.concatenate([[False], np.any(change > SIGNIFICANT, axis=0)])
+    large = change > SIGNIFICANT
+    large[large.sum(axis=1) > MOST_EVENTS] = False
+    return np.concatenate([[False], np.any(large, axis=0)])
 
 
 class _Builder:

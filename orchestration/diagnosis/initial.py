@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.diagnosis.measured import Run
@@ -12,6 +13,9 @@ from warmlink.orchestration.diagnosis.rigs import Rig
 
 FIRST = 60.0
 """s whose readings are averaged."""
+
+_ENOUGH, _CLEARLY = 5, 4.0
+"""Readings that make a line, and standard errors of its slope that make it clear."""
 
 _AT_SENSOR = {"link.base_temperature": 1, "link.tip_temperature": 3} | {
     f"link.sensor_temperature[{i}]": i for i in range(1, SENSORS + 1)
@@ -28,7 +32,7 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
     for variable, values in run.readings.items():
         readings = values[early & np.isfinite(values)]
         if readings.size and variable in rig.variables and rig.variables[variable].variable.unit == "K":
-            first[variable] = float(np.mean(readings))
+            first[variable] = _at_start(run.time[early & np.isfinite(values)], readings)
     if not first:
         return {}
     mean = float(np.mean(list(first.values())))
@@ -42,6 +46,18 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
     if "heater" in rig.components:
         result["heater.initial_temperature"] = mean
     return result
+
+
+def _at_start(times: NDArray[np.float64], readings: NDArray[np.float64]) -> float:
+    """Mean of the first minute, or where readings rise or fall clearly in it, the line through them at 0 s."""
+    mean = float(np.mean(readings))
+    if readings.size < _ENOUGH:
+        return mean
+    centred = times - times.mean()
+    slope = float(centred @ readings / (centred @ centred))
+    scatter = float(np.std(readings - mean - slope * centred, ddof=2))
+    error = scatter / float(np.sqrt(centred @ centred))
+    return mean - slope * float(times.mean()) if abs(slope) > _CLEARLY * error else mean
 
 
 def _along_link(
