@@ -82,7 +82,9 @@ class Equations:
         """Rates with their derivatives, fast, for one thread."""
         return Linearised(self._linear, len(self.states), len(self.slots))
 
-    def observe(self, x: Vector, z: Vector, p: Vector, w: Vector, time: Vector) -> tuple[Vector, Vector, Vector]:
+    def observe(
+        self, x: Vector, z: Vector, p: Vector, w: Vector, time: Vector
+    ) -> tuple[Vector, Vector, Vector]:
         """Outputs at many points.
 
         Parameters
@@ -167,9 +169,17 @@ class _Joined:
         fed = ca.vertcat(*wires.values()) if wires else ca.SX(0, 1)
         for _ in range(len(wires) + 1):
             feeding = ca.vertcat(*(values[source] for source in rig.connections.values()))
-            values = dict(
-                zip(values, ca.vertsplit(ca.substitute(ca.vertcat(*values.values()), fed, feeding)), strict=True)
-            ) if wires else values
+            values = (
+                dict(
+                    zip(
+                        values,
+                        ca.vertsplit(ca.substitute(ca.vertcat(*values.values()), fed, feeding)),
+                        strict=True,
+                    )
+                )
+                if wires
+                else values
+            )
             everything = ca.substitute(everything, fed, feeding) if wires else everything
         count = self.x.shape[0]
         self.rates, self.begun = everything[:count], everything[count : 2 * count]

@@ -228,4 +228,6 @@ class _Reader:
     def _refuse_unknown(self, table: Mapping[str, object], known: set[str], where: str) -> None:
         for key in table:
             if key not in known:
-                raise InputError(f"{self.name}: {where}{key} is not known; known are {', '.join(sorted(known))}")
+                raise InputError(
+                    f"{self.name}: {where}{key} is not known; known are {', '.join(sorted(known))}"
+                )

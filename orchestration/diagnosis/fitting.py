@@ -18,6 +18,9 @@ from warmlink.orchestration.diagnosis.problem import Freed, Item, Problem
 Vector = NDArray[np.float64]
 
 _MOST_ITERATIONS = 12
+_BEYOND = 4.0
+"""Chi-square that a bound must cost before it rejects the cause that lies on it."""
+
 _SMALL = 0.05
 """Expected decrease of chi-square below which a fit has arrived."""
 
@@ -46,7 +49,7 @@ class Fit:
     items : causes in it
     freed, theta : its numbers and their values in SI
     point : chi-square and linearisation there
-    at_bound : whether each number lies on a physical bound other than its neutral value
+    at_bound : whether each number would rather lie beyond a physical bound
     """
 
     items: tuple[Item, ...]
@@ -97,7 +100,9 @@ class Columns:
 
 
 def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
-    return any(o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by)
+    return any(
+        o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by
+    )
 
 
 class Fitter:
@@ -152,7 +157,9 @@ class Fitter:
         damping = 0.0
         for _ in range(_MOST_ITERATIONS if freed else 0):
             columns = Columns(freed, freed, point)
-            step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta, damping)
+            step, expected = bounded_step(
+                columns.gram, columns.gradient, lower - theta, upper - theta, damping
+            )
             if expected < _SMALL:
                 break
             tried = self.at(freed, theta + step)
@@ -169,12 +176,17 @@ class Fitter:
         return Fit(tuple(items), freed, theta, point, self._bounds(freed, theta, point))
 
     def _bounds(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
-        result = []
-        for f, value in zip(freed, theta, strict=True):
-            near = 1e-6 * f.span
-            at = (value <= f.lower + near or value >= f.upper - near) and abs(value - f.start) > near
-            result.append(bool(at))
-        return tuple(result)
+        """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
+        near = np.array([1e-6 * f.span for f in freed])
+        lower, upper = np.array([f.lower for f in freed]), np.array([f.upper for f in freed])
+        on = (theta <= lower + near) | (theta >= upper - near)
+        on &= np.abs(theta - np.array([f.start for f in freed])) > near
+        if not on.any():
+            return (False,) * len(freed)
+        columns = Columns(freed, freed, point)
+        low, high = np.where(on, -np.inf, lower - theta), np.where(on, np.inf, upper - theta)
+        _, beyond = bounded_step(columns.gram, columns.gradient, low, high)
+        return tuple(bool(each) and beyond > _BEYOND for each in on)
 
 
 def bounded_step(

@@ -119,13 +119,23 @@ class Scores:
         freed = [*problem.calibrated, *(f for item in items for f in item.freed)]
         theta = []
         for f in freed:
-            like = [v for (name, _, calibrated), v in fitted.items() if (name, calibrated) == (f.variable, f.calibrated)]
-            theta.append(fitted.get((f.variable, f.group, f.calibrated), float(np.mean(like)) if like else f.start))
+            like = [
+                v
+                for (name, _, calibrated), v in fitted.items()
+                if (name, calibrated) == (f.variable, f.calibrated)
+            ]
+            theta.append(
+                fitted.get((f.variable, f.group, f.calibrated), float(np.mean(like)) if like else f.start)
+            )
         return freed, np.array(theta)
 
     def _adapted(self, run: int, z: Vector, freed: Sequence[Freed], fit: Fit, until: float) -> Vector:
         """Fit to a held-out run's opening the numbers that belong to this run alone."""
-        own = [f for f in freed if f.runs == (run,) and (f.variable, f.group) not in {(g.variable, g.group) for g in fit.freed}]
+        own = [
+            f
+            for f in freed
+            if f.runs == (run,) and (f.variable, f.group) not in {(g.variable, g.group) for g in fit.freed}
+        ]
         data = self.problem.data[run]
         rows = data.time <= until
         for _ in range(4 if own else 0):

@@ -115,9 +115,7 @@ class _Builder:
         """Add a stretch of constant inputs, cut into steps where it is long."""
         left = duration
         while left > 1e-9:
-            limit = min(
-                self.resolution.longest, self.resolution.first + self.resolution.growth * self.since
-            )
+            limit = min(self.resolution.longest, self.resolution.first + self.resolution.growth * self.since)
             room = limit - self._length
             take = left if left <= room else min(left, max(room, left / np.ceil(left / room)))
             self._pending.append((column, take))

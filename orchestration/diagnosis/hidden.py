@@ -174,7 +174,9 @@ def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Vector],
         air = duty.ambient + truth.ambient_offset + truth.ambient_drift * time + truth.room(time)
         rise = rod - air
         middle = (rod[1:] + rod[:-1]) / 2 - COLD
-        flow = truth.conductivity * (1 + truth.conductivity_slope * middle) * SECTION * np.diff(rod) / mesh.size
+        flow = (
+            truth.conductivity * (1 + truth.conductivity_slope * middle) * SECTION * np.diff(rod) / mesh.size
+        )
         coefficient = loss * (1 + truth.draught(time)) + truth.buoyancy * np.abs(rise) ** 0.25
         gain = -mesh.area * (
             coefficient * rise + truth.emissivity * RADIATION * (rod**4 - air**4) - truth.flux

@@ -15,7 +15,13 @@ from warmlink.orchestration.diagnosis.hidden import COLD, Course, Segment, Truth
 Vector = NDArray[np.float64]
 
 KELVIN_ZERO = 273.15
-CHANNELS = ("shaft_temperature", "winding_temperature", "base_temperature", "middle_temperature", "tip_temperature")
+CHANNELS = (
+    "shaft_temperature",
+    "winding_temperature",
+    "base_temperature",
+    "middle_temperature",
+    "tip_temperature",
+)
 """Temperature columns of a made-up run, as the fields of `Course` in order; the elongation follows."""
 
 Readings = dict[str, Vector]

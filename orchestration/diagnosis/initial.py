@@ -42,7 +42,9 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
         result["motor.initial_shaft_temperature"] = shaft
         result["motor.initial_winding_temperature"] = first.get("motor.winding_temperature", shaft)
     if "link" in rig.components:
-        result |= _along_link(rig, {_AT_SENSOR[v]: t for v, t in first.items() if v in _AT_SENSOR}, mean, known)
+        result |= _along_link(
+            rig, {_AT_SENSOR[v]: t for v, t in first.items() if v in _AT_SENSOR}, mean, known
+        )
     if "heater" in rig.components:
         result["heater.initial_temperature"] = mean
     return result

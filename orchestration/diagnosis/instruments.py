@@ -47,7 +47,11 @@ def channel_of(rig: Rig, output: str) -> Channel | None:
         return Channel("", "camera.offset", "", "camera.scale", "camera.drift_rate")
     instance, _, element = reading.partition("[")
     return Channel(
-        f"{instance}.lag[{element}", f"{instance}.offset[{element}", f"{instance}.stem_conduction[{element}", "", ""
+        f"{instance}.lag[{element}",
+        f"{instance}.offset[{element}",
+        f"{instance}.stem_conduction[{element}",
+        "",
+        "",
     )
 
 

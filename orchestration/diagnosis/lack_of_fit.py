@@ -73,9 +73,7 @@ def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> l
             if rows.size < 16:
                 continue
             residual = data.readings[rows, channel] - values[rows, channel]
-            explained = _orthonormal(
-                np.column_stack([by_slot[rows, channel], slow_courses(data.time[rows])])
-            )
+            explained = _orthonormal(np.column_stack([by_slot[rows, channel], slow_courses(data.time[rows])]))
             parts.append((data.time[rows], residual - explained @ (explained.T @ residual)))
             quantum = max(quantum, float(data.quantum[channel]))
         models.append(estimate(parts, quantum, floors[channel]))

@@ -68,13 +68,18 @@ DUTIES: tuple[tuple[Stage, ...], ...] = (
     (_PAD, _FAST, _PAD, _REST),
     (_LONG_REST, _STALL, _FAST, _REST),
     (_STALL, _BOTH, _REST, _PAD),
-    tuple(replace(s, duration_s=600.0) for s in (_FAST, _REST, _HEAVY, _REST, _STALL, _REST, _PAD, _REST, _BOTH, _REST, _FAST, _REST)),
+    tuple(
+        replace(s, duration_s=600.0)
+        for s in (_FAST, _REST, _HEAVY, _REST, _STALL, _REST, _PAD, _REST, _BOTH, _REST, _FAST, _REST)
+    ),
     tuple(replace(s, duration_s=300.0) for s in (_BOTH, _REST, _PAD, _REST, _FAST, _REST, _HEAVY, _REST) * 3),
 )
 """Feasible duty cycles of about two hours."""
 
 
-def next_experiment(fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment) -> Proposed | None:
+def next_experiment(
+    fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment
+) -> Proposed | None:
     """Choose what tells the best model from its rivals; None where there is no rival."""
     if not rivals:
         return None
@@ -129,10 +134,17 @@ def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) 
     carried = Scores.carry(problem, fit)
     z = problem.values(run, *carried)
     values, by_slot = problem.predict(run, z)
-    columns = np.stack(
-        [by_slot[:, :, list(f.slots)].sum(axis=2) if run in f.runs else np.zeros(values.shape) for f in carried[0]],
-        axis=2,
-    ) if carried[0] else np.zeros((*values.shape, 0))
+    columns = (
+        np.stack(
+            [
+                by_slot[:, :, list(f.slots)].sum(axis=2) if run in f.runs else np.zeros(values.shape)
+                for f in carried[0]
+            ],
+            axis=2,
+        )
+        if carried[0]
+        else np.zeros((*values.shape, 0))
+    )
     joined = np.concatenate([values[:, :, None], columns], axis=2)
     together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
     return together[:, 0], together[:, 1:]

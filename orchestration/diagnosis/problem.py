@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.cause import Cause, catalogue
 from warmlink.orchestration.diagnosis.equations import Equations
 from warmlink.orchestration.diagnosis.experiment import PER_RUN, Calibrated, Experiment
@@ -82,9 +81,7 @@ class Problem:
 
     def __init__(self, experiment: Experiment, resolution: Resolution = SEARCH) -> None:
         self.experiment = experiment
-        self.variables = tuple(
-            dict.fromkeys(column.variable for column in experiment.columns)
-        )
+        self.variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
         self.names = names_of(experiment.columns)
         self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
         inner, outer = self._slots()
@@ -199,7 +196,11 @@ class Problem:
             return
         for variable in self.variables:
             channel = channel_of(rig_here, variable)
-            if channel is None or (cause.kind == "camera") != (variable == ELONGATION) and cause.kind != "reading":
+            if (
+                channel is None
+                or (cause.kind == "camera") != (variable == ELONGATION)
+                and cause.kind != "reading"
+            ):
                 continue
             own = {
                 "lag": channel.lag,
@@ -234,11 +235,11 @@ class Problem:
         equations = Equations(rig(self.experiment.rig.name, resolution.cells), self._inner, self.variables)
         return [
             Readings(
-                Forward(equations, run, self._known(run), resolution),
+                Forward(equations, run, self.known_of(run), resolution),
                 self.variables,
                 self._outer,
                 data.time,
-                _ambient(run, self._known(run)),
+                _ambient(run, self.known_of(run)),
             )
             for run, data in zip(self.experiment.runs, self.data, strict=True)
         ]
@@ -250,7 +251,12 @@ class Problem:
 
     _fine: tuple[Resolution, list[Readings]] | None = None
 
-    def _known(self, run: Run) -> Mapping[str, float]:
+    def known(self, run: int) -> Mapping[str, float]:
+        """What the experiment gives of a run, and the states that it starts from, in SI."""
+        return self.known_of(self.experiment.runs[run])
+
+    def known_of(self, run: Run) -> Mapping[str, float]:
+        """What the experiment gives of any run on its system."""
         known = {**self.experiment.known, **run.known}
         if self.experiment.initial_measured:
             known = {**initial_values(self.experiment.rig, run, known), **known}
@@ -264,10 +270,3 @@ def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Vector, Vector]:
             return run.time, signal
     given = [value for name, value in known.items() if name.endswith(".ambient_temperature")]
     return run.time, np.full(run.time.size, given[0] if given else 295.15)
-
-
-def held_out_only(experiment: Experiment) -> Experiment:
-    """Refuse an experiment with nothing to fit; give it back otherwise."""
-    if not any(run.fitted.any() for run in experiment.runs):
-        raise InputError(f"{experiment.title}: nothing is left to fit")
-    return replace(experiment)

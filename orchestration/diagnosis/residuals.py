@@ -62,7 +62,10 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
     problem = fitter.problem
     residuals = residuals_of(problem, fit)
     whitened = fitter.whitened(fit.freed, fit.theta)
-    phases = [_phases(run, data.time, data.readings) for run, data in zip(problem.experiment.runs, problem.data, strict=True)]
+    phases = [
+        _phases(run, data.time, data.readings)
+        for run, data in zip(problem.experiment.runs, problem.data, strict=True)
+    ]
     signals = [_signals(problem, i) for i in range(len(problem.data))]
     found = {}
     for channel, variable in enumerate(problem.variables):
@@ -89,9 +92,15 @@ def _phases(run: Run, times: Vector, readings: Vector) -> dict[str, NDArray[np.b
     temperatures = readings[:, np.nanmean(readings, axis=0) > 1.0]
     with np.errstate(all="ignore"):
         mean = np.nanmean(temperatures, axis=1) if temperatures.size else np.zeros(times.size)
-    filled = np.interp(times, times[np.isfinite(mean)], mean[np.isfinite(mean)]) if np.isfinite(mean).any() else mean
+    filled = (
+        np.interp(times, times[np.isfinite(mean)], mean[np.isfinite(mean)])
+        if np.isfinite(mean).any()
+        else mean
+    )
     width = max(3, int(300 / max(float(np.median(np.diff(times))), 1e-9)))
-    smooth = np.convolve(np.pad(filled, width // 2, mode="edge"), np.ones(width) / width, "valid")[: times.size]
+    smooth = np.convolve(np.pad(filled, width // 2, mode="edge"), np.ones(width) / width, "valid")[
+        : times.size
+    ]
     rate = np.gradient(smooth, times)
     phases = {"heating": rate > _STEADY, "steady": np.abs(rate) <= _STEADY, "cooling": rate < -_STEADY}
     for name, signal in run.inputs.items():

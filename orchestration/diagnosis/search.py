@@ -10,7 +10,7 @@ distribution).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,7 @@ class Search:
 
     def __init__(self, fitter: Fitter, progress: Callable[[str], None] = lambda text: None) -> None:
         self.fitter = fitter
-        self.items = fitter.problem.items
+        self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
         self._progress = progress
@@ -111,9 +111,7 @@ class Search:
         """Search until no proposal may be better or as good, or the fits are used up."""
         while len(self.fits) < _MOST_FITS:
             limit = self.score(self.best) + NEAR + _SLACK
-            ranked = sorted(
-                (self._expected(p), i, p) for i, p in enumerate(self._proposals.values())
-            )
+            ranked = sorted((self._expected(p), i, p) for i, p in enumerate(self._proposals.values()))
             promising = [p for expected, _, p in ranked[:_PER_ROUND] if expected < limit]
             if not promising:
                 break
@@ -127,11 +125,20 @@ class Search:
         size = len(best.items)
         score = self.score(best)
         close = [
-            fit
-            for fit in self.fits.values()
-            if fit is not best and len(fit.items) == size and self.score(fit) < score + within
+            fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < score + within
         ]
-        return sorted(close, key=self.score)
+        every = [twin for fit in close for twin in (fit, *self._twins(fit))]
+        return sorted((fit for fit in every if fit is not best), key=self.score)
+
+    def _twins(self, fit: Fit) -> Iterable[Fit]:
+        """The same fit under labels that split the fitted runs in the same way, so that no data tell them apart."""
+        runs = self.fitter.problem.fitted_runs
+        for i, item in enumerate(fit.items):
+            for other in self.fitter.problem.items:
+                if other.title not in fit.key and _split(other, runs) == _split(item, runs):
+                    items = (*fit.items[:i], other, *fit.items[i + 1 :])
+                    freed = (*self.fitter.problem.calibrated, *(f for each in items for f in each.freed))
+                    yield replace(fit, items=items, freed=freed)
 
     def _expected(self, proposal: Proposal) -> float:
         return proposal.chi2 + self.penalty(proposal.items)
@@ -178,7 +185,11 @@ class Neighbours:
         change = np.array([f.start - values[f] for f in back])
         gram, gradient = columns.gram, columns.gradient
         shifted = gradient - gram[:, nb : nb + nr] @ change
-        self.chi2 = fit.chi2 - 2 * gradient[nb : nb + nr] @ change + change @ gram[nb : nb + nr, nb : nb + nr] @ change
+        self.chi2 = (
+            fit.chi2
+            - 2 * gradient[nb : nb + nr] @ change
+            + change @ gram[nb : nb + nr, nb : nb + nr] @ change
+        )
         inner = gram[:nb, :nb]
         scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
         inverse = np.linalg.pinv(inner / np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -265,6 +276,16 @@ class Neighbours:
         for f, delta in zip(self.base, change_base, strict=True):
             start[f] = float(np.clip(start[f] + delta, f.lower, f.upper))
         return Proposal((*kept, *(self.candidates[i] for i in chosen)), chi2, start)
+
+
+def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:
+    """What an item frees in the fitted runs, whatever the label is called."""
+    return item.name, tuple(tuple(r for r in f.runs if r in runs) for f in item.freed)
+
+
+def _unlike(items: Sequence[Item], runs: Sequence[int]) -> tuple[Item, ...]:
+    """The first of items that free the same in the fitted runs."""
+    return tuple({_split(item, runs): item for item in reversed(items)}.values())[::-1]
 
 
 def family_wise_level(null: Neighbours, false_alarms: float = FALSE_ALARMS, seed: int = 0) -> float:

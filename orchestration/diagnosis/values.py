@@ -10,12 +10,12 @@ import re
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.units import Conversion, Unit, conversion, parse_unit
 
 if TYPE_CHECKING:
     from warmlink.fmus.packaging.component import Scalar
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 _HEADER = re.compile(r"\s*(.+?)\s*\[(.*)\]\s*$")
 
 
@@ -59,14 +59,12 @@ def to_si(text: object, scalar: Scalar, where: str, difference: bool = False) ->
     InputError
         Not a quantity, or one of another kind.
     """
-    if isinstance(text, int | float) and not isinstance(text, bool):
-        return float(text)
-    match = _QUANTITY.match(text) if isinstance(text, str) else None
-    if match is None:
-        raise InputError(f'{where}: {text!r} is not a quantity; write a number and a unit, as "6 W"')
-    unit = match.group(2) or scalar.variable.unit
-    kind = difference or not is_temperature(scalar)
-    return converter(unit, scalar.variable.unit, kind, where)(float(match.group(1)))
+    return quantity(
+        text,  # type: ignore[arg-type]  # it refuses what is neither text nor number
+        scalar.variable.unit,
+        where,
+        difference=difference or not is_temperature(scalar),
+    )
 
 
 def seconds(text: object, where: str) -> float:
@@ -77,13 +75,7 @@ def seconds(text: object, where: str) -> float:
     InputError
         Not a time, or a negative one.
     """
-    if isinstance(text, int | float) and not isinstance(text, bool):
-        value = float(text)
-    else:
-        match = _QUANTITY.match(text) if isinstance(text, str) else None
-        if match is None:
-            raise InputError(f'{where}: {text!r} is not a time; write it as "20 min"')
-        value = converter(match.group(2) or "s", "s", True, where)(float(match.group(1)))
+    value = quantity(text, "s", where)  # type: ignore[arg-type]
     if not value >= 0:
         raise InputError(f"{where}: {value:g} s is negative; give a time of at least 0 s")
     return value

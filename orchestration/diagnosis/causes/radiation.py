@@ -3,12 +3,12 @@
 from warmlink.orchestration.diagnosis.cause import Cause
 
 CAUSE = Cause(
-    name='radiation',
+    name="radiation",
     sentence="The link's surface radiates heat, which the model leaves out.",
-    frees=('link.emissivity',),
+    frees=("link.emissivity",),
     lower=0.0,
     upper=1.0,
-    shown_unit='1',
-    looks_like='the link is cooler than simulated, the more so the hotter it is',
-    check='Hold a thermal camera or a strip of black tape to the link; painted or anodised surfaces radiate strongly.',
+    shown_unit="1",
+    looks_like="the link is cooler than simulated, the more so the hotter it is",
+    check="Hold a thermal camera or a strip of black tape to the link; painted or anodised surfaces radiate strongly.",
 )

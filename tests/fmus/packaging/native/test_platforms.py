@@ -68,7 +68,9 @@ def test_every_platform_lies_inside(fmus: dict[FmiVersion, Path], version: FmiVe
 def test_linux_asks_for_no_newer_glibc_than_2_17(fmus: dict[FmiVersion, Path], platform: str) -> None:
     for version in VERSIONS:
         _, content = library(fmus[version], version, platform)
-        asked = {tuple(map(int, found.split(b"."))) for found in re.findall(rb"GLIBC_(\d+(?:\.\d+)+)", content)}
+        asked = {
+            tuple(map(int, found.split(b"."))) for found in re.findall(rb"GLIBC_(\d+(?:\.\d+)+)", content)
+        }
         assert asked
         assert max(asked) <= (2, 17)
 
@@ -80,7 +82,9 @@ def run_hour(command: list[str], **options: Any) -> list[float]:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_the_oldest_glibc_library_runs_here(fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path) -> None:
+def test_the_oldest_glibc_library_runs_here(
+    fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path
+) -> None:
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         pytest.skip("this machine is not x86_64-linux")
     host = compile_host(compiler("x86_64-linux"), version, tmp_path)
@@ -91,7 +95,10 @@ def test_the_oldest_glibc_library_runs_here(fmus: dict[FmiVersion, Path], versio
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_windows_library_runs_under_wine(
-    fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+    fmus: dict[FmiVersion, Path],
+    version: FmiVersion,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
     wine = shutil.which("wine64") or shutil.which("wine")
     if wine is None:
@@ -100,13 +107,22 @@ def test_windows_library_runs_under_wine(
     path, _ = library(fmus[version], version, "x86_64-windows")
     given = arguments(COMPONENT, fmus[version], path, tmp_path / "fmu")
     prefix = tmp_path_factory.getbasetemp() / "wine"
-    quiet = {**os.environ, "WINEPREFIX": str(prefix), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+    quiet = {
+        **os.environ,
+        "WINEPREFIX": str(prefix),
+        "WINEDEBUG": "-all",
+        "WINEDLLOVERRIDES": "mscoree,mshtml=",
+    }
     given[0] = "Z:" + given[0].replace("/", "\\")
-    assert run_hour([wine, str(host), *given], env=quiet) == pytest.approx(hour_in_python(COMPONENT), rel=1e-9)
+    assert run_hour([wine, str(host), *given], env=quiet) == pytest.approx(
+        hour_in_python(COMPONENT), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_aarch64_library_runs_under_qemu(fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path) -> None:
+def test_aarch64_library_runs_under_qemu(
+    fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path
+) -> None:
     qemu = shutil.which("qemu-aarch64")
     if qemu is None:
         pytest.skip("qemu-user is not installed (Debian: apt-get install qemu-user)")

@@ -19,7 +19,9 @@ SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 @pytest.mark.parametrize("name", COMPONENTS)
-def test_sanitizers_find_nothing(name: str, version: FmiVersion, c_compiler: Compiler, tmp_path: Path) -> None:
+def test_sanitizers_find_nothing(
+    name: str, version: FmiVersion, c_compiler: Compiler, tmp_path: Path
+) -> None:
     sources, _ = native_sources(COMPONENTS[name], version)
     for file, text in sources.items():
         (tmp_path / file).write_text(text, encoding="utf-8")
@@ -39,6 +41,9 @@ def test_sanitizers_find_nothing(name: str, version: FmiVersion, c_compiler: Com
     assert built.returncode == 0, built.stderr[-2000:]
     assert "warning" not in built.stderr, built.stderr[:2000]
     done = subprocess.run(
-        [str(tmp_path / "driven")], capture_output=True, text=True, env={**os.environ, "ASAN_OPTIONS": "detect_leaks=1"}
+        [str(tmp_path / "driven")],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "ASAN_OPTIONS": "detect_leaks=1"},
     )
     assert done.returncode == 0, done.stderr[-3000:]
