@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.experiment import Experiment, read_experiment
 from warmlink.orchestration.diagnosis.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.fitting import Fit

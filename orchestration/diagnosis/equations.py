@@ -1,4 +1,4 @@
-"""A rig's equations in one piece: rates, outputs and their derivatives, from the components' own declarations.
+"""A rig's equations in one piece: rates, outputs, derivatives, from the components' own declarations.
 
 Components are joined symbolically, so that the diagnosis integrates the very equations that lie in the
 FMUs, without the communication steps between them.
@@ -130,9 +130,9 @@ class Linearised:
         self.by_state, self.by_slot = np.zeros((states, states)), np.zeros((states, slots))
         self._buffer, self.evaluate = function.buffer()
         for i, array in enumerate((self.x, self.z, self.p, self.w, self.time)):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, memoryview(array))  # type: ignore[arg-type]
         for i, array in enumerate((self.rates, self.by_state, self.by_slot)):
-            self._buffer.set_res(i, memoryview(array.reshape(-1)))
+            self._buffer.set_res(i, memoryview(array.reshape(-1)))  # type: ignore[arg-type]
 
 
 class _Joined:

@@ -113,7 +113,8 @@ class _Reader:
         given = self.content.get("run")
         if not isinstance(given, list) or not given:
             raise InputError(f"{self.name}: there is no [[run]]; give at least one with data = 'FILE.csv'")
-        runs, columns = [], ()
+        runs: list[Run] = []
+        columns: tuple[Column, ...] = ()
         for i, entry in enumerate(given):
             run, columns = self._run(entry, i, channels, covariates)
             runs.append(run)

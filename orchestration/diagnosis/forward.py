@@ -87,7 +87,7 @@ class Forward:
         return self._interpolated(z, states, slopes_left, slopes_right, times)
 
     def _integrate(self, z: Vector) -> tuple[Vector, Vector, Vector]:
-        """States and sensitivities at the points between steps, and their slopes at both ends of each step."""
+        """States and sensitivities between steps, and their slopes at both ends of each step."""
         rates = self.equations.stepper()
         rates.z[:], rates.p[:] = z, self._p
         x, by_slot = self.equations.begin(z, self._p, self._w[:, 0])
@@ -130,7 +130,8 @@ class Forward:
             rates.evaluate()
             slopes, jacobian, by_slot = rates.rates, rates.by_state, rates.by_slot
         else:
-            slopes, jacobian, by_slot = np.zeros(1), np.zeros(1), np.zeros(1)
+            slopes = np.zeros_like(rates.rates)
+            jacobian, by_slot = np.zeros_like(rates.by_state), np.zeros_like(rates.by_slot)
             for column, share in shares:
                 rates.w[:] = self.steps.inputs[:, column]
                 rates.evaluate()

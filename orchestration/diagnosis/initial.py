@@ -51,7 +51,7 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
 
 
 def _at_start(times: NDArray[np.float64], readings: NDArray[np.float64]) -> float:
-    """Mean of the first minute, or where readings rise or fall clearly in it, the line through them at 0 s."""
+    """Mean of the first minute; where readings clearly rise or fall in it, their line at 0 s."""
     mean = float(np.mean(readings))
     if readings.size < _ENOUGH:
         return mean

@@ -91,7 +91,7 @@ def estimate(residuals: list[tuple[Vector, Vector]], quantum: float, floor: floa
     """
     from scipy.fft import dct
 
-    power, spectra, angle = [], [], []
+    power, angle = [], []
     for times, values in residuals:
         if times.size < 16:
             continue

@@ -196,11 +196,8 @@ class Problem:
             return
         for variable in self.variables:
             channel = channel_of(rig_here, variable)
-            if (
-                channel is None
-                or (cause.kind == "camera") != (variable == ELONGATION)
-                and cause.kind != "reading"
-            ):
+            fits = cause.kind == "reading" or (cause.kind == "camera") == (variable == ELONGATION)
+            if channel is None or not fits:
                 continue
             own = {
                 "lag": channel.lag,

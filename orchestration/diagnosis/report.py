@@ -42,9 +42,9 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         ),
         Section(
             "Ranking",
-            "Sets of causes by chi-square plus a penalty for each cause, which chance alone reaches in one of "
-            "200 runs with nothing wrong. A set whose parameter would rather lie beyond a physical bound is "
-            "rejected, however well it fits.",
+            "Sets of causes by chi-square plus a penalty for each cause, which chance alone reaches in one "
+            "of 200 runs with nothing wrong. A set whose parameter would rather lie beyond a physical "
+            "bound is rejected, however well it fits.",
             _ranking(diagnosis),
         ),
         *_next(diagnosis.proposed),
@@ -82,7 +82,7 @@ def _figures(diagnosis: Diagnosis) -> list[Section]:
         sections.append(
             Section(
                 f"{measured.name} ({role}{part})",
-                "Left: measured and simulated. Right: measured minus simulated, in units of the noise's sigma.",
+                "Left: measured and simulated. Right: measured minus simulated, over the noise's sigma.",
                 figure=_figure(diagnosis, run),
             )
         )
@@ -168,7 +168,7 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
     for name, each in wrong.items():
         unit = shown(diagnosis.units()[name])
         factor = SHOWN[unit]
-        follows = ", ".join(f"{signal} ({r:+.2f})" for signal, r in each.correlates_with[:2])
+        follows = ", ".join(f"{signal} ({r:+.2f})" for signal, r in each.correlates_with[:1])
         rows.append(
             (
                 f"{name} [{unit}]",
@@ -176,7 +176,7 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
                 f"{each.noise * factor:.2g}",
                 f"{each.bias * factor:+.2g}",
                 f"{each.whiteness_p:.2g}",
-                ", ".join(each.when[:3]) or "-",
+                ", ".join(each.when[:2]) or "-",
                 follows or "-",
             )
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +159,7 @@ def _signals(problem: Problem, run: int) -> dict[str, Vector]:
         if ambient is not None:
             signals[f"{name}^4 - ambient^4"] = values**4 - ambient**4
     pairs = list(temperatures.items())
-    for (a, first), (b, second) in zip(pairs, pairs[1:], strict=False):
+    for (a, first), (b, second) in pairwise(pairs):
         signals[f"{a} - {b}"] = first - second
     return signals
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +132,7 @@ class Search:
         return sorted((fit for fit in every if fit is not best), key=self.score)
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
-        """The same fit under labels that split the fitted runs in the same way, so that no data tell them apart."""
+        """The same fit under labels that split the fitted runs alike: no data tell them apart."""
         runs = self.fitter.problem.fitted_runs
         for i, item in enumerate(fit.items):
             for other in self.fitter.problem.items:
@@ -204,7 +205,7 @@ class Neighbours:
         # A column that the calibration explains all but entirely says nothing.
         self.alive = np.diag(self.gram) > 1e-7 * np.maximum(own, 1e-300)
         starts = np.cumsum([0, *(len(item.freed) for item in self.candidates)])
-        self.spans = [slice(a, b) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+        self.spans = [slice(a, b) for a, b in pairwise(starts)]
         self._lower = np.array([f.lower - f.start for f in added])
         self._upper = np.array([f.upper - f.start for f in added])
 

@@ -1,4 +1,4 @@
-"""The verdict: nothing wrong, a named cause, several that the data cannot tell apart, or none that explains it."""
+"""The verdict: nothing wrong, causes named, causes that cannot be told apart, or none that explains it."""
 
 from __future__ import annotations
 
@@ -70,7 +70,6 @@ class Assessment:
 def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
     """Search for what is wrong, on the fitted rows alone."""
     problem = Problem(fitted_part(experiment))
-    floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
     progress("simulating as it stands")
     start = [f.start for f in problem.calibrated]
     problem.refine([problem.values(i, problem.calibrated, start) for i in range(len(problem.data))])

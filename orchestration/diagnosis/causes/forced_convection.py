@@ -11,5 +11,5 @@ CAUSE = Cause(
     relative=True,
     shown_unit="W.s/(m3.K)",
     looks_like="right while still, wrong while moving, in proportion to speed",
-    check="Compare the joint's real path with the mean speed in the log; look for covers that shield the link.",
+    check="Compare the real path with the mean speed in the log; look for covers on the link.",
 )

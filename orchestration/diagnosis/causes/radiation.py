@@ -10,5 +10,5 @@ CAUSE = Cause(
     upper=1.0,
     shown_unit="1",
     looks_like="the link is cooler than simulated, the more so the hotter it is",
-    check="Hold a thermal camera or a strip of black tape to the link; painted or anodised surfaces radiate strongly.",
+    check="Look at the surface: paint and anodising radiate strongly, bare metal hardly.",
 )
