@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.noise import NoiseModel, estimate, slow_courses
+from warmlink.orchestration.diagnosis.noise import NoiseModel, Sample, Spectrum, estimate, slow_courses
 from warmlink.orchestration.diagnosis.problem import Problem
 
 Vector = NDArray[np.float64]
@@ -59,25 +59,36 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
 
 
 def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> list[NoiseModel]:
-    """Noise model of each channel from residuals without anything that candidates or slow courses explain."""
-    models = []
+    """Noise model of each channel from residuals without slow courses.
+
+    Parameters
+    ----------
+    problem : the data
+    fit : the model whose residuals serve; None before any model: then everything that a candidate may
+        explain is taken out as well
+    floors : least standard deviation by channel, in SI
+    """
     predicted = []
     for run in range(len(problem.data)):
         freed, theta = (fit.freed, fit.theta) if fit else ((), np.zeros(0))
         predicted.append(problem.predict(run, problem.values(run, freed, theta)))
+    spectra = []
     for channel in range(len(problem.variables)):
-        parts = []
-        quantum = 0.0
-        for data, (values, by_slot) in zip(problem.data, predicted, strict=True):
+        samples = []
+        least = floors[channel]
+        for run, (data, (values, by_slot)) in enumerate(zip(problem.data, predicted, strict=True)):
             rows = np.flatnonzero(data.fitted & np.isfinite(data.readings[:, channel]))
             if rows.size < 16:
                 continue
             residual = data.readings[rows, channel] - values[rows, channel]
-            explained = _orthonormal(np.column_stack([by_slot[rows, channel], slow_courses(data.time[rows])]))
-            parts.append((data.time[rows], residual - explained @ (explained.T @ residual)))
-            quantum = max(quantum, float(data.quantum[channel]))
-        models.append(estimate(parts, quantum, floors[channel]))
-    return models
+            columns = by_slot[rows, channel]
+            if fit is not None and fit.items:
+                columns = _by_number(columns, fit, run)
+            removed = _orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
+            samples.append(Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed))
+            least = max(least, float(data.quantum[channel]) / np.sqrt(12))
+        spectra.append(Spectrum(samples, least))
+    return estimate(spectra)
 
 
 def whiteness_p(residual: Vector) -> float:
@@ -108,11 +119,11 @@ def _block_diagonal(blocks: list[Vector]) -> Vector:
     return np.asarray(block_diag(*blocks))
 
 
-def _orthonormal(columns: Vector) -> Vector:
-    """Orthonormal basis of the columns' span, shape (rows, rank)."""
+def _orthonormal(columns: Vector, least: float = 1e-7) -> Vector:
+    """Orthonormal basis of the columns' span, shape (rows, rank), without what adds less than a share."""
     size = np.linalg.norm(columns, axis=0)
     kept = columns[:, size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)]
     if kept.shape[1] == 0:
         return np.zeros((columns.shape[0], 0))
     left, singular, _ = np.linalg.svd(kept / np.linalg.norm(kept, axis=0), full_matrices=False)
-    return left[:, singular > 1e-7 * singular[0]]
+    return left[:, singular > least * singular[0]]

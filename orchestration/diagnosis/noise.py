@@ -8,6 +8,7 @@ stationary time series", Arkiv för Matematik 2 (1953) 423-434.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +25,20 @@ LASTING = 1200.0
 _MEMORIES = (20.0, 40.0, 60.0, 90.0, 130.0, 180.0)
 """Candidate correlation times in s."""
 
+_SHARES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 0.95)
+"""Candidate shares of the variance that are correlated."""
+
 _WORTH = 8.0
 """Gain in twice the log-likelihood that a correlated part must bring."""
+
+_APART = 14.0
+"""The same for a channel whose noise is unlike that of the others."""
+
+_FEWEST = 16
+"""Readings, or frequencies, that say something about noise."""
+
+_KEPT = 0.4
+"""Share of a frequency's power that must be left after what was taken out."""
 
 
 @dataclass(frozen=True)
@@ -80,52 +93,91 @@ def slow_courses(times: Vector, period: float = SLOW) -> Vector:
     return np.cos(np.outer(phase, np.arange(count)))
 
 
-def estimate(residuals: list[tuple[Vector, Vector]], quantum: float, floor: float) -> NoiseModel:
-    """Noise model of a channel.
+@dataclass(frozen=True)
+class Sample:
+    """Residuals of a channel in a run, and what was taken out of them.
+
+    Attributes
+    ----------
+    times : s, shape (n,)
+    values : residuals, orthogonal to `removed`, shape (n,)
+    removed : orthonormal columns, shape (n, columns)
+    """
+
+    times: Vector
+    values: Vector
+    removed: Vector
+
+
+class Spectrum:
+    """Periodogram of a channel's residuals, corrected for what was taken out of them.
 
     Parameters
     ----------
-    residuals : for each run times in s and residuals without slow courses, shape (n,) each
-    quantum : step to which readings are rounded
-    floor : least standard deviation, against data without any noise
+    samples : residuals by run
+    least : least standard deviation that the channel may have
     """
-    from scipy.fft import dct
 
-    power, angle = [], []
-    for times, values in residuals:
-        if times.size < 16:
-            continue
-        step = float(np.median(np.diff(times)))
-        removed = 2 * float(times[-1] - times[0]) / SLOW
-        first = int(np.ceil(removed)) + 1
-        k = np.arange(first, times.size)
-        power.append(dct(values, norm="ortho")[first:] ** 2)
-        angle.append((np.pi * k / times.size, np.full(k.size, step)))
-    if not power:
-        return NoiseModel(max(floor, quantum / np.sqrt(12)))
-    found = np.concatenate(power)
-    phase = np.concatenate([a for a, _ in angle])
-    steps = np.concatenate([s for _, s in angle])
-    least = max(floor, quantum / np.sqrt(12))
-    white = max(float(np.sqrt(_robust_mean(found))), least)
-    best, gain = NoiseModel(white), _WORTH
-    base = _whittle(found, np.full(found.size, white**2))
-    for memory in _MEMORIES:
-        if memory < 0.7 * float(np.median(steps)):
-            continue
-        decay = np.exp(-steps / memory)
-        shape = (1 - decay**2) / (1 - 2 * decay * np.cos(phase) + decay**2)
-        for share in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 0.95):
-            spectrum = (1 - share) + share * shape
-            total = _robust_mean(found / spectrum)
-            better = base - _whittle(found, total * spectrum)
-            if better > gain:
-                gain = better
-                sigma = np.sqrt(total)
-                best = NoiseModel(
-                    max(sigma * np.sqrt(1 - share), least), float(sigma * np.sqrt(share)), memory
-                )
-    return best
+    def __init__(self, samples: Sequence[Sample], least: float) -> None:
+        from scipy.fft import dct
+
+        powers, phases, steps, weights = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+        for sample in samples:
+            size = sample.times.size
+            if size < _FEWEST:
+                continue
+            first = int(np.ceil(2 * float(np.ptp(sample.times)) / SLOW)) + 1
+            kept = 1 - np.sum(dct(sample.removed, axis=0, norm="ortho") ** 2, axis=1)
+            modes = np.arange(size)
+            modes = modes[(modes >= first) & (kept > _KEPT)]
+            powers.append(dct(sample.values, norm="ortho")[modes] ** 2 / kept[modes])
+            phases.append(np.pi * modes / size)
+            steps.append(np.full(modes.size, float(np.median(np.diff(sample.times)))))
+            weights.append(kept[modes])
+        self.power, self.phase = np.concatenate(powers), np.concatenate(phases)
+        self.steps, self.weight = np.concatenate(steps), np.concatenate(weights)
+        self.least = least
+
+    def total(self, memory: float, share: float) -> float:
+        """Variance for a share of it correlated over a memory in s."""
+        return max(_robust_mean(self.power / self._shape(memory, share)), self.least**2)
+
+    def misfit(self, memory: float, share: float) -> float:
+        """Minus twice Whittle's log-likelihood, at the best variance."""
+        shape = self._shape(memory, share)
+        spectrum = self.total(memory, share) * shape
+        return float(np.sum(self.weight * (np.log(spectrum) + np.minimum(self.power / spectrum, 25))))
+
+    def _shape(self, memory: float, share: float) -> Vector:
+        decay = np.exp(-self.steps / memory)
+        correlated = (1 - decay**2) / (1 - 2 * decay * np.cos(self.phase) + decay**2)
+        return (1 - share) + share * correlated
+
+
+def estimate(spectra: Sequence[Spectrum]) -> list[NoiseModel]:
+    """Noise model of each channel.
+
+    What is correlated, and for how long, is alike in all channels unless one clearly differs: a single
+    channel of an hour says too little about it.
+    """
+    known = [i for i, spectrum in enumerate(spectra) if spectrum.power.size >= _FEWEST]
+    forms = [(60.0, 0.0)]
+    if known:
+        step = min(float(np.median(spectra[i].steps)) for i in known)
+        forms += [(m, s) for m in _MEMORIES if m > 0.7 * step for s in _SHARES]
+    table = np.array([[spectra[i].misfit(*form) for form in forms] for i in known]).reshape(len(known), -1)
+    together = table.sum(axis=0)
+    common = int(np.argmin(together)) if known else 0
+    if known and together[common] > together[0] - _WORTH:
+        common = 0
+    models = [NoiseModel(spectrum.least) for spectrum in spectra]
+    for row, i in zip(table, known, strict=True):
+        own = int(np.argmin(row))
+        memory, share = forms[own if row[own] < row[common] - _APART else common]
+        variance = spectra[i].total(memory, share)
+        white = max(float(np.sqrt(variance * (1 - share))), spectra[i].least)
+        models[i] = NoiseModel(white, float(np.sqrt(variance * share)), memory)
+    return models
 
 
 def _robust_mean(power: Vector) -> float:
@@ -134,7 +186,3 @@ def _robust_mean(power: Vector) -> float:
     for _ in range(3):
         mean = float(np.mean(np.minimum(power, 25 * mean)))
     return mean
-
-
-def _whittle(power: Vector, spectrum: Vector) -> float:
-    return float(np.sum(np.log(spectrum) + np.minimum(power / spectrum, 25)))
