@@ -219,7 +219,9 @@ class FmiSlave(ABC):
         self.call("SetFMUState", self.component, state)
 
     def free(self, state: object) -> None:
-        """Release a copied state."""
+        """Release a copied state; after a fatal error nothing may be called any more."""
+        if self._worst >= 4:
+            return
         self.call("FreeFMUState", self.component, byref(state))  # type: ignore[arg-type]
 
     def serialize(self) -> bytes:

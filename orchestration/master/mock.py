@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import pickle
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 from warmlink.orchestration.master.slave import Names
 from warmlink.orchestration.system.description import Capabilities, Variable
@@ -23,6 +22,12 @@ class Inputs(dict[str, Any]):
         """Give u, du/dt, d2u/dt2 at the start of the step; zero where none was set."""
         first, second = (*self.derivatives.get(name, ()), 0.0, 0.0)[:2]
         return float(self[name]), first, second
+
+    def copied(self) -> Inputs:
+        """Copy values and derivatives."""
+        copy = Inputs(self)
+        copy.derivatives = dict(self.derivatives)
+        return copy
 
     def at(self, name: str, elapsed: float) -> float:
         """Evaluate an input `elapsed` seconds after the start of the step."""
@@ -66,7 +71,7 @@ class MockSlave:
     outputs : mapping
         For each output a function `(state, inputs, time) -> value`.
     state : object
-        Initial state; anything that can be deep-copied and pickled.
+        Initial state; anything that can be pickled.
     advance : callable
         `(state, inputs, time, step_size) -> state`, which may raise `SlaveError`; it must not change
         the state it is given.
@@ -160,11 +165,12 @@ class MockSlave:
 
     def state(self, reuse: object = None) -> object:
         """Copy state, inputs and time."""
-        return copy.deepcopy((self._state, self.inputs, self._time))
+        return self._state, self.inputs.copied(), self._time
 
     def restore(self, state: object) -> None:
         """Return to a copy."""
-        self._state, self.inputs, self._time = copy.deepcopy(state)  # type: ignore[misc]
+        self._state, inputs, self._time = cast("tuple[Any, Inputs, float]", state)
+        self.inputs = inputs.copied()
 
     def free(self, state: object) -> None:
         """Nothing to release."""

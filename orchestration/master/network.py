@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
@@ -91,6 +92,7 @@ class Network:
         self.time = 0.0
         self.steps = 0
         self.rejected = 0
+        self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:
         """Give slave index and variable of a full name.
@@ -233,9 +235,12 @@ class Network:
         """
         chosen = tuple(range(len(self.slaves)) if members is None else members)
         old = (None,) * len(chosen) if reuse is None else reuse.states
+        states = tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True))
+        if reuse is None:
+            self._copies += zip(chosen, states, strict=True)
         return Snapshot(
             chosen,
-            tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True)),
+            states,
             tuple(list(values) for values in self.outputs),
             tuple(list(values) for values in self.inputs),
         )
@@ -247,27 +252,13 @@ class Network:
         self.outputs = [list(values) for values in snapshot.outputs]
         self.inputs = [list(values) for values in snapshot.inputs]
 
-    def release(self, snapshot: Snapshot) -> None:
-        """Free the copied states."""
-        for k, state in zip(snapshot.members, snapshot.states, strict=True):
-            self.slaves[k].free(state)
+    def release(self) -> None:
+        """Free all copied states; slaves that can no longer do so do not keep the others from it."""
+        while self._copies:
+            k, state = self._copies.pop()
+            with contextlib.suppress(SlaveError):
+                self.slaves[k].free(state)
 
     def unable_to_restore(self) -> tuple[str, ...]:
         """Name the slaves that cannot be rolled back."""
         return tuple(s.name for s in self.slaves if not s.capabilities.get_set_state)
-
-    def terminate(self) -> None:
-        """End every slave; one that fails to end does not keep the others from it."""
-        failures: list[SlaveError] = []
-        for slave in self.slaves:
-            try:
-                slave.terminate()
-            except SlaveError as error:
-                failures.append(error)
-        if failures:
-            raise failures[0]
-
-
-def mapping_of_units(slaves: Sequence[Slave]) -> Mapping[str, str | None]:
-    """Give the unit of every variable by its full name."""
-    return {f"{s.name}.{v.name}": v.unit for s in slaves for v in s.variables.values()}

@@ -13,7 +13,14 @@ Point = tuple[float, float]
 
 
 def is_sampled(slave: Slave) -> bool:
-    """Tell whether a slave acts at samples: none of its outputs is a continuous Real."""
+    """Tell whether a slave acts at samples.
+
+    None of its outputs is then a continuous Real, or it has a parameter `sample_time`, as our own have.
+    Such a slave sees its inputs at its sampling instants alone, so they are neither interpolated nor
+    iterated: it takes the newest values.
+    """
+    if "sample_time" in slave.variables:
+        return True
     outputs = [v for v in slave.variables.values() if v.causality == "output"]
     return bool(outputs) and not any(v.kind == "Real" and v.variability == "continuous" for v in outputs)
 
@@ -32,6 +39,20 @@ def continuous_inputs(network: Network, k: int) -> tuple[int, ...]:
         target = slave.variables[name]
         if all(v.kind == "Real" and v.variability == "continuous" for v in (source, target)):
             found.append(position)
+    return tuple(found)
+
+
+def switching_outputs(network: Network) -> tuple[tuple[int, int], ...]:
+    """Give slave and position of the outputs that jump and feed slaves which integrate.
+
+    Such a jump within a step is seen only at its end, too late by part of the step.
+    """
+    found: dict[tuple[int, int], None] = {}
+    for k, slave in enumerate(network.slaves):
+        smooth = continuous_inputs(network, k)
+        if not is_sampled(slave):
+            jumps = (wire for position, wire in enumerate(network.wires[k]) if position not in smooth)
+            found |= {(wire.slave, wire.position): None for wire in jumps}
     return tuple(found)
 
 

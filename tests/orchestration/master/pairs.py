@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from warmlink.orchestration.master.assembly import Assembly
-from warmlink.orchestration.master.mock import MockSlave
+from warmlink.orchestration.master.mock import Inputs, MockSlave
 from warmlink.orchestration.system.model import Connection
 
 
@@ -16,13 +17,18 @@ def wire(text: str, factor: float = 1.0, offset: float = 0.0) -> Connection:
 
 
 def counter(name: str, rate: float = 1.0, **options: Any) -> MockSlave:
-    """x' = rate * u, y = x, exact for held inputs."""
+    """x' = rate * u, y = x, exact for inputs of degree two in time."""
+
+    def advance(x: float, u: Inputs, t: float, h: float) -> float:
+        value, first, second = u.coefficients("u")
+        return x + rate * h * (value + h * (first / 2 + h * second / 6))
+
     return MockSlave(
         name,
         inputs={"u": 1.0},
         outputs={"y": lambda x, u, t: x},
         state=0.0,
-        advance=lambda x, u, t, h: x + rate * h * u["u"],
+        advance=advance,
         **options,
     )
 
@@ -36,6 +42,16 @@ def gain(name: str, factor: float, **options: Any) -> MockSlave:
         feedthrough={"y": ["u"]},
         **options,
     )
+
+
+def interrupt_at(share: float) -> Callable[[int, int], None]:
+    """Make a progress callback that presses Ctrl-C once, after a share of the run."""
+
+    def progress(done: int, total: int) -> None:
+        if share * total <= done < total:
+            raise KeyboardInterrupt
+
+    return progress
 
 
 def assembly(slaves: list[MockSlave], *wires: Connection, **values: dict[str, Any]) -> Assembly:

@@ -25,7 +25,11 @@ def compile_host(compiler: Compiler, version: str, folder: Path, suffix: str = "
     assert len(source.read_text().splitlines()) < 100
     target = folder / f"host{version[0]}{suffix}"
     command = [*compiler.command, "-std=gnu99", "-O1", "-Wall", "-Werror", f"-I{header_folder()}", *flags]
-    subprocess.run([*command, str(source), "-o", str(target), "-ldl", "-lm"], check=True)
+    libraries = ["-lm"] if compiler.platform.suffix == ".dll" else ["-ldl", "-lm"]
+    done = subprocess.run(
+        [*command, str(source), "-o", str(target), *libraries], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
     return target
 
 
@@ -36,7 +40,7 @@ def arguments(component: Component, fmu: Path, library: str, folder: Path) -> li
     starts = ",".join(
         f"{s.reference}:{LEVEL.get(s.name, s.start)!r}:{AMPLITUDE.get(s.name, 0.0)!r}"
         for s in component.scalars()
-        if isinstance(s.variable, Input)
+        if isinstance(s.variable, Input) and s.variable.type == "Real"
     )
     first = component.p.size + component.u.size
     outputs = ",".join(str(first + i) for i in range(component.y.size))
@@ -48,7 +52,7 @@ def hour_in_python(component: Component) -> list[float]:
     instance = Instance(component)
     instance.begin()
     instance.initialize()
-    inputs = [s for s in component.scalars() if isinstance(s.variable, Input)]
+    inputs = [s for s in component.scalars() if isinstance(s.variable, Input) and s.variable.type == "Real"]
     for i in range(STEPS):
         for k, scalar in enumerate(inputs):
             swing = AMPLITUDE.get(scalar.name, 0.0) * math.sin(i * STEP / 600 + k)
