@@ -51,6 +51,9 @@ OUTPUTS = (
     Output("correction_std", "m", "standard deviation of the correction's error", display="um", nominal=1e-6),
     Output("ready", "1", "whether the remaining error is within tolerance", type="Boolean", discrete=True),
     Output("distrusted", "1", "whether a signal is left out as not credible", type="Boolean", discrete=True),
+    Output(
+        "warning", "1", "whether a limit on the correction acts or is near", type="Boolean", discrete=True
+    ),
 )
 
 SAMPLE_TIME = Parameter("sample_time", "s", 1.0, "time between two corrections", positive=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from warmlink.controllers.analytic import law
+from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
 from warmlink.fmus.packaging.component import Component, Parameter, State
 from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE
@@ -17,6 +18,15 @@ _MATERIAL = tuple(
 _PARAMETERS = (
     SAMPLE_TIME,
     TOLERANCE,
+    *LIMITS,
+    Parameter(
+        "largest_leap",
+        "K",
+        2,
+        "change between two readings beyond which a sensor is not believed",
+        positive=True,
+        nominal=1,
+    ),
     Parameter(
         "form",
         "1",
@@ -68,8 +78,10 @@ COMPONENT = Component(
     states=(
         State("reference", "K"),
         State("held", "K"),
+        State("missing_for", "s"),
         State("heated_for", "s"),
         State("elongation", "m"),
+        State("correction", "m"),
         State("distrusted", "1"),
     ),
     outputs=OUTPUTS,

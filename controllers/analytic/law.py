@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from warmlink.controllers.fail_safe import limited, warning, with_held_back
 from warmlink.controllers.verdict import error_std, ready
 from warmlink.fmus.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
 from warmlink.fmus.packaging.component import Record
@@ -19,6 +20,12 @@ PRINTED, CORRECTED = 0, 1
 
 BASE, SHAFT = 0, 1
 """Values of the parameter `temperature_source`."""
+
+FASTEST_HEATING = 0.05
+"""K/s, somewhat more than the pad's largest power does to the shaft."""
+
+_EVER = 1e6
+"""s for which a reading that is missing at the start may have been missing."""
 
 _SHORTEST = 1e-9
 """s, in place of no time at all."""
@@ -31,8 +38,10 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     return {
         "reference": where(p.reference_temperature > 0, p.reference_temperature, first),
         "held": first,
+        "missing_for": where(finite(reading), 0.0, _EVER),
         "heated_for": 0.0,
         "elongation": 0.0,
+        "correction": 0.0,
         "distrusted": where(finite(reading), 0.0, 1.0),
     }
 
@@ -40,28 +49,34 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample."""
     reading = measured(u, p)
-    good = finite(reading)
+    # A reading may have gone anywhere while it was missing, but does not leap while it is there.
+    leap = p.largest_leap + FASTEST_HEATING * x.missing_for
+    good = absolute(where(finite(reading), reading, math.inf) - x.held) <= leap
     temperature = where(good, reading, x.held)
     rise = temperature - x.reference
     heated_for = where(absolute(rise) < p.heating_rise, 0.0, x.heated_for + step)
+    predicted = where(heated_for > 0, elongation(rise, heated_for, p), 0.0)
     return {
         "reference": x.reference,
         "held": temperature,
+        "missing_for": where(finite(reading), where(good, 0.0, x.missing_for), x.missing_for + step),
         "heated_for": heated_for,
-        "elongation": where(heated_for > 0, elongation(rise, heated_for, p), 0.0),
+        "elongation": predicted,
+        "correction": limited(x.correction, predicted, p, step),
         "distrusted": where(good, 0.0, 1.0),
     }
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    std = error_std(x.elongation, p.relative_error, p.least_error)
+    std = with_held_back(error_std(x.elongation, p.relative_error, p.least_error), x)
     return {
-        "correction": x.elongation,
+        "correction": x.correction,
         "predicted_elongation": x.elongation,
         "correction_std": std,
         "ready": ready(std, p.tolerance),
         "distrusted": x.distrusted,
+        "warning": warning(x.correction, x.elongation, p),
     }
 
 

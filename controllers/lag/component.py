@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
 from warmlink.controllers.lag import law
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -25,6 +26,7 @@ _LOSSES = tuple(
 _PARAMETERS = (
     SAMPLE_TIME,
     TOLERANCE,
+    *LIMITS,
     Parameter("gain", "m/W", 4.21e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6),
     Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True),
     *_LOSSES,
@@ -45,7 +47,7 @@ COMPONENT = Component(
     description="Growth as a first-order lag of the motor's losses",
     inputs=INPUTS,
     parameters=_PARAMETERS,
-    states=(State("elongation", "m"),),
+    states=(State("elongation", "m"), State("correction", "m")),
     outputs=OUTPUTS,
     update=law.update,
     observe=law.outputs,

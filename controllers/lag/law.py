@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from warmlink.controllers.fail_safe import limited, warning, with_held_back
 from warmlink.controllers.verdict import error_std, ready
 from warmlink.fmus.arithmetic import Number, absolute, exp
 from warmlink.fmus.packaging.component import Record
@@ -15,18 +16,20 @@ from warmlink.fmus.packaging.component import Record
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample; exact for losses held over it."""
     final = p.gain * loss(u, p)
-    return {"elongation": final + (x.elongation - final) * exp(-step / p.time_constant)}
+    elongation = final + (x.elongation - final) * exp(-step / p.time_constant)
+    return {"elongation": elongation, "correction": limited(x.correction, elongation, p, step)}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    std = error_std(x.elongation, p.relative_error, p.least_error)
+    std = with_held_back(error_std(x.elongation, p.relative_error, p.least_error), x)
     return {
-        "correction": x.elongation,
+        "correction": x.correction,
         "predicted_elongation": x.elongation,
         "correction_std": std,
         "ready": ready(std, p.tolerance),
         "distrusted": 0.0,
+        "warning": warning(x.correction, x.elongation, p),
     }
 
 

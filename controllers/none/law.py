@@ -17,4 +17,5 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
         "correction_std": p.elongation_std,
         "ready": ready(p.elongation_std, p.tolerance),
         "distrusted": 0.0,
+        "warning": 0.0,
     }

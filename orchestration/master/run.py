@@ -16,10 +16,11 @@ from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded, obstacle
+from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.layout import obstacle
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
 from warmlink.orchestration.master.recorder import Recorder, outputs_of
@@ -51,6 +52,7 @@ def simulate(
     stepping: Stepping = "auto",
     long_run: LongRun | None = None,
     pacing: Pacing | None = None,
+    check_stability: bool = True,
     progress: Progress | None = None,
 ) -> Result:
     """Run a system from start to stop time.
@@ -78,6 +80,9 @@ def simulate(
         Stream the values to disk, leave checkpoints, resume.
     pacing : Pacing, optional
         Keep to the clock on the wall.
+    check_stability : bool
+        After a run by Jacobi or Gauss-Seidel of slaves that restore their states, go back to its beginning
+        and look whether a small disturbance grows; not done in a paced run.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
 
@@ -109,6 +114,7 @@ def simulate(
         run = _prepare(assembly, points, algorithm, record, balances, long_run)
         run.clock = None if pacing is None else Clock(pacing)
         run.progress = progress
+        run.check_stability = check_stability and pacing is None
         hindrance = obstacle(run.network, run.recorder) if compiled else None
         if hindrance is not None and stepping == "compiled":
             raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
@@ -163,6 +169,7 @@ class Run:
     clock: Clock | None = None
     progress: Progress | None = None
     compiled: bool = False
+    check_stability: bool = True
     _sweeps: int = 0
     _start: tuple[Snapshot, object] | None = None
 
@@ -234,7 +241,8 @@ class Run:
         else:
             self._sweeps = self.checkpoints.restore(found, self.recorder, self.stepper)
         inner = self._inner()
-        if isinstance(inner, Jacobi | GaussSeidel) and not self.network.unable_to_restore():
+        explicit = isinstance(inner, Jacobi | GaussSeidel)
+        if self.check_stability and explicit and not self.network.unable_to_restore():
             self._start = (self.network.snapshot(), self.stepper.memory())
 
     def _step_through(self, interruption: Interruption) -> bool:

@@ -1,0 +1,1 @@
+"""Models, gains and parameter sets of the laws, worked out from the plant's own equations."""

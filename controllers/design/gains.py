@@ -1,0 +1,212 @@
+"""Parameter sets of the observers: the reduced plant, what is unknown about it, and the sensors in use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, parameter_vector, plant_model
+from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.matrices import upper
+from warmlink.controllers.observer.model import LOSSES, MODES
+from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """What the designer does not know: sizes (1 sigma) and how long they last.
+
+    Attributes
+    ----------
+    shaft_heat, shaft_heat_time : unknown heat into the shaft in W, a heating pad for one, and the time in s
+        over which it is correlated
+    link_heat, link_heat_time : unknown heat into the link: convection and absorbed radiation
+    profile : error in K of the temperature profile that a wrong conductivity leaves, of each mode where it
+        is largest
+    expansion, expansion_time : relative error of the expansion coefficient
+    offset, offset_time : error in m that no temperature explains
+    uniform : doubt in K about a cold start
+    """
+
+    shaft_heat: float = 15.0
+    shaft_heat_time: float = 1200.0
+    link_heat: float = 0.5
+    link_heat_time: float = 2400.0
+    profile: float = 0.03
+    expansion: float = 0.03
+    expansion_time: float = 1e6
+    offset: float = 1e-6
+    offset_time: float = 3600.0
+    uniform: float = 0.03
+
+
+@dataclass(frozen=True)
+class Design:
+    """A parameter set for a law's component, and what it was made from.
+
+    Attributes
+    ----------
+    parameters : values by parameter name, a list where the parameter is a vector
+    reduced : the reduced plant, with the reduction's error
+    """
+
+    parameters: Mapping[str, float | list[float]]
+    reduced: ReducedPlant
+
+
+def design_controller(
+    law: str = "observer",
+    sensors: Sequence[str] = ("base_temperature", "tip_temperature"),
+    sensor_std: float | Mapping[str, float] = 0.1,
+    sample_time: float = 1.0,
+    plant: Plant | None = None,
+    unknown: Unknown | None = None,
+    camera_std: float | None = None,
+) -> Design:
+    """Work out the parameter set of `observer` or `observer_drift`.
+
+    Parameters
+    ----------
+    law : "observer" or "observer_drift"
+    sensors : which of the cell's temperatures the law goes by; any, all or none. The ending `_temperature`
+        may be left off
+    sensor_std : standard deviation in K of a reading, one for all or one by sensor
+    sample_time : time in s between two corrections
+    plant : parameters of motor and link that differ from nominal
+    unknown : what is unknown, by default what suits a cell with a heating pad
+    camera_std : standard deviation in m of a camera reading, for `observer_drift`; by default that of the
+        DriftCamera component
+
+    Raises
+    ------
+    InputError
+        The law or a sensor is unknown, a standard deviation is not positive, or the plant's parameters are
+        out of range.
+    """
+    if law not in {"observer", "observer_drift"}:
+        raise InputError(f"law: {law!r} has no design; design 'observer' or 'observer_drift'")
+    stds = sensor_stds(sensors, sensor_std)
+    unknown = unknown or Unknown()
+    plant = plant or Plant()
+    reduced = reduce_plant(plant_model(plant), MODES)
+    values: dict[str, float | list[float]] = {
+        "sample_time": sample_time,
+        **plant_parameters(reduced, plant),
+        "sensor_std": stds,
+        "uniform_profile": _listed(uniform_profile(reduced)),
+        "initial_std": unknown.uniform,
+        "warm_spread": _listed(upper(warm_spread(reduced))),
+        "profile_std": _listed(unknown.profile / np.abs(reduced.C[:-1]).max(axis=0)),
+        "disturbance_std": [unknown.shaft_heat, unknown.link_heat],
+        "disturbance_time": [unknown.shaft_heat_time, unknown.link_heat_time],
+        "disturbance_start": [1.0, 1.0],
+    }
+    if law == "observer_drift":
+        values["disturbance_std"] = [unknown.shaft_heat, unknown.link_heat, unknown.expansion, unknown.offset]
+        values["disturbance_time"] = [
+            unknown.shaft_heat_time,
+            unknown.link_heat_time,
+            unknown.expansion_time,
+            unknown.offset_time,
+        ]
+        # The camera's zero is where the run starts, so there is no offset yet.
+        values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
+        values["camera_std"] = camera_noise() if camera_std is None else camera_std
+    return Design(values, reduced)
+
+
+def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:
+    """The law's parameters that describe the plant, by name."""
+    motor = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
+    column = {name: i for i, name in enumerate(INPUTS)}
+    sensors = reduced.C[[OUTPUTS.index(name) for name in SENSED]]
+    return {
+        **{name: float(getattr(motor, name)) for name in LOSSES},
+        "linearisation_temperature": reduced.temperature,
+        "mode_rate": _listed(reduced.rate),
+        "convection": _listed(reduced.M.ravel()),
+        "winding_heat_gain": _listed(reduced.B[:, column["winding_heat"]]),
+        "shaft_heat_gain": _listed(reduced.B[:, column["shaft_heat"]]),
+        "link_heat_gain": _listed(reduced.B[:, column["link_heat"]]),
+        "ambient_gain": _listed(reduced.B[:, column["ambient_temperature"]]),
+        "ambient_convection_gain": _listed(reduced.B_speed[:, column["ambient_temperature"]]),
+        "sensor_rows": _listed(sensors.ravel()),
+        "elongation_row": _listed(reduced.C[OUTPUTS.index("elongation")]),
+        "elongation_per_kelvin": reduced.elongation_per_kelvin,
+        "link_loss": reduced.link_loss,
+        "link_loss_per_speed": reduced.link_loss_per_speed,
+    }
+
+
+def camera_noise() -> float:
+    """Standard deviation in m of a reading of the DriftCamera component as it is declared."""
+    camera = CAMERA.p.read(parameter_vector(CAMERA, {}, "camera"))
+    return float(camera.pixel_size * camera.centroid_noise)
+
+
+def uniform_profile(reduced: ReducedPlant) -> Array:
+    """The modes of everything being 1 K warmer: what surroundings 1 K warmer lead to at standstill."""
+    return -reduced.B[:, INPUTS.index("ambient_temperature")] / reduced.rate
+
+
+def warm_spread(reduced: ReducedPlant, time: float = 1800.0) -> Array:
+    """Covariance of the states that past heat in the shaft leaves, shape (r, r).
+
+    The stationary covariance under heat with a correlation time in s, scaled such that the shaft's
+    temperature has the variance 1 K2.
+    """
+    heat = reduced.B[:, INPUTS.index("shaft_heat")]
+    size = reduced.order + 1
+    state = np.zeros((size, size))
+    state[:-1, :-1] = np.diag(reduced.rate)
+    state[:-1, -1] = heat
+    state[-1, -1] = -1 / time
+    drive = np.zeros((size, size))
+    drive[-1, -1] = 2 / time
+    covariance = linalg.solve_continuous_lyapunov(state, -drive)[:-1, :-1]
+    shaft = reduced.C[OUTPUTS.index("shaft_temperature")]
+    return covariance / (shaft @ covariance @ shaft)
+
+
+def sensor_stds(sensors: Sequence[str], sensor_std: float | Mapping[str, float]) -> list[float]:
+    """Standard deviation in K of every sensor of the cell, 0 for those not in use.
+
+    Raises
+    ------
+    InputError
+        A sensor is unknown, or its standard deviation not positive.
+    """
+    names = {_sensor(name) for name in sensors}
+    return [_std(name, sensor_std) if name in names else 0.0 for name in SENSED]
+
+
+def _sensor(name: str) -> str:
+    for full in (name, f"{name}_temperature"):
+        if full in SENSED:
+            return full
+    short = ", ".join(each.removesuffix("_temperature") for each in SENSED)
+    raise InputError(f"sensors: {name!r} is not measured in the cell; choose from {short}")
+
+
+def _std(name: str, given: float | Mapping[str, float]) -> float:
+    value = (
+        given if isinstance(given, float | int) else {_sensor(k): v for k, v in given.items()}.get(name, 0.0)
+    )
+    if not value > 0:
+        raise InputError(
+            f"sensor_std: {value:g} K for {name} is not positive; give the sensor's noise above 0 K"
+        )
+    return float(value)
+
+
+def _listed(values: Array) -> list[float]:
+    return [float(value) for value in values]

@@ -1,0 +1,126 @@
+"""Fit of the regression law to a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from warmlink.controllers.design.gains import sensor_stds
+from warmlink.controllers.design.plant import INPUTS, LinearPlant, Plant, parameter_vector, plant_model
+from warmlink.controllers.matrices import upper
+from warmlink.controllers.regression.law import LENGTH
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
+from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
+
+Array = NDArray[np.float64]
+
+PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
+"""Speed in rad/s, torque in N.m and duration in s of what the shipped regression is taught by."""
+
+MEMORY_TIME = 600.0
+"""s; shorter than any mode that matters, so that the law goes by the readings rather than by its memory."""
+
+
+class _Duty(NamedTuple):
+    speed: float
+    torque: float
+    current: float
+
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """Temperatures in K at the sensors in `SENSED`'s order, shape (n, 5), and growth in m, shape (n,)."""
+
+    temperature: Array
+    elongation: Array
+
+
+def fit_regression(
+    run: TrainingRun,
+    sensors: Sequence[str] = ("base_temperature", "tip_temperature"),
+    sensor_std: float | Mapping[str, float] = 0.1,
+    reference_temperature: float = ROOM_TEMPERATURE,
+) -> dict[str, float | list[float]]:
+    """Parameter set of the regression law from a run.
+
+    Parameters
+    ----------
+    run : measured or simulated, from cold
+    sensors : which of the cell's temperatures the law goes by
+    sensor_std : standard deviation in K of a reading, one for all or one by sensor
+    reference_temperature : temperature in K of no growth
+
+    Raises
+    ------
+    InputError
+        A sensor is unknown, the run is too short or holds a value that is not finite.
+    """
+    rows = np.column_stack([run.temperature - reference_temperature, run.elongation / LENGTH])
+    if rows.shape[0] < 2 * rows.shape[1]:
+        raise InputError(f"run: {rows.shape[0]} rows are too few for a regression; give {2 * rows.shape[1]}")
+    if not np.isfinite(rows).all():
+        raise InputError("run: a temperature or the elongation is not finite; leave such rows out")
+    moments = rows.T @ rows / rows.shape[0]
+    stds = sensor_stds(sensors, sensor_std)
+    return {
+        "reference_temperature": reference_temperature,
+        "sensor_std": stds,
+        "moments": [float(value) for value in upper(moments)],
+        "memory_time": MEMORY_TIME,
+        "residual_std": _residual(rows, np.array(stds)),
+    }
+
+
+def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
+    """Warm-up at 100 % duty for two hours and cooling at rest for one, from cold.
+
+    The linear plant, exact for inputs held over a step in s; the losses are the motor's own.
+    """
+    plant = plant or Plant()
+    model = plant_model(plant)
+    p = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
+    state = np.zeros(model.heat_capacity.size)
+    temperature, elongation = [], []
+    for speed, torque, duration in PHASES:
+        transition, reach = _held(model, speed, step)
+        duty = _Duty(speed, torque, 0.0)
+        for _ in range(round(duration / step)):
+            seen = model.C @ state
+            temperature.append(seen[:-1] + model.temperature)
+            elongation.append(seen[-1])
+            shaft, winding = temperature[-1][:2]
+            heat = np.zeros(len(INPUTS))
+            heat[0] = copper_loss(winding, duty, p) + iron_loss(duty, p)
+            heat[1] = friction_loss(shaft, duty, p) + p.standby_power
+            state = transition @ state + reach @ heat
+    return TrainingRun(np.array(temperature), np.array(elongation))
+
+
+def _held(model: LinearPlant, speed: float, step: float) -> tuple[Array, Array]:
+    """Transition over a step, and what inputs held over it add."""
+    A, B = model.at(speed)
+    size, inputs = B.shape
+    both = np.zeros((size + inputs, size + inputs))
+    both[:size] = np.hstack([A, B])
+    exponential = linalg.expm(both * step)
+    return exponential[:size, :size], exponential[:size, size:]
+
+
+def _residual(rows: Array, stds: Array) -> float:
+    """Rms in m that the regression on the sensors in use leaves of the run, their noise aside."""
+    used = np.flatnonzero(stds > 0)
+    if used.size == 0:
+        return float(LENGTH * np.sqrt(np.mean(rows[:, -1] ** 2)))
+    temperature, growth = rows[:, used], rows[:, -1]
+    ridge = np.diag(stds[used] ** 2)
+    count = rows.shape[0]
+    moments = temperature.T @ temperature / count + ridge
+    coefficients = np.linalg.solve(moments, temperature.T @ growth / count)
+    return float(LENGTH * np.sqrt(np.mean((growth - temperature @ coefficients) ** 2)))

@@ -1,0 +1,53 @@
+"""The parameter sets that the laws' components ship with, as modules that are written, not edited."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from warmlink.controllers.design.gains import design_controller
+from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.start_values import Values
+
+_CONTROLLERS = Path(__file__).resolve().parent.parent
+
+_HEAD = '''"""The parameter set that ships, written by `python -m warmlink.controllers.design`."""
+
+from __future__ import annotations
+
+'''
+
+
+def shipped_values() -> dict[str, Values]:
+    """Parameter sets by the law's folder, worked out now."""
+    return {
+        "observer": design_controller("observer").parameters,
+        "observer_drift": design_controller("observer_drift").parameters,
+        "regression": fit_regression(training_run()),
+    }
+
+
+def write_all(folder: Path = _CONTROLLERS) -> list[Path]:
+    """Write every law's `designed.py` below a folder, and return their paths."""
+    written = []
+    for law, values in shipped_values().items():
+        path = folder / law / "designed.py"
+        path.write_text(as_module(values), encoding="utf-8")
+        written.append(path)
+    return written
+
+
+def as_module(values: Values) -> str:
+    """Source of a module that holds the values as `DESIGNED`."""
+    lines = ["DESIGNED: dict[str, float | tuple[float, ...]] = {"]
+    for name, value in values.items():
+        if isinstance(value, Sequence):
+            lines += [f'    "{name}": (', *(f"        {_shown(each)}," for each in value), "    ),"]
+        else:
+            lines.append(f'    "{name}": {_shown(value)},')
+    return _HEAD + "\n".join([*lines, "}"]) + "\n"
+
+
+def _shown(value: float) -> str:
+    """A number with the digits that matter: twelve are more than any plant is known to."""
+    return repr(float(f"{value:.12g}"))

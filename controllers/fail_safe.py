@@ -1,0 +1,218 @@
+"""What every law does when it should not be trusted: limits on the correction, and doubt about signals.
+
+Limits: a correction keeps within `correction_limit`, changes no faster than `correction_rate_limit`, and
+raises `warning` from `warning_limit` on, as servo drives' compensation interfaces have it. The rate limit
+also makes every start bumpless: a law begins at no correction, or where it was, and goes where it should.
+
+Doubt: a signal's innovation (reading minus prediction, in standard deviations) is standard normal and white
+while the signal is sound. A single one beyond `gate` leaves the reading out, as does a mean of the last
+minutes beyond `mean_gate`; a reading that repeats itself brings no news and is left out too. A signal comes
+back when its innovations have been small for `return_time`.
+Innovation tests: Y. Bar-Shalom, X. R. Li and T. Kirubarajan, *Estimation with Applications to Tracking and
+Navigation*, Wiley 2001, section 5.4.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from warmlink.fmus.arithmetic import Number, absolute, clip, exp, finite, maximum, where
+from warmlink.fmus.packaging.component import Parameter, Record, State
+
+LIMITS = (
+    Parameter(
+        "correction_limit",
+        "m",
+        5e-4,
+        "largest correction to either side",
+        display="um",
+        positive=True,
+        nominal=1e-4,
+    ),
+    Parameter(
+        "correction_rate_limit",
+        "m/s",
+        2e-6,
+        "fastest change of the correction",
+        display="um/s",
+        positive=True,
+        nominal=1e-6,
+    ),
+    Parameter(
+        "warning_limit",
+        "m",
+        2.5e-4,
+        "correction from which on a warning is raised",
+        display="um",
+        positive=True,
+        nominal=1e-4,
+    ),
+)
+
+DOUBT = (
+    Parameter(
+        "gate",
+        "1",
+        5,
+        "innovation, in standard deviations, beyond which a reading is left out",
+        positive=True,
+    ),
+    Parameter(
+        "mean_gate",
+        "1",
+        0.6,
+        "mean innovation, in standard deviations, beyond which a signal is left out",
+        positive=True,
+    ),
+    Parameter("mean_time", "s", 120, "time over which the innovation's mean is taken", positive=True),
+    Parameter(
+        "stuck_time", "s", 30, "time of equal readings after which a signal is left out", positive=True
+    ),
+    Parameter(
+        "return_time", "s", 60, "time of small innovations after which a signal is taken back", positive=True
+    ),
+)
+
+RETURN_GATE = 3.0
+"""Standard deviations within which innovations must stay for a signal to be taken back."""
+
+
+def limited(previous: Number, wanted: Number, p: Record, step: Number) -> Number:
+    """Correction in m that the limits allow, a step in s after the previous one."""
+    target = clip(wanted, -p.correction_limit, p.correction_limit)
+    reach = p.correction_rate_limit * step
+    return previous + clip(target - previous, -reach, reach)
+
+
+def warning(correction: Number, wanted: Number, p: Record) -> Number:
+    """1 where the correction is near its limit or held back by one, else 0."""
+    held_back = absolute(wanted - correction) > p.tolerance
+    return where(held_back, 1.0, where(absolute(correction) >= p.warning_limit, 1.0, 0.0))
+
+
+def with_held_back(std: Number, x: Record) -> Number:
+    """Standard deviation in m of the correction's error, from that of `elongation`'s.
+
+    What a limit holds back is known and counts in full; the law's states have `elongation` and `correction`.
+    """
+    return (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
+
+
+class Trust(NamedTuple):
+    """What is remembered of signals to judge them, each a vector with an element a signal.
+
+    Attributes
+    ----------
+    last : last reading, in the signal's unit
+    same_for : time in s that the reading has been repeating itself
+    mean : mean of the recent innovations, in standard deviations
+    calm_for : time in s that the innovations have been small
+    out : 1 where the signal is left out, else 0
+    """
+
+    last: Number
+    same_for: Number
+    mean: Number
+    calm_for: Number
+    out: Number
+
+
+def trust_states(unit: str, signals: int) -> tuple[State, ...]:
+    """States that hold the memory of so many signals."""
+    units = Trust(last=unit, same_for="s", mean="1", calm_for="s", out="1")
+    return tuple(State(f"trust_{name}", of, size=signals) for name, of in units._asdict().items())
+
+
+def trust_of(x: Record) -> Trust:
+    """The memory as it lies in a law's states."""
+    return Trust(*(getattr(x, f"trust_{name}") for name in Trust._fields))
+
+
+def trust_named(trust: Trust) -> dict[str, Number]:
+    """The memory under the names of a law's states."""
+    return {f"trust_{name}": value for name, value in trust._asdict().items()}
+
+
+def gates_of(p: Record) -> Gates:
+    """The bounds as a law's parameters give them."""
+    return Gates(p.gate, p.mean_gate, p.mean_time, p.return_time)
+
+
+def at_start(readings: Number) -> Trust:
+    """The memory of signals that are trusted until they show otherwise."""
+    none = readings * 0.0
+    zero = where(finite(readings), none, 0.0)
+    return Trust(readings, zero, zero, zero, zero)
+
+
+def present(readings: Number) -> Number:
+    """1 for each reading that is there, 0 for NaN."""
+    return where(finite(readings), 1.0, 0.0)
+
+
+def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Number, Trust]:
+    """Which readings bring news, 1 or 0 each, before any innovation is known."""
+    there = present(readings)
+    same_for = where(readings == trust.last, trust.same_for + step, 0.0)
+    moving = where(same_for >= p.stuck_time, 0.0, 1.0)
+    last = where(there > 0, readings, trust.last)
+    return there * moving, trust._replace(last=last, same_for=same_for)
+
+
+class Gates(NamedTuple):
+    """Bounds of the innovation tests; the parameters of the same names say what they are."""
+
+    gate: Number
+    mean_gate: Number
+    mean_time: Number
+    return_time: Number
+
+
+class Judgement(NamedTuple):
+    """Verdict on one reading: whether to use it, and what is remembered after it."""
+
+    use: Number
+    mean: Number
+    calm_for: Number
+    out: Number
+
+
+def judged(
+    trust: Trust,
+    i: int,
+    news: Number,
+    innovation: Number,
+    variance: Number,
+    sure_variance: Number,
+    gates: Gates,
+    step: Number,
+) -> Judgement:
+    """Judge one reading by its innovation.
+
+    Parameters
+    ----------
+    trust, i : memory, and the signal's place in it
+    news : whether the reading is there and new
+    innovation : reading minus prediction
+    variance : its variance, unknown heat included: what a sound signal may show at most
+    sure_variance : its variance by the law's own account of its error: what a signal must show to come back
+    gates : bounds of the tests
+    step : time in s since the last reading
+    """
+    size = innovation / variance**0.5
+    share = 1.0 - exp(-step / gates.mean_time)
+    bounded = clip(size, -gates.gate, gates.gate)
+    mean = where(news > 0, trust.mean[i] + share * (bounded - trust.mean[i]), trust.mean[i])
+    near = absolute(innovation) < RETURN_GATE * sure_variance**0.5
+    there = present(innovation)
+    jumped = where(absolute(size) > gates.gate, there, 0.0)
+    # A reading that repeats itself off the prediction is a fault; near it, it is a steady state.
+    stuck = there * (1.0 - news) * where(near, 0.0, 1.0)
+    biased = where(absolute(mean) > gates.mean_gate, 1.0, 0.0)
+
+    small = where(near, news, 0.0)
+    settled = where(absolute(mean) < 0.5 * gates.mean_gate, small, 0.0)
+    calm_for = where(settled > 0, trust.calm_for[i] + step, 0.0)
+    back = where(calm_for >= gates.return_time, 1.0, 0.0)
+    out = where(trust.out[i] > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
+    return Judgement(news * (1.0 - out), mean, calm_for, out)

@@ -1,0 +1,72 @@
+"""Steps of a Kalman filter whose gain and whose account of its own error are two matters.
+
+Gain: from `spread`, the covariance of the error where unknown heat of the designed size acts all the time.
+Account: `noise_spread`, the covariance that the same gain leaves where no unknown heat acts (Joseph's form,
+which holds for any gain). Their difference is what unknown heat of the designed size adds.
+R. F. Stengel, *Optimal Control and Estimation*, Dover 1994, chapter 4.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from warmlink.controllers.matrices import dot, outer, product
+from warmlink.fmus.arithmetic import Number, where
+
+
+class Belief(NamedTuple):
+    """An estimate and its two covariances, shapes (n,), (n, n), (n, n)."""
+
+    mean: Number
+    spread: Number
+    noise_spread: Number
+
+
+def carried(belief: Belief, transition: Number, mean: Number, disturbance: Number) -> Belief:
+    """Belief one step later.
+
+    Parameters
+    ----------
+    transition : matrix by which errors are carried over, shape (n, n)
+    mean : the estimate one step later
+    disturbance : covariance that unknown heat adds in the step
+    """
+    spread, noise_spread = (
+        product(product(transition, covariance), transition.T)
+        for covariance in (belief.spread, belief.noise_spread)
+    )
+    return Belief(mean, spread + disturbance, noise_spread)
+
+
+def corrected(
+    belief: Belief, row: Number, innovation: Number, variance: Number, use: Number, teaches: Number = 1.0
+) -> Belief:
+    """Belief after one scalar measurement; unchanged where `use` is 0.
+
+    Parameters
+    ----------
+    row : derivative of the measured quantity by the state, shape (n,)
+    innovation : measured minus predicted; of no effect, and may be NaN, where it is not used
+    variance : variance of the measurement's noise
+    use : 1 to use the measurement, 0 to leave it out
+    teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,)
+    """
+    across = product(belief.spread, row)
+    gain = teaches * across * (use / (dot(row, across) + variance))
+    return Belief(
+        belief.mean + gain * where(use > 0, innovation, 0.0),
+        _after(belief.spread, row, gain, variance),
+        _after(belief.noise_spread, row, gain, variance),
+    )
+
+
+def variance_along(covariance: Number, row: Number) -> Number:
+    """Variance of a quantity whose derivative by the state is `row`."""
+    return dot(row, product(covariance, row))
+
+
+def _after(covariance: Number, row: Number, gain: Number, variance: Number) -> Number:
+    """Covariance after a scalar measurement taken with any gain: Joseph's form, multiplied out."""
+    across = product(covariance, row)
+    change = outer(gain, across)
+    return covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain)

@@ -1,0 +1,108 @@
+"""Small matrices in the arithmetic that serves floats and CasADi expressions alike.
+
+Components hold vectors alone, so matrices come and go as flat vectors: row after row, and a symmetric one by
+the rows of its upper triangle.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.arithmetic import Number, symbolic
+
+
+def packed_size(size: int) -> int:
+    """Elements of the upper triangle of a square matrix."""
+    return size * (size + 1) // 2
+
+
+def matrix(flat: Number, rows: int) -> Number:
+    """Matrix of so many rows from its elements, row after row."""
+    if symbolic(flat):
+        import casadi
+
+        return casadi.reshape(flat, flat.shape[0] // rows, rows).T
+    return np.reshape(flat, (rows, -1))
+
+
+def symmetric(packed: Number, size: int) -> Number:
+    """Symmetric matrix from the rows of its upper triangle."""
+    places = _places(size)
+    if symbolic(packed):
+        import casadi
+
+        return casadi.reshape(packed[[int(place) for place in places.ravel()]], size, size)
+    return packed[places]
+
+
+def upper(square: Number) -> Number:
+    """Rows of a square matrix's upper triangle, in one vector."""
+    rows, columns = np.triu_indices(square.shape[0])
+    if symbolic(square):
+        import casadi
+
+        return casadi.vertcat(*(square[int(i), int(j)] for i, j in zip(rows, columns, strict=True)))
+    return square[rows, columns]
+
+
+def diagonal(vector: Number) -> Number:
+    """Square matrix with a vector on its diagonal."""
+    if symbolic(vector):
+        import casadi
+
+        return casadi.diag(vector)
+    return np.diag(vector)
+
+
+def diagonal_of(square: Number) -> Number:
+    """Diagonal of a square matrix."""
+    if symbolic(square):
+        import casadi
+
+        return casadi.diag(square)
+    return np.diagonal(square)
+
+
+def outer(a: Number, b: Number) -> Number:
+    """Product of a column and a row."""
+    if symbolic(a, b):
+        import casadi
+
+        return casadi.mtimes(a, casadi.transpose(b))
+    return np.outer(a, b)
+
+
+def dot(a: Number, b: Number) -> Number:
+    """Scalar product of two vectors."""
+    if symbolic(a, b):
+        import casadi
+
+        return casadi.dot(a, b)
+    return np.dot(a, b)
+
+
+def product(a: Number, b: Number) -> Number:
+    """Matrix times matrix, or matrix times vector."""
+    return a @ b
+
+
+def blocks(upper_left: Number, upper_right: Number, lower_right: Number) -> Number:
+    """Block upper triangular matrix."""
+    if symbolic(upper_left, upper_right, lower_right):
+        import casadi
+
+        empty = casadi.SX(lower_right.shape[0], upper_left.shape[1])
+        return casadi.blockcat(upper_left, upper_right, empty, lower_right)
+    zero = np.zeros((lower_right.shape[0], upper_left.shape[1]))
+    return np.block([[upper_left, upper_right], [zero, lower_right]])
+
+
+@lru_cache
+def _places(size: int) -> NDArray[np.intp]:
+    """Where each element of a symmetric matrix lies in its upper triangle's rows."""
+    places = np.zeros((size, size), dtype=np.intp)
+    places[np.triu_indices(size)] = np.arange(packed_size(size))
+    return places + np.triu(places, 1).T

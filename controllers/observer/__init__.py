@@ -1,0 +1,1 @@
+"""A Kalman filter on the reduced model of motor and link."""

@@ -1,0 +1,187 @@
+"""The observer as a component."""
+
+from __future__ import annotations
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
+from warmlink.controllers.matrices import packed_size
+from warmlink.controllers.observer import law, model
+from warmlink.controllers.observer.designed import DESIGNED
+from warmlink.controllers.start_values import with_values
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.component import Component, Parameter, State
+from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE, temperature_parameter
+
+_MODES = model.MODES
+
+
+def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
+    """Parameters of an observer with so many disturbances, the two unknown heats among them."""
+    return (
+        SAMPLE_TIME,
+        TOLERANCE,
+        *fail_safe.LIMITS,
+        *fail_safe.DOUBT,
+        *(parameter for parameter in MOTOR.parameters if parameter.name in model.LOSSES),
+        Parameter(
+            "reference_temperature",
+            "K",
+            295.15,
+            "temperature of no elongation",
+            display="degC",
+            nominal=NOMINAL_TEMPERATURE,
+            positive=True,
+        ),
+        Parameter(
+            "initial_temperature",
+            "K",
+            0,
+            "temperature of motor and link at a cold start; 0: the surroundings'",
+            minimum=0,
+            nominal=NOMINAL_TEMPERATURE,
+        ),
+        Parameter("initial_std", "K", 0, "standard deviation of that temperature", minimum=0, nominal=0.1),
+        Parameter(
+            "sensor_std",
+            "K",
+            0,
+            "noise (1 sigma) of each sensor: shaft, winding, base, middle, tip; 0: sensor not used",
+            size=len(SENSED),
+            minimum=0,
+            nominal=0.1,
+        ),
+        Parameter(
+            "relative_std",
+            "1",
+            0,
+            "doubt about the elongation as a share of it, that of the expansion coefficient for one; "
+            "in correction_std alone",
+            minimum=0,
+            nominal=0.01,
+        ),
+        Parameter(
+            "disturbance_std",
+            "1",
+            0,
+            "standard deviation of what is unknown: W into the shaft, W into the link, and further ones",
+            size=disturbances,
+            positive=True,
+        ),
+        Parameter(
+            "disturbance_time",
+            "s",
+            0,
+            "time over which each of these is correlated",
+            size=disturbances,
+            positive=True,
+            nominal=1000,
+        ),
+        Parameter(
+            "disturbance_start",
+            "1",
+            1,
+            "doubt about each of these at the start, as a share of its variance",
+            size=disturbances,
+            minimum=0,
+            maximum=1,
+        ),
+        *_MODEL,
+    )
+
+
+def observer_states(size: int) -> tuple[State, ...]:
+    """What an observer with a state of so many elements remembers."""
+    return (
+        State("estimate", "1", size=size),
+        State("spread", "1", size=packed_size(size)),
+        State("noise_spread", "1", size=packed_size(size)),
+        State("evidence", "1"),
+        State("duty_modes", "1", size=_MODES),
+        State("plausible_heat", "W"),
+        *fail_safe.trust_states("K", len(SENSED)),
+        State("correction", "m"),
+        State("elongation", "m"),
+        State("distrusted", "1"),
+    )
+
+
+_MODEL = (
+    temperature_parameter("linearisation_temperature", "temperature from which the modes count"),
+    Parameter(
+        "mode_rate", "1/s", 0, "rate of each mode at standstill", size=_MODES, maximum=-1e-12, nominal=1e-3
+    ),
+    Parameter(
+        "convection",
+        "1/rad",
+        0,
+        "effect of speed times mode on each mode, row after row",
+        size=_MODES**2,
+        nominal=1e-4,
+    ),
+    Parameter("winding_heat_gain", "K/J", 0, "heat in the winding on each mode", size=_MODES, nominal=1e-3),
+    Parameter("shaft_heat_gain", "K/J", 0, "heat in the shaft on each mode", size=_MODES, nominal=1e-3),
+    Parameter("link_heat_gain", "K/J", 0, "heat in the link on each mode", size=_MODES, nominal=1e-3),
+    Parameter("ambient_gain", "1/s", 0, "ambient temperature on each mode", size=_MODES, nominal=1e-3),
+    Parameter(
+        "ambient_convection_gain",
+        "1/rad",
+        0,
+        "speed times ambient temperature on each mode",
+        size=_MODES,
+        nominal=1e-4,
+    ),
+    Parameter(
+        "sensor_rows",
+        "1",
+        0,
+        "each mode on each sensor's temperature, sensor after sensor",
+        size=len(SENSED) * _MODES,
+    ),
+    Parameter("elongation_row", "m/K", 0, "each mode on the elongation", size=_MODES, nominal=1e-5),
+    Parameter(
+        "elongation_per_kelvin", "m/K", 0, "elongation when all is warmer by 1 K", positive=True, nominal=1e-5
+    ),
+    Parameter("link_loss", "W/K", 0, "conductance from the link to still air", minimum=0, nominal=0.1),
+    Parameter("link_loss_per_speed", "W.s/(K.rad)", 0, "conductance gained a speed", minimum=0, nominal=0.1),
+    Parameter(
+        "model_share", "1", 0.4, "share of the link's losses by which the model may be wrong", minimum=0
+    ),
+    Parameter(
+        "received_share",
+        "1",
+        0.02,
+        "share of the motor's heat that a wrong model may put into the link",
+        minimum=0,
+        nominal=0.01,
+    ),
+    Parameter("uniform_profile", "1", 0, "modes when all is warmer by 1 K", size=_MODES),
+    Parameter(
+        "warm_spread",
+        "1",
+        0,
+        "covariance of the modes in a cell left warm, upper triangle's rows, a squared kelvin at the shaft",
+        size=packed_size(_MODES),
+    ),
+    Parameter(
+        "profile_std",
+        "K",
+        0,
+        "standard deviation of each mode that the model does not explain",
+        size=_MODES,
+        minimum=0,
+        nominal=0.01,
+    ),
+)
+"""The reduced plant; its values come from `warmlink.controllers.design`."""
+
+COMPONENT = Component(
+    name="ObserverCompensator",
+    description="Growth by a Kalman filter on a reduced model of motor and link",
+    inputs=INPUTS,
+    parameters=with_values(observer_parameters(model.HEATS), DESIGNED),
+    states=observer_states(model.STATES),
+    outputs=OUTPUTS,
+    update=law.update,
+    begin=law.begin,
+    observe=law.outputs,
+)

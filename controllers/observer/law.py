@@ -1,0 +1,231 @@
+"""Elongation from a Kalman filter on a few modes of motor and link.
+
+    dz/dt = (the reduced model of `model.py`) + B_s d_1 + B_l d_2
+
+d_1 and d_2 are heat in W that no input tells of, into the shaft (a pad, say) and into the link, each with
+exponentially fading correlation. Readings enter one after the other, so any may be left out. See README.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
+from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric, upper
+from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
+from warmlink.controllers.observer.model import (
+    HEATS,
+    MODES,
+    SENSORS,
+    STATES,
+    by_duty,
+    decay_and_reach,
+    elongation,
+    known_heat,
+    sensor_row,
+    temperature,
+)
+from warmlink.controllers.verdict import ready
+from warmlink.fmus.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    exp,
+    finite,
+    maximum,
+    placed,
+    stack,
+    total,
+    where,
+)
+from warmlink.fmus.packaging.component import Record
+
+EVIDENCE_SIGMAS = 3.0
+"""Standard deviations beyond which an estimated disturbance counts as seen."""
+
+LARGEST_EVIDENCE = 4.0
+"""Bound on the squared ratio of disturbances seen to disturbances designed for."""
+
+
+def begin(u: Record, p: Record) -> Mapping[str, Number]:
+    """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
+    start, readings = first_belief(u, p, STATES), sensed(u)
+    trust = fail_safe.at_start(readings)
+    belief, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    return {
+        **named(belief, trust, 0.0),
+        "duty_modes": belief.mean[:MODES],
+        "plausible_heat": 0.0,
+        "correction": 0.0,
+        "elongation": elongation(belief.mean, p),
+        "distrusted": distrusted(trust, readings, p),
+    }
+
+
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    """States after a sample: carried over by the model, corrected by the readings, limited."""
+    belief = predict(belief_of(x, STATES), u, p, step)
+    readings = sensed(u)
+    news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
+    belief, trust = sense(belief, trust, readings, news, x.evidence, p, step)
+    duty_modes = by_duty(x.duty_modes, u, p, step)
+    plausible = plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
+    belief, trust = reconciled(belief, trust, readings, duty_modes, plausible, u, p)
+    wanted = elongation(belief.mean, p)
+    least = least_elongation(duty_modes, u, p)
+    correction = fail_safe.limited(x.correction, maximum(wanted, least), p, step)
+    return {
+        **named(belief, trust, evidence(x.evidence, belief, p, step)),
+        "duty_modes": duty_modes,
+        "plausible_heat": plausible,
+        "correction": correction,
+        "elongation": maximum(wanted, least),
+        "distrusted": maximum(distrusted(trust, readings, p), where(wanted < least, 1.0, 0.0)),
+    }
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Correction and its uncertainty in m."""
+    belief = belief_of(x, STATES)
+    row = stack(p.elongation_row, *[0.0] * HEATS)
+    return reported(x, belief, row, p)
+
+
+def sensed(u: Record) -> Number:
+    """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
+    return stack(*(getattr(u, name) for name in SENSED))
+
+
+def belief_of(x: Record, size: int) -> Belief:
+    """The belief as it lies in the states."""
+    return Belief(x.estimate, symmetric(x.spread, size), symmetric(x.noise_spread, size))
+
+
+def named(belief: Belief, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
+    """What the filter remembers, under the names of the law's states."""
+    return {
+        "estimate": belief.mean,
+        "spread": upper(belief.spread),
+        "noise_spread": upper(belief.noise_spread),
+        "evidence": seen,
+        **fail_safe.trust_named(trust),
+    }
+
+
+def first_belief(u: Record, p: Record, size: int) -> Belief:
+    """Belief before any reading.
+
+    Everything is at the surroundings' temperature. How sure that is, the readings tell: by how much the
+    farthest lies beyond its noise is how warm the cell may be, with profiles that heat in the shaft leaves.
+    """
+    start = where(p.initial_temperature > 0, p.initial_temperature, u.ambient_temperature)
+    warmth: Number = 0.0
+    for name, std in zip(SENSED, [p.sensor_std[i] for i in range(SENSORS)], strict=True):
+        beyond = absolute(getattr(u, name) - start) - 3.0 * std
+        warmth = maximum(warmth, where(std > 0, where(finite(beyond), beyond, 0.0), 0.0))
+    uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
+    profile = diagonal(p.profile_std**2)
+    warm = symmetric(p.warm_spread, MODES) * warmth**2
+    rest = stack(*[0.0] * (size - MODES))
+    doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
+    none = outer(p.uniform_profile, rest) * 0.0
+    mean = stack(p.uniform_profile * (start - p.linearisation_temperature), rest)
+    return Belief(
+        mean,
+        blocks(uniform + warm + profile, none, doubt),
+        blocks(uniform + warm, none, 0.0 * doubt),
+    )
+
+
+def predict(belief: Belief, u: Record, p: Record, step: Number) -> Belief:
+    """Belief a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
+    modes, disturbances = belief.mean[:MODES], belief.mean[MODES:]
+    extra = disturbances.shape[0] - HEATS
+    decay, reach = decay_and_reach(p, step)
+    fade = exp(-step / p.disturbance_time)
+    unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
+    drive = known_heat(modes, u, p) + unknown_heat
+    mean = stack(decay * modes + reach * drive, fade * disturbances)
+    by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
+        reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
+    )
+    # Of convection's effect on errors the diagonal is kept: the rest is a hundredth of it.
+    own = decay + reach * absolute(u.speed) * diagonal_of(matrix(p.convection, MODES))
+    transition = blocks(diagonal(own), by_heat, diagonal(fade))
+    unknown = stack(*[0.0] * MODES, p.disturbance_std**2 * (1.0 - fade**2))
+    model = stack(p.profile_std**2 * (1.0 - decay**2), *[0.0] * (HEATS + extra))
+    return carried(belief, transition, mean, diagonal(unknown + model))
+
+
+def sense(
+    belief: Belief,
+    trust: fail_safe.Trust,
+    readings: Number,
+    news: Number,
+    seen: Number,
+    p: Record,
+    step: Number,
+) -> tuple[Belief, fail_safe.Trust]:
+    """Belief and trust after the readings, taken one after the other."""
+    extra = belief.mean.shape[0] - MODES
+    gates = fail_safe.gates_of(p)
+    means, calm, out = [], [], []
+    for i in range(SENSORS):
+        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
+        variance = where(used > 0, p.sensor_std[i] ** 2, 1.0)
+        row = stack(sensor_row(i, p), *[0.0] * extra)
+        innovation = readings[i] - temperature(i, belief.mean[:MODES], p)
+        widest = variance_along(belief.spread, row)
+        sure = variance_along(believed_spread(belief, seen), row)
+        news_here = used * news[i]
+        verdict = fail_safe.judged(
+            trust, i, news_here, innovation, widest + variance, sure + variance, gates, step
+        )
+        belief = corrected(belief, row, innovation, variance, verdict.use)
+        means.append(verdict.mean)
+        calm.append(verdict.calm_for)
+        out.append(used * verdict.out)
+    return belief, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+
+
+def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
+    """How strong the disturbances are seen to be: squared, relative to those designed for.
+
+    An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
+    remembered while it fades.
+    """
+    doubt = diagonal_of(belief.noise_spread)[MODES:]
+    disturbances = belief.mean[MODES:]
+    excess = (disturbances**2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std**2
+    seen: Number = before * exp(-step / p.disturbance_time[0])
+    for i in range(disturbances.shape[0]):
+        seen = maximum(seen, excess[i])
+    return clip(seen, 0.0, LARGEST_EVIDENCE)
+
+
+def believed_spread(belief: Belief, seen: Number) -> Number:
+    """Covariance of the error with disturbances as strong as they are seen to be."""
+    return belief.noise_spread + seen * (belief.spread - belief.noise_spread)
+
+
+def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
+    """The outputs, given the derivative of the elongation by the state."""
+    variance = maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0)
+    variance = variance + (p.relative_std * x.elongation) ** 2
+    std = fail_safe.with_held_back(variance**0.5, x)
+    return {
+        "correction": x.correction,
+        "predicted_elongation": x.elongation,
+        "correction_std": std,
+        "ready": ready(std, p.tolerance),
+        "distrusted": x.distrusted,
+        "warning": fail_safe.warning(x.correction, x.elongation, p),
+    }
+
+
+def distrusted(trust: fail_safe.Trust, readings: Number, p: Record) -> Number:
+    """1 where a signal that the law goes by is missing, or left out as not credible, else 0."""
+    missing = 1.0 - fail_safe.present(readings)
+    return where(total(where(p.sensor_std > 0, trust.out + missing, 0.0)) > 0, 1.0, 0.0)

@@ -1,0 +1,99 @@
+"""The reduced model of motor and link that the observers carry.
+
+    dz/dt = diag(mode_rate) z + |speed| M z + B_w P_w + B_s P_s + (B_a + |speed| B_av) (T_a - T_0)
+    T_j   = c_j z + T_0,        elongation = e z - e_1 (T_ref - T_0)
+
+P_w and P_s are the motor's losses by its own equations.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.matrices import matrix, product
+from warmlink.fmus.arithmetic import Number, absolute, exp, total
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
+from warmlink.fmus.packaging.component import Record
+
+MODES = 7
+"""Modes of motor and link that the filter carries."""
+
+HEATS = 2
+"""Unknown heats: into the shaft, into the link."""
+
+STATES = MODES + HEATS
+
+SENSORS = len(SENSED)
+
+LOSSES = (
+    "winding_resistance",
+    "winding_temperature_coefficient",
+    "torque_constant",
+    "iron_loss_coefficient",
+    "coulomb_friction",
+    "viscous_friction",
+    "friction_factor",
+    "friction_temperature_coefficient",
+    "standby_power",
+)
+"""Parameters of the motor that its loss equations ask for."""
+
+_WINDING = SENSED.index("winding_temperature")
+_SHAFT = SENSED.index("shaft_temperature")
+
+
+class _Duty(NamedTuple):
+    """What the motor's loss equations ask of the inputs."""
+
+    speed: Number
+    torque: Number
+    current: Number
+
+
+def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
+    """What is left of each mode after a step, and what a rate held over the step adds to it."""
+    decay = exp(p.mode_rate * step)
+    return decay, (decay - 1.0) / p.mode_rate
+
+
+def by_duty(modes: Number, u: Record, p: Record, step: Number) -> Number:
+    """Modes a step later by duty signals and surroundings alone."""
+    decay, reach = decay_and_reach(p, step)
+    return decay * modes + reach * known_heat(modes, u, p)
+
+
+def known_heat(modes: Number, u: Record, p: Record) -> Number:
+    """What losses, surroundings and convection do to the modes, in K/s, shape (7,)."""
+    winding_loss, shaft_loss = losses(modes, u, p)
+    speed = absolute(u.speed)
+    ambient = u.ambient_temperature - p.linearisation_temperature
+    return (
+        p.winding_heat_gain * winding_loss
+        + p.shaft_heat_gain * shaft_loss
+        + (p.ambient_gain + speed * p.ambient_convection_gain) * ambient
+        + speed * product(matrix(p.convection, MODES), modes)
+    )
+
+
+def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
+    """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
+    duty = _Duty(u.speed, u.torque, 0.0)
+    winding = copper_loss(temperature(_WINDING, modes, p), duty, p) + iron_loss(duty, p)
+    return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
+
+
+def temperature(sensor: int, modes: Number, p: Record) -> Number:
+    """Temperature in K at a sensor."""
+    return total(sensor_row(sensor, p) * modes) + p.linearisation_temperature
+
+
+def sensor_row(sensor: int, p: Record) -> Number:
+    """Derivative of a sensor's temperature by the modes, shape (7,)."""
+    return p.sensor_rows[sensor * MODES : (sensor + 1) * MODES]
+
+
+def elongation(mean: Number, p: Record) -> Number:
+    """Elongation in m that the modes make."""
+    shift = p.elongation_per_kelvin * (p.reference_temperature - p.linearisation_temperature)
+    return total(p.elongation_row * mean[:MODES]) - shift

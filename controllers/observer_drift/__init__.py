@@ -1,0 +1,1 @@
+"""The observer, taught by a camera what no thermometer explains."""

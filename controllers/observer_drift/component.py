@@ -1,0 +1,73 @@
+"""The observer with the camera as a component."""
+
+from __future__ import annotations
+
+from warmlink.controllers.interface import INPUTS, OUTPUTS
+from warmlink.controllers.observer.component import observer_parameters, observer_states
+from warmlink.controllers.observer_drift import law
+from warmlink.controllers.observer_drift.designed import DESIGNED
+from warmlink.controllers.start_values import with_values
+from warmlink.fmus.packaging.component import Component, Parameter, State
+
+_CAMERA = (
+    Parameter(
+        "camera_std",
+        "m",
+        3e-7,
+        "standard deviation of a camera reading",
+        display="um",
+        positive=True,
+        nominal=1e-6,
+    ),
+    Parameter("camera_delay", "s", 30, "longest time from a picture to its reading", minimum=0),
+    Parameter(
+        "camera_timeout",
+        "s",
+        900,
+        "time without a new reading after which the camera is distrusted",
+        positive=True,
+    ),
+    Parameter(
+        "camera_return_time",
+        "s",
+        300,
+        "time of small innovations after which the camera is taken back",
+        positive=True,
+    ),
+    Parameter(
+        "camera_authority",
+        "m",
+        3e-6,
+        "elongation that the camera may add to what the temperatures make",
+        display="um",
+        minimum=0,
+        nominal=1e-6,
+    ),
+    Parameter(
+        "camera_relative_authority",
+        "1",
+        0.15,
+        "further elongation that it may add, as a share of what the temperatures make",
+        minimum=0,
+        nominal=0.1,
+    ),
+)
+
+COMPONENT = Component(
+    name="ObserverDriftCompensator",
+    description="Growth by a Kalman filter on motor and link, made offset-free by the camera",
+    inputs=INPUTS,
+    parameters=with_values((*observer_parameters(law.DISTURBANCES), *_CAMERA), DESIGNED),
+    states=(
+        *observer_states(law.STATES),
+        State("camera_last", "m"),
+        State("camera_age", "s"),
+        State("camera_calm_for", "s"),
+        State("camera_out", "1"),
+        State("camera_free_for", "s"),
+    ),
+    outputs=OUTPUTS,
+    update=law.update,
+    begin=law.begin,
+    observe=law.outputs,
+)

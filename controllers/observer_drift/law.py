@@ -1,0 +1,169 @@
+"""The observer with two more disturbances, which the camera's readings of the remaining error reveal.
+
+    elongation = (1 + s) (e z - e_1 (T_ref - T_0)) + o
+
+s is the expansion coefficient's relative error, nearly constant; o a slow error that no temperature explains.
+A reading measures elongation minus correction when the picture was taken, so it is the error of the estimate
+itself: whatever constant error the model makes ends in s and o, and the correction is free of it. The camera
+teaches s and o alone, and these within bounds; a camera that lies cannot move the temperatures.
+U. Maeder, F. Borrelli and M. Morari, "Linear offset-free model predictive control", Automatica 45 (2009)
+2214-2222, on disturbances that make an observer offset-free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.kalman import Belief, corrected, variance_along
+from warmlink.controllers.observer import law as observer
+from warmlink.controllers.observer import model
+from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
+from warmlink.fmus.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
+from warmlink.fmus.packaging.component import Record
+
+DISTURBANCES = model.HEATS + 2
+"""Unknown heats, then the relative error of the expansion coefficient and the offset."""
+
+STATES = model.MODES + DISTURBANCES
+
+_SCALE, _OFFSET = STATES - 2, STATES - 1
+
+_TEACHES = (0.0,) * (STATES - 2) + (1.0, 1.0)
+"""What a reading of the camera may change: scale and offset."""
+
+
+class Camera(NamedTuple):
+    """What is remembered of the camera: its last reading, that reading's age in s, and how it is trusted."""
+
+    last: Number
+    age: Number
+    calm_for: Number
+    out: Number
+    free_for: Number
+
+
+def begin(u: Record, p: Record) -> Mapping[str, Number]:
+    """States at the start: those of the observer, and no reading of the camera yet."""
+    start = observer.first_belief(u, p, STATES)
+    readings = observer.sensed(u)
+    trust = fail_safe.at_start(readings)
+    belief, trust = observer.sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
+    return {
+        **observer.named(belief, trust, 0.0),
+        **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
+        "duty_modes": belief.mean[: model.MODES],
+        "plausible_heat": 0.0,
+        "correction": 0.0,
+        "elongation": elongation(belief.mean, p),
+        "distrusted": observer.distrusted(trust, readings, p),
+    }
+
+
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    """States after a sample: the observer's, then what the camera teaches, limited."""
+    belief = observer.predict(observer.belief_of(x, STATES), u, p, step)
+    readings = observer.sensed(u)
+    news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
+    belief, trust = observer.sense(belief, trust, readings, news, x.evidence, p, step)
+    duty_modes = model.by_duty(x.duty_modes, u, p, step)
+    plausible = plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
+    belief, trust = reconciled(belief, trust, readings, duty_modes, plausible, u, p)
+    belief, camera = look(belief, x, u, p, step)
+    least = least_elongation(duty_modes, u, p)
+    free_estimate = elongation(belief.mean, p)
+    wanted = maximum(free_estimate, least)
+    correction = fail_safe.limited(x.correction, wanted, p, step)
+    free = where(absolute(wanted - correction) < p.camera_std, camera.free_for + step, 0.0)
+    return {
+        **observer.named(belief, trust, observer.evidence(x.evidence, belief, p, step)),
+        **_named(camera._replace(free_for=free)),
+        "duty_modes": duty_modes,
+        "plausible_heat": plausible,
+        "correction": correction,
+        "elongation": wanted,
+        "distrusted": maximum(
+            maximum(observer.distrusted(trust, readings, p), where(free_estimate < least, 1.0, 0.0)),
+            doubtful(camera, belief, u, p),
+        ),
+    }
+
+
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Correction and its uncertainty in m."""
+    belief = observer.belief_of(x, STATES)
+    return observer.reported(x, belief, elongation_row(belief.mean, p), p)
+
+
+def look(belief: Belief, x: Record, u: Record, p: Record, step: Number) -> tuple[Belief, Camera]:
+    """Belief and memory after the camera's reading, which counts once, when it is new.
+
+    While a limit holds the correction back, the reading is not the estimate's error; it counts only when the
+    limits have been idle since before the picture was taken.
+    """
+    age = x.camera_age + step
+    new = where(u.measured_drift == x.camera_last, 0.0, 1.0) * where(u.drift_valid > 0.5, 1.0, 0.0)
+    news = new * fail_safe.present(u.measured_drift)
+    free = where(x.camera_free_for > p.camera_delay + 2.0 * step, 1.0, 0.0)
+    row = elongation_row(belief.mean, p)
+    variance = p.camera_std**2
+    innovation = u.measured_drift - (x.elongation - x.correction)
+    trust = fail_safe.Trust(*(stack(value) for value in (0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)))
+    verdict = fail_safe.judged(
+        trust,
+        0,
+        news,
+        innovation,
+        variance_along(belief.spread, row) + variance,
+        variance_along(belief.spread, row) + variance,
+        fail_safe.Gates(p.gate, LARGEST, p.mean_time, p.camera_return_time),
+        age,
+    )
+    judged = news * free
+    belief = corrected(belief, row, innovation, variance, verdict.use * free, stack(*_TEACHES))
+    return belief, Camera(
+        last=where(news > 0, u.measured_drift, x.camera_last),
+        age=where(news > 0, 0.0, age),
+        calm_for=where(judged > 0, verdict.calm_for, x.camera_calm_for),
+        out=where(judged > 0, verdict.out, x.camera_out),
+        free_for=x.camera_free_for,
+    )
+
+
+def elongation(mean: Number, p: Record) -> Number:
+    """Elongation in m: what the temperatures make, and what the camera has taught, within its bounds."""
+    by_temperature = model.elongation(mean, p)
+    bound = authority(by_temperature, p)
+    return by_temperature + clip(taught(mean, by_temperature), -bound, bound)
+
+
+def taught(mean: Number, by_temperature: Number) -> Number:
+    """Elongation in m that the camera has added."""
+    return mean[_SCALE] * by_temperature + mean[_OFFSET]
+
+
+def authority(by_temperature: Number, p: Record) -> Number:
+    """Elongation in m that the camera may add at most."""
+    return p.camera_authority + p.camera_relative_authority * absolute(by_temperature)
+
+
+def elongation_row(mean: Number, p: Record) -> Number:
+    """Derivative of the elongation by the state, shape (11,)."""
+    none = [0.0] * model.HEATS
+    return stack((1.0 + mean[_SCALE]) * p.elongation_row, *none, model.elongation(mean, p), 1.0)
+
+
+def doubtful(camera: Camera, belief: Belief, u: Record, p: Record) -> Number:
+    """1 where the camera says it is well and yet is not followed, else 0."""
+    by_temperature = model.elongation(belief.mean, p)
+    beyond = where(
+        absolute(taught(belief.mean, by_temperature)) > authority(by_temperature, p), 1.0, camera.out
+    )
+    silent = where(camera.age > p.camera_timeout, 1.0, 1.0 - fail_safe.present(u.measured_drift))
+    return maximum(beyond, where(u.drift_valid > 0.5, silent, 0.0))
+
+
+def _named(camera: Camera) -> dict[str, Number]:
+    return {f"camera_{name}": value for name, value in camera._asdict().items()}

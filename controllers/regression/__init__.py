@@ -1,0 +1,1 @@
+"""Growth as a linear function of thermometers, fitted from a run."""

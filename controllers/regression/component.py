@@ -1,0 +1,66 @@
+"""The regression as a component."""
+
+from __future__ import annotations
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
+from warmlink.controllers.matrices import packed_size
+from warmlink.controllers.regression import law
+from warmlink.controllers.regression.designed import DESIGNED
+from warmlink.controllers.start_values import with_values
+from warmlink.fmus.packaging.component import Component, Parameter, State
+from warmlink.fmus.packaging.quantities import temperature_parameter
+
+_PARAMETERS = (
+    SAMPLE_TIME,
+    TOLERANCE,
+    *fail_safe.LIMITS,
+    *fail_safe.DOUBT,
+    temperature_parameter("reference_temperature", "temperature of no elongation"),
+    Parameter(
+        "sensor_std",
+        "K",
+        0,
+        "noise (1 sigma) of each sensor: shaft, winding, base, middle, tip; 0: sensor not used",
+        size=len(SENSED),
+        minimum=0,
+        nominal=0.1,
+    ),
+    Parameter(
+        "moments",
+        "1",
+        0,
+        "second moments of the five rises in K and of the growth in 10 um, upper triangle's rows",
+        size=packed_size(law.STATES),
+        nominal=100,
+    ),
+    Parameter("memory_time", "s", 600, "time for which a missing reading is remembered", positive=True),
+    Parameter(
+        "residual_std",
+        "m",
+        0,
+        "standard deviation of what the regression left of the run that taught it",
+        display="um",
+        minimum=0,
+        nominal=1e-6,
+    ),
+)
+
+COMPONENT = Component(
+    name="RegressionCompensator",
+    description="Growth as a linear function of the temperatures, fitted from a run",
+    inputs=INPUTS,
+    parameters=with_values(_PARAMETERS, DESIGNED),
+    states=(
+        State("estimate", "1", size=law.STATES),
+        State("spread", "1", size=packed_size(law.STATES)),
+        *fail_safe.trust_states("K", len(SENSED)),
+        State("correction", "m"),
+        State("elongation", "m"),
+        State("distrusted", "1"),
+    ),
+    outputs=OUTPUTS,
+    update=law.update,
+    begin=law.begin,
+    observe=law.outputs,
+)

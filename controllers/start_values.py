@@ -1,0 +1,38 @@
+"""Parameters that start from what was designed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from warmlink.fmus.packaging.component import Parameter
+
+Values = Mapping[str, float | Sequence[float]]
+"""A parameter set: values by name, a sequence where the parameter is a vector."""
+
+
+def with_values(parameters: Sequence[Parameter], values: Values) -> tuple[Parameter, ...]:
+    """Parameters whose start values are those given by name; the others keep theirs."""
+    return tuple(_with_values(parameters, values))
+
+
+def by_scalar(values: Values) -> dict[str, float]:
+    """A parameter set by scalar name, as `mode_rate[1]`: what instances, FMUs and SSVs go by."""
+    scalars: dict[str, float] = {}
+    for name, value in values.items():
+        if isinstance(value, Sequence):
+            scalars.update({f"{name}[{i}]": float(each) for i, each in enumerate(value, start=1)})
+        else:
+            scalars[name] = float(value)
+    return scalars
+
+
+def _with_values(parameters: Sequence[Parameter], values: Values) -> Iterator[Parameter]:
+    for parameter in parameters:
+        value = values.get(parameter.name)
+        if value is None:
+            yield parameter
+        elif isinstance(value, Sequence):
+            yield replace(parameter, start=value[0], starts=tuple(value))
+        else:
+            yield replace(parameter, start=value)
