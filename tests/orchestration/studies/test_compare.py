@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Here
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.commands.compare_table import table
 from warmlink.orchestration.fmu_store import FmuStore
@@ -22,6 +21,8 @@ from warmlink.orchestration.studies.compare import (
 )
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.local import LocalWorkers
+
+from .conftest import Here
 
 
 def cases(folder: Path, *wrong: str) -> list[Case]:

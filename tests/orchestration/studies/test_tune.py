@@ -102,7 +102,8 @@ def test_constraints_hold_for_the_winner_and_are_learnt(study: Study, folder: Pa
     assert winner is not None
     assert 3.5e-6 < winner.point["compensator.gain"] <= 4e-6
     late = [trial.feasible for trial in trials[24:]]
-    assert sum(late) > 0.6 * len(late)
+    # By chance it would be a third.
+    assert sum(late) > 0.5 * len(late)
 
 
 @pytest.mark.parametrize("backwards", [False, True])
