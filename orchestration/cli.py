@@ -223,6 +223,33 @@ def sweep(
 
 
 @app.command()
+def design(
+    system: Annotated[str, typer.Argument(help="`WarmupCell`, or an .ssp with one motor and one link.")],
+    law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
+    sensors: Annotated[
+        str,
+        typer.Option(help="Thermometers to go by: `shaft,winding,base,middle,tip`, any of them, or `none`."),
+    ] = "base,tip",
+    sensor_std: Annotated[str, typer.Option(help="Standard deviation of a thermometer's noise.")] = "0.1 K",
+    camera_std: Annotated[
+        str | None, typer.Option(help='That of the camera, as "0.2 um". Default: the DriftCamera\'s own.')
+    ] = None,
+    sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
+    out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
+    json: Json = False,
+) -> None:
+    """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
+
+    The plant's parameters are those of the system's motor and link.
+
+    Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
+    """
+    from warmlink.orchestration.commands.design import design_command
+
+    design_command(system, law, sensors, sensor_std, camera_std, sample_time, out, json)
+
+
+@app.command()
 def check(
     file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file, anybody's.")], json: Json = False
 ) -> None:

@@ -44,7 +44,8 @@ class ClusterWorkers:
         except Exception as fault:
             self._client.close()
             raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
-        self._fmus: Any = self._client.scatter(fmus, broadcast=True, hash=False)
+        # A task, unlike scattered data, is done again when every worker that held its result has died.
+        self._fmus: Any = self._client.submit(_itself, fmus, pure=False)
 
     def __enter__(self) -> ClusterWorkers:
         return self
@@ -55,23 +56,42 @@ class ClusterWorkers:
         self._client.close()
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Run cases; the scheduler gives those of a dead worker to another one."""
+        """Run cases; the scheduler gives those of a dead worker to another one.
+
+        It blames a death on all that the worker had before it, so what is blamed too often is run once more,
+        alone.
+        """
+        suspects = []
+        order = longest_first(cases)
+        for place, outcome in self._ended(cases, order):
+            if outcome is None:
+                suspects.append(place)
+            else:
+                yield place, outcome
+        for suspect in suspects:
+            for place, outcome in self._ended(cases, [suspect]):
+                yield place, outcome or died(cases[place])
+
+    def _ended(self, cases: Sequence[Case], places: Sequence[int]) -> Iterator[tuple[int, Outcome | None]]:
+        """Run some cases; None is the outcome of one that was blamed for deaths."""
         from distributed import as_completed
         from distributed.scheduler import KilledWorker
 
-        order = longest_first(cases)
-        futures = self._client.map(attempt, [cases[i] for i in order], fmus=self._fmus, pure=False)
-        places = {future.key: place for future, place in zip(futures, order, strict=True)}
+        futures = self._client.map(attempt, [cases[i] for i in places], fmus=self._fmus, pure=False)
+        place_of = {future.key: place for future, place in zip(futures, places, strict=True)}
         for future in as_completed(futures, loop=self._client.loop):
-            place = places[future.key]
             try:
                 outcome = future.result()
             except KilledWorker:
-                outcome = died(cases[place])
+                outcome = None
             except Exception as fault:
                 raise InputError(
                     f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
                     "run again to go on"
                 ) from fault
-            yield place, outcome
+            yield place_of[future.key], outcome
             future.release()
+
+
+def _itself(fmus: FmuSet) -> FmuSet:
+    return fmus
