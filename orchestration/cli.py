@@ -273,5 +273,19 @@ def bench_fmus(json: Json = False) -> None:
     bench_fmus_command(json)
 
 
+@bench.command(name="masters")
+def bench_masters(
+    rounds: Annotated[int, typer.Option(help="Runs of each; the best counts.")] = 2, json: Json = False
+) -> None:
+    """Time our master beside FMPy's loop, libcosim, Ecos and what else is installed, on the same FMUs.
+
+    Three trivial FMUs of C with five connections, then an hour of the warm-up cell with native and with
+    Python FMUs: time of a communication step and of the whole process, elongation, and what it is off by.
+    """
+    from warmlink.orchestration.commands.bench import bench_masters_command
+
+    bench_masters_command(rounds, json)
+
+
 if __name__ == "__main__":
     main()
