@@ -58,11 +58,13 @@ class Host:
     name : as it stands in the table
     function : `module:function` below this package; takes a Job, gives a Finished
     packages : distributions it needs
+    iterates : whether it repeats steps, which costs time for accuracy
     """
 
     name: str
     function: str
     packages: tuple[str, ...] = ()
+    iterates: bool = False
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -73,7 +75,7 @@ class Host:
 HOSTS = (
     Host("warmlink, plain", "ours:plain"),
     Host("warmlink, compiled", "ours:compiled", ("numba",)),
-    Host("warmlink, fixed_point", "ours:iterated"),
+    Host("warmlink, fixed_point", "ours:iterated", iterates=True),
     Host("FMPy, plain loop", "fmpy_loop:run"),
     Host("libcosim", "libcosim:run", ("libcosimpy",)),
     Host("Ecos", "ecos:run", ("ecospy", "tbb")),
