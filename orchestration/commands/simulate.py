@@ -84,7 +84,11 @@ class SimulateOptions:
         """Clock to keep to, where asked for."""
         if self.real_time is None:
             return None
-        return Pacing(positive(self.real_time, "1", "--real-time"))
+        if not 0 < self.real_time < float("inf"):
+            raise InputError(
+                f"--real-time {self.real_time:g}: no pace; give a number above 0, 1 for real time"
+            )
+        return Pacing(self.real_time)
 
     @property
     def long_run(self) -> LongRun | None:

@@ -13,6 +13,8 @@ from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.master.error_budget import CouplingError
 from warmlink.orchestration.master.result import Result
 
+WIDTH = 160
+
 
 def give_answer(
     result: Result, bounds: Sequence[CouplingError], head: str, folder: Path, *, as_json: bool
@@ -75,18 +77,21 @@ def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
     table = Table(title=head, title_justify="left", box=None)
     headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
     for heading in headings:
-        table.add_column(heading, justify="left" if heading in ("output", "unit") else "right")
+        text = heading in ("output", "unit")
+        table.add_column(heading, justify="left" if text else "right", no_wrap=text)
     for name, figures in summary["outputs"].items():
         cells = [_cell(figures[key]) for key in ("last", "min", "max")]
         if "coupling_error" in figures:
             bound = figures["coupling_error"]
             cells.append("unknown" if bound is None else f"±{bound:.2g}")
         table.add_row(name, figures["unit"] or "1", *cells)
-    Console().print(table)
+    console = Console()
+    # In a file there is no edge to keep within.
+    (console if console.is_terminal else Console(width=WIDTH)).print(table)
     for balance in summary["heat_balances"]:
         answer(
             f"heat  {balance['delivered']} {_cell(balance['delivered_total'])} {balance['unit'] or ''}, "
-            f"of which {_cell(balance['lost'])} did not reach {balance['received']}"
+            f"of which {_cell(balance['lost'])} have not reached {balance['received']}"
         )
     if summary["largest_lag_s"]:
         answer(f"largest delay behind the clock  {summary['largest_lag_s']:.3g} s")
