@@ -260,6 +260,43 @@ def check(
 
 
 @app.command()
+def diagnose(
+    data: Annotated[
+        Path, typer.Argument(help="A measured run (CSV) of the warm-up cell, or an experiment (TOML).")
+    ],
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/NAME.")] = None,
+    json: Json = False,
+) -> None:
+    """Show what the simulation gets wrong, name the cause, extend the model, measure the improvement.
+
+    Writes diagnosis.json, report.html and the extended model as .ssv and .ssp. Any verdict is exit code 0.
+    """
+    from warmlink.orchestration.commands.diagnose import diagnose_command
+
+    diagnose_command(data, out, json)
+
+
+@app.command()
+def hide(
+    effects: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Effects to hide, as radiation, joint_resistance=0.3, sensor_lag:tip_temperature."
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
+    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
+    noise: Annotated[
+        str, typer.Option(help="`white`, or `real`: correlated, rounded, with spikes.")
+    ] = "white",
+) -> None:
+    """Make a measured run with a hidden effect, from a solver of its own, to practise `diagnose` on."""
+    from warmlink.orchestration.commands.diagnose import hide_command
+
+    hide_command(effects or [], out, seed, noise)
+
+
+@app.command()
 def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
     json: Json = False,
