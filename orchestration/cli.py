@@ -374,7 +374,7 @@ def bench_study(
 
 @app.command(name="list")
 def list_(json: Json = False) -> None:
-    """List what warmlink knows: scenarios, controllers, systems, components, master algorithms."""
+    """List what warmlink knows: scenarios, controllers, systems, components, mismatches, studies, masters."""
     from warmlink.orchestration.commands.catalogue import list_command
 
     list_command(json)

@@ -36,8 +36,8 @@ metric = "correction_rate_um_s"
 at_most = 0.08
 
 [tune]
-trials = 20
-batch = 6
+trials = 14
+batch = 4
 
 [sweep]
 kind = "grid"

@@ -73,13 +73,13 @@ def test_the_same_study_gives_the_same_table_in_whatever_order_its_runs_end(
     one = run(study, make(folder, "a"), Formula())
     other = run(study, make(folder, "b"), Formula(backwards=True))
     assert same(one, other)
-    assert [trial.number for trial in one] == list(range(20))
+    assert [trial.number for trial in one] == list(range(14))
     another = run(replace(study, seed=4), make(folder, "c"), Formula())
     assert not same(one, another)
 
 
 def test_tuning_finds_the_least_and_does_better_than_chance(study: Study, folder: Path) -> None:
-    study = replace(study, constraints=(), tune=replace(study.tune, trials=60))
+    study = replace(study, constraints=(), tune=replace(study.tune, trials=40))
     tuned = best(run(study, make(folder, "tpe"), Formula()))
     random = replace(study, tune=replace(study.tune, sampler="random"))
     drawn = best(run(random, make(folder, "random"), Formula()))
@@ -101,13 +101,15 @@ def test_constraints_hold_for_the_winner_and_are_learnt(study: Study, folder: Pa
     winner = best(trials)
     assert winner is not None
     assert 3.5e-6 < winner.point["compensator.gain"] <= 4e-6
-    late = [trial.feasible for trial in trials[24:]]
-    # By chance it would be a third.
-    assert sum(late) > 0.5 * len(late)
+    free = run(replace(study, constraints=()), make(folder, "b"), Formula())
+    kept, ignored = (
+        sum(trial.point["compensator.gain"] <= 4e-6 for trial in trials[24:]) for trials in (trials, free)
+    )
+    assert kept > 2 * ignored
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-@pytest.mark.parametrize("at_most", [3, 13, 17, 30])
+@pytest.mark.parametrize("at_most", [3, 17])
 def test_an_interrupted_study_ends_like_one_that_was_not(
     study: Study, folder: Path, at_most: int, backwards: bool
 ) -> None:
@@ -118,14 +120,14 @@ def test_an_interrupted_study_ends_like_one_that_was_not(
     rest = Formula()
     assert same(run(study, part, rest), whole)
     # Whatever had ended was not run again.
-    assert rest.done == 2 * 20 - at_most
+    assert rest.done == 2 * 14 - at_most
     again = Formula()
     assert same(run(study, part, again), whole)
     assert again.done == 0
 
 
 def test_more_trials_go_on_from_those_there_are(study: Study, folder: Path) -> None:
-    more = replace(study, tune=replace(study.tune, trials=32))
+    more = replace(study, tune=replace(study.tune, trials=22))
     part = make(folder, "part")
     run(study, part, Formula())
     assert same(run(more, part, Formula()), run(more, make(folder, "whole"), Formula()))
@@ -143,7 +145,7 @@ def test_the_storage_alone_is_enough_to_go_on(study: Study, folder: Path) -> Non
 def test_a_poisoned_trial_is_recorded_with_its_reason(study: Study, folder: Path) -> None:
     trials = run(study, make(folder, "a"), Formula(poison=3.5))
     poisoned = [trial for trial in trials if trial.reason is not None]
-    assert 0 < len(poisoned) < 20
+    assert 0 < len(poisoned) < 14
     assert {trial.point["compensator.gain"] < 3.5e-6 for trial in poisoned} == {True}
     assert all("work, nominal: the slave said no" in str(trial.reason) for trial in poisoned)
     assert all(math.isnan(trial.objective) and not trial.feasible for trial in poisoned)
