@@ -24,6 +24,9 @@ Word = Literal["adequate", "named", "ambiguous", "unknown"]
 UNEXPLAINED = 0.003
 """Chance level below which slow courses in the residuals count as real."""
 
+_SEEDS = 4
+"""Models that a second search begins from."""
+
 _LIKE_STATED = 0.7
 """Scatter over stated noise above which the stated figure is no news."""
 
@@ -80,28 +83,31 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         noise = _noise(problem, calibrated, 1.0)
     search = Search(Fitter(problem, noise), progress)
     best = search.run()
-    for inflation in (1.0, 2.0):
-        if best.items or inflation > 1:
-            # Near the truth the grid's error and the noise are known better than where the search began.
-            progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
-            problem.refine(_values(problem, best))
-            search = _again(search, _noise(problem, best, inflation), progress)
-            best = search.run()
+    left = lack_of_fit(search.fitter, best)
+    lasting = any(n.lasting for n in search.fitter.noise)
+    if lasting and left.p < UNEXPLAINED:
+        # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
+        search = _again(search, best, 2.0, progress)
+        best = search.run()
         left = lack_of_fit(search.fitter, best)
-        if left.p >= UNEXPLAINED or not any(n.lasting for n in search.fitter.noise):
-            break
+    elif best.items and not lasting:
+        search = _again(search, best, 1.0, progress)
+        best = search.run()
+        left = lack_of_fit(search.fitter, best)
     before = lack_of_fit(search.fitter, search.null) if best.items else left
     word, rivals = _judge(search, best, left)
     grid_error = problem.refine(_values(problem, best))
     return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error)
 
 
-def _again(search: Search, noise: list[NoiseModel], progress: Callable[[str], None]) -> Search:
-    """Search anew under another noise, from the best models so far."""
-    best = search.best
+def _again(search: Search, best: Fit, inflation: float, progress: Callable[[str], None]) -> Search:
+    """Search anew from the best models so far, near which the grid's error and the noise are known better."""
+    problem = search.fitter.problem
+    progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
+    problem.refine(_values(problem, best))
     seeds = [best, *search.rivals(best)] if best.items else []
-    fresh = Search(Fitter(search.fitter.problem, noise), progress)
-    for seed in seeds:
+    fresh = Search(Fitter(problem, _noise(problem, best, inflation)), progress)
+    for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
     return fresh
 

@@ -6,11 +6,33 @@ from warmlink.orchestration.diagnosis.instruments import CLOCK
 from warmlink.orchestration.diagnosis.rigs import RIGS, rig
 from warmlink.orchestration.system.shipped import SHIPPED
 
-PROMISED = """radiation still_air_convection forced_convection conductivity conductivity_temperature_dependence
-heat_capacity tip_heat_capacity tip_heat_loss expansion_coefficient elongation_scale joint_resistance
-hub_heat_loss copper_loss friction_temperature_dependence friction_level standby_heat neighbour_heat
-ambient_offset ambient_drift radiant_heating sensor_lag sensor_offset sensor_stem_conduction camera_drift
-clock_offset""".split()
+PROMISED = (
+    "radiation",
+    "still_air_convection",
+    "forced_convection",
+    "conductivity",
+    "conductivity_temperature_dependence",
+    "heat_capacity",
+    "tip_heat_capacity",
+    "tip_heat_loss",
+    "expansion_coefficient",
+    "elongation_scale",
+    "joint_resistance",
+    "hub_heat_loss",
+    "copper_loss",
+    "friction_temperature_dependence",
+    "friction_level",
+    "standby_heat",
+    "neighbour_heat",
+    "ambient_offset",
+    "ambient_drift",
+    "radiant_heating",
+    "sensor_lag",
+    "sensor_offset",
+    "sensor_stem_conduction",
+    "camera_drift",
+    "clock_offset",
+)
 
 
 def test_every_promised_cause_is_there() -> None:

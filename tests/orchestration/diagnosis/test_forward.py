@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from warmlink.orchestration.diagnosis.cause import catalogue
 from warmlink.orchestration.diagnosis.equations import Equations
 from warmlink.orchestration.diagnosis.forward import Forward

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.diagnose import diagnose
 from warmlink.orchestration.diagnosis.hide import hide, write_csv

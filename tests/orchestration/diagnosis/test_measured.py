@@ -2,11 +2,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.experiment import read_experiment
 from warmlink.orchestration.diagnosis.thinning import quantum, spike_rows
 
-HEAD = "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],shaft_temperature [degC],elongation [um]\n"
+HEAD = (
+    "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],"
+    "shaft_temperature [degC],elongation [um]\n"
+)
 
 
 def rows(count: int = 30, step: float = 10.0) -> list[str]:
