@@ -47,6 +47,7 @@ class Assessment:
     left : what the chosen model leaves unexplained
     left_before : what the uncorrected model leaves
     grid_error : largest error of the grid taken out, in units of 1 mK or 10 nm
+    artefact : error of the simulation's own steps and cells, in standard deviations of all readings
     """
 
     word: Word
@@ -58,6 +59,7 @@ class Assessment:
     left: LackOfFit
     left_before: LackOfFit
     grid_error: float
+    artefact: float
 
     @property
     def null(self) -> Fit:
@@ -75,8 +77,11 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     problem = Problem(fitted_part(experiment))
     progress("simulating as it stands")
     start = [f.start for f in problem.calibrated]
-    problem.refine([problem.values(i, problem.calibrated, start) for i in range(len(problem.data))])
+    begun = [problem.values(i, problem.calibrated, start) for i in range(len(problem.data))]
+    problem.refine(begun)
     noise = _noise(problem, None, 1.0)
+    # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
+    artefact = problem.artefact(begun, noise)
     if problem.calibrated:
         calibrated = Fitter(problem, noise).fit(())
         problem.refine(_values(problem, calibrated))
@@ -97,7 +102,7 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     before = lack_of_fit(search.fitter, search.null) if best.items else left
     word, rivals = _judge(search, best, left)
     grid_error = problem.refine(_values(problem, best))
-    return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error)
+    return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
 
 
 def _again(search: Search, best: Fit, inflation: float, progress: Callable[[str], None]) -> Search:

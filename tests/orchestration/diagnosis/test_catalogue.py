@@ -32,6 +32,7 @@ PROMISED = (
     "sensor_stem_conduction",
     "camera_drift",
     "clock_offset",
+    "communication_step",
 )
 
 
@@ -51,6 +52,8 @@ def test_every_cause_frees_a_parameter_of_an_fmu() -> None:
                 assert variable in cell.parameters, cause.name
             elif cause.kind == "record":
                 assert variable == CLOCK
+            elif cause.kind == "simulation":
+                assert variable.startswith("simulation.")
             elif cause.kind == "camera":
                 assert has(CAMERA, variable), cause.name
             elif cause.kind == "temperature sensor":
