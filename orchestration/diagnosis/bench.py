@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,10 @@ from warmlink.orchestration.diagnosis.hide import (
     hide,
     write_csv,
 )
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.experiment import Experiment
+    from warmlink.orchestration.diagnosis.verdict import Assessment
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,8 @@ class Trial:
     wrong_name : a cause or set was named with confidence that is not the truth
     covered : whether each hidden strength lies in its 95 % interval, where the truth was found best
     heldout : held-out error in units of noise, where the verdict is `named`
+    followed : whether the next experiment of an ambiguous verdict, carried out on the truth, named it;
+        None where none was proposed
     seconds : processor time of the search
     """
 
@@ -92,6 +98,7 @@ class Trial:
     wrong_name: bool
     covered: tuple[bool, ...]
     heldout: float | None
+    followed: bool | None
     seconds: float
 
 
@@ -117,6 +124,9 @@ class Bench:
                     **{word: sum(t.verdict == word for t in trials) for word in _WORDS},
                     "in_interval_percent": _percent(covered),
                     "heldout_within_10_percent": _percent(h < 1.1 for h in held),
+                    "next_experiment_right_percent": _percent(
+                        t.followed for t in trials if t.followed is not None
+                    ),
                     "seconds": float(np.mean([t.seconds for t in trials])),
                 }
             )
@@ -213,7 +223,6 @@ def weakened(effects: dict[str, float], kind: Kind, random: np.random.Generator)
 
 
 def _trial(task: tuple[str, int, int]) -> Trial:
-    from warmlink.orchestration.diagnosis.experiment import read_experiment
     from warmlink.orchestration.diagnosis.gain import Scores, scales_of
     from warmlink.orchestration.diagnosis.verdict import assess, names
 
@@ -223,10 +232,7 @@ def _trial(task: tuple[str, int, int]) -> Trial:
     effects = drawn(kind, random)
     if kind.weak:
         effects = weakened(effects, kind, random)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "run.csv"
-        write_csv(hide(effects, kind.duty, kind.noise, seed=int(random.integers(2**31))), path)
-        experiment = read_experiment(path)
+    experiment = _written_and_read(hide(effects, kind.duty, kind.noise, seed=int(random.integers(2**31))))
     began = time.process_time()
     found = assess(experiment)
     seconds = time.process_time() - began
@@ -250,11 +256,42 @@ def _trial(task: tuple[str, int, int]) -> Trial:
         found.word == "named" and not right,
         _covered(found, effects),
         heldout,
+        _followed(found, experiment, effects, int(random.integers(2**31))) if kind.known else None,
         seconds,
     )
 
 
-def _covered(found: Any, effects: dict[str, float]) -> tuple[bool, ...]:
+def _followed(found: Assessment, experiment: Experiment, effects: dict[str, float], seed: int) -> bool | None:
+    """Carry the next experiment out on the truth, and see whether that names it."""
+    from warmlink.orchestration.diagnosis.next_experiment import next_experiment
+    from warmlink.orchestration.diagnosis.verdict import assess
+
+    if found.word != "ambiguous":
+        return None
+    proposed = next_experiment(found.fitter, found.best, found.rivals, experiment)
+    if proposed is None or not proposed.duty:
+        return None
+    duty = [
+        Segment(s.duration_s, s.speed, s.torque, s.pad_temperature, s.ambient_temperature)
+        for s in proposed.duty
+    ]
+    again = assess(_written_and_read(hide(effects, duty, seed=seed)))
+    twins = {"expansion_coefficient", "elongation_scale"}
+    if again.word == "ambiguous" and set(effects) & twins:
+        return set(effects) in [set(fit.key) for fit in (again.best, *again.rivals)]
+    return again.word == "named" and again.best.key == set(effects)
+
+
+def _written_and_read(columns: dict[str, Any]) -> Experiment:
+    from warmlink.orchestration.diagnosis.experiment import read_experiment
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.csv"
+        write_csv(columns, path)
+        return read_experiment(path)
+
+
+def _covered(found: Assessment, effects: dict[str, float]) -> tuple[bool, ...]:
     """Whether each hidden strength lies in its interval; empty where another model was best."""
     if found.best.key != set(effects):
         return ()
