@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.cause import Cause, catalogue
-from warmlink.orchestration.diagnosis.equations import Equations
+from warmlink.orchestration.diagnosis.equations import equations
 from warmlink.orchestration.diagnosis.experiment import PER_RUN, Calibrated, Experiment
 from warmlink.orchestration.diagnosis.forward import Forward
 from warmlink.orchestration.diagnosis.grid import CHECK, FINAL, SEARCH, Resolution
@@ -18,7 +18,7 @@ from warmlink.orchestration.diagnosis.initial import initial_values
 from warmlink.orchestration.diagnosis.instruments import NEUTRAL, Readings, channel_of
 from warmlink.orchestration.diagnosis.measured import Run, names_of
 from warmlink.orchestration.diagnosis.noise import NoiseModel
-from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
+from warmlink.orchestration.diagnosis.rigs import ELONGATION
 from warmlink.orchestration.diagnosis.thinning import Thinned, thinned
 
 Vector = NDArray[np.float64]
@@ -248,10 +248,10 @@ class Problem:
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _at(self, resolution: Resolution) -> list[Readings]:
-        equations = Equations(rig(self.experiment.rig.name, resolution.cells), self._inner, self.variables)
+        compiled = equations(self.experiment.rig.name, resolution.cells, self._inner, self.variables)
         return [
             Readings(
-                Forward(equations, run, self.known_of(run), resolution),
+                Forward(compiled, run, self.known_of(run), resolution),
                 self.variables,
                 self._outer,
                 data.time,
