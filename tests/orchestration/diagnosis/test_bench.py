@@ -1,4 +1,5 @@
 import numpy as np
+
 from warmlink.orchestration.diagnosis.bench import KINDS, bench_diagnosis, drawn, weakened
 from warmlink.orchestration.diagnosis.hide import effect_of
 

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+
 from warmlink.orchestration.diagnosis.diagnose import diagnose
 
 DATA = Path(os.environ.get("WARMLINK_DATA", Path(__file__).parents[4] / "shared" / "data"))

@@ -17,6 +17,7 @@ from warmlink.orchestration.diagnosis.hide import (
     Noise,
     effect_of,
     hide,
+    ordinary,
     write_csv,
 )
 from warmlink.orchestration.diagnosis.verdict import Assessment, assess
@@ -31,7 +32,7 @@ def file_with(folder: Path, effects: dict[str, float], **how) -> Path:  # type: 
 
 
 def sized(*names: str) -> dict[str, float]:
-    return {name: effect_of(name).size for name in names}
+    return ordinary(names)
 
 
 def assessed(folder: Path, effects: dict[str, float], **how) -> Assessment:  # type: ignore[no-untyped-def]
