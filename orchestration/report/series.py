@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.master.result import Result
 
-BLOCK_ROWS = 1 << 14
+BLOCK_ROWS = 1 << 10
 
 
 def write_series(result: Result, folder: Path) -> None:
