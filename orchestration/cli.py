@@ -100,13 +100,64 @@ def simulate(
         str | None, typer.Option(help='Communication step size, as "1 s". Default: its own.')
     ] = None,
     master: Annotated[str, typer.Option(help="Master algorithm (`warmlink list`).")] = "jacobi",
+    stepping: Annotated[
+        str, typer.Option(help="`plain` (Python), `compiled` (Numba), or `auto`: compiled where it pays.")
+    ] = "auto",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
+    isolate: Annotated[
+        bool,
+        typer.Option("--isolate", help="One process for each FMU: a crash there ends the run, no more."),
+    ] = False,
+    time_limit: Annotated[
+        str | None, typer.Option(help='How long one call of an isolated FMU may take. Default: "60 s".')
+    ] = None,
+    checkpoint: Annotated[
+        int | None,
+        typer.Option(help="Stream values to disk and leave a checkpoint every so many steps."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on from the checkpoint in the folder, where there is one.")
+    ] = False,
+    real_time: Annotated[
+        float | None,
+        typer.Option(help="Keep to the clock: 1 is real time, 10 goes ten times as fast."),
+    ] = None,
+    error_budget: Annotated[
+        bool | None,
+        typer.Option(
+            "--error-budget/--no-error-budget",
+            help="Bound the coupling error by a run with half the step. Default: yes, unless --checkpoint, "
+            "--resume or --real-time is given.",
+        ),
+    ] = None,
+    watch: Annotated[
+        list[str] | None,
+        typer.Option(help="Variable whose coupling error is asked for. Repeatable. Default: every output."),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Run a system of FMUs and write its outputs as CSV and Parquet."""
-    from warmlink.orchestration.commands.simulate import simulate_command
+    """Run a system of FMUs and write its outputs as CSV and Parquet.
 
-    raise SystemExit(simulate_command(system, stop, step, master, out, json))
+    Ctrl-C ends the run early and keeps what was computed, as does an FMU that fails (exit code 1).
+    """
+    from warmlink.orchestration.commands.simulate import SimulateOptions, simulate_command
+
+    options = SimulateOptions(
+        system,
+        stop,
+        step,
+        master,
+        stepping,
+        out,
+        isolate,
+        time_limit,
+        checkpoint,
+        resume,
+        real_time,
+        error_budget,
+        tuple(watch or ()),
+    )
+    raise SystemExit(simulate_command(options, json))
 
 
 @app.command()
@@ -335,6 +386,20 @@ def bench_fmus(json: Json = False) -> None:
     from warmlink.orchestration.commands.bench import bench_fmus_command
 
     bench_fmus_command(json)
+
+
+@bench.command(name="masters")
+def bench_masters(
+    rounds: Annotated[int, typer.Option(help="Runs of each; the best counts.")] = 2, json: Json = False
+) -> None:
+    """Time our master beside FMPy's loop, libcosim, Ecos and what else is installed, on the same FMUs.
+
+    Three trivial FMUs of C with five connections, then an hour of the warm-up cell with native and with
+    Python FMUs: time of a communication step and of the whole process, elongation, and what it is off by.
+    """
+    from warmlink.orchestration.commands.bench import bench_masters_command
+
+    bench_masters_command(rounds, json)
 
 
 if __name__ == "__main__":

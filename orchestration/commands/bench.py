@@ -29,3 +29,25 @@ def bench_study_command(hours: float, controller: str, jobs: int, dask: bool, as
         answer_json([{**asdict(each), "hours_a_second": each.hours_a_second} for each in times])
     else:
         answer(times_table(times))
+
+
+def bench_masters_command(rounds: int, as_json: bool) -> None:
+    """Print our master beside other people's; each case when it is done."""
+    import sys
+    from dataclasses import asdict
+
+    from warmlink.orchestration.bench.masters import Extent, absent, bench_masters, masters_table
+    from warmlink.orchestration.commands.console import remark
+
+    told = remark if sys.stderr.isatty() else (lambda name: None)
+    found = []
+    for rows in bench_masters(Extent(rounds=rounds), told):
+        found += rows
+        if not as_json:
+            answer(masters_table(rows) + "\n")
+    if as_json:
+        answer_json({"rows": [asdict(row) for row in found], "not_installed": absent()})
+        return
+    answer("off by: from motor and link solved as one system of equations (BDF, tolerance 1e-11)")
+    for name, packages in absent().items():
+        answer(f"not installed: {name} ({', '.join(packages)})")

@@ -163,6 +163,12 @@ class Diagnosis:
             },
             "wrong": {name: self._wrong_entry(name, wrong) for name, wrong in self.wrong.items()},
             "remaining": {name: self._wrong_entry(name, wrong) for name, wrong in self.remaining.items()},
+            "artefacts": {
+                "communication_step": {
+                    "solved_in_one_piece": True,
+                    "error_sigma": self.assessment.artefact,
+                }
+            },
             "hint": None if self.hint is None else self.hint.to_json(),
             "gain": self._gain(),
             "extended": {"ssv": ssv, "ssp": ssp},

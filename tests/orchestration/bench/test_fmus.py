@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.orchestration.studies.bench_fmus import StepTimes, bench_fmus, times_table
+from warmlink.orchestration.bench.fmus import StepTimes, bench_fmus, times_table
 
 
 @pytest.mark.slow
