@@ -28,11 +28,12 @@ DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place
 
 @dataclass(frozen=True)
 class StudyTime:
-    """Wall time of the same runs on some workers, their start included.
+    """Wall time of the same runs on some workers, the start of local ones included.
 
-    `cpu_seconds` is what this process and the workers computed: over several workers on cores of their own
-    the wall time is that, divided by their number. `efficiency` is the wall time of one worker of the same
-    kind over that of all, divided by their number; None where there is no such time.
+    `cpu_seconds` is what this process and the workers computed, a Dask cluster's own start included: on cores
+    that nothing else uses, the wall time is that, divided by the number of workers. `efficiency` is the wall
+    time of one worker of the same kind over that of all, divided by their number; None where there is no such
+    time. It means something on a machine that does nothing else.
     """
 
     workers: str
@@ -106,10 +107,12 @@ def times_table(times: list[StudyTime]) -> str:
 
 
 def _on_dask(fmus: FmuSet, cases: list[Case], count: int) -> StudyTime:
+    cpu = _cpu_seconds()
     with local_cluster(count) as address, ClusterWorkers(fmus, address) as workers:
         # The workers' own start is the cluster's, which stands before any study.
         list(workers.run(cases[: 2 * count]))
-        return _timed(f"Dask, workers: {count}", count, cases, workers, time.perf_counter())
+        timed = _timed(f"Dask, workers: {count}", count, cases, workers, time.perf_counter())
+    return replace(timed, cpu_seconds=_since(cpu))
 
 
 @contextmanager

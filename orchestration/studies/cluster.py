@@ -13,6 +13,12 @@ from warmlink.orchestration.studies.workers import attempt, died, longest_first
 
 CONNECT_TIMEOUT_S = 5.0
 
+TASK_HOURS = 25.0
+"""Closed-loop hours of a task: about half a second, against some milliseconds that a task costs in itself."""
+
+TASKS_A_THREAD = 8
+"""Tasks that a thread should have at least, so that all end together."""
+
 
 class ClusterWorkers:
     """The workers of a scheduler, which need warmlink installed and get the FMUs from here.
@@ -61,36 +67,57 @@ class ClusterWorkers:
         It blames a death on all that the worker had before it, so what is blamed too often is run once more,
         alone.
         """
-        suspects = []
-        order = longest_first(cases)
-        for place, outcome in self._ended(cases, order):
-            if outcome is None:
-                suspects.append(place)
+        suspects: list[int] = []
+        for places, outcomes in self._ended(cases, self._shares(cases)):
+            if outcomes is None:
+                suspects += places
             else:
-                yield place, outcome
+                yield from zip(places, outcomes, strict=True)
         for suspect in suspects:
-            for place, outcome in self._ended(cases, [suspect]):
-                yield place, outcome or died(cases[place])
+            for _, outcomes in self._ended(cases, [[suspect]]):
+                yield suspect, died(cases[suspect]) if outcomes is None else outcomes[0]
 
-    def _ended(self, cases: Sequence[Case], places: Sequence[int]) -> Iterator[tuple[int, Outcome | None]]:
-        """Run some cases; None is the outcome of one that was blamed for deaths."""
+    def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
+        """Places of the cases in shares that are worth a task each, several for every worker."""
+        total = sum(case.hours for case in cases)
+        threads = sum(self._client.nthreads().values()) or 1
+        enough = min(TASK_HOURS, total / (TASKS_A_THREAD * threads))
+        shares: list[list[int]] = []
+        hours = enough
+        for place in longest_first(cases):
+            if hours >= enough:
+                shares.append([])
+                hours = 0.0
+            shares[-1].append(place)
+            hours += cases[place].hours
+        return shares
+
+    def _ended(
+        self, cases: Sequence[Case], shares: Sequence[list[int]]
+    ) -> Iterator[tuple[list[int], list[Outcome] | None]]:
+        """Run shares of the cases; None are the outcomes of one that was blamed for deaths."""
         from distributed import as_completed
         from distributed.scheduler import KilledWorker
 
-        futures = self._client.map(attempt, [cases[i] for i in places], fmus=self._fmus, pure=False)
-        place_of = {future.key: place for future, place in zip(futures, places, strict=True)}
+        work = [[cases[place] for place in share] for share in shares]
+        futures = self._client.map(_attempt_all, work, fmus=self._fmus, pure=False)
+        share_of = {future.key: share for future, share in zip(futures, shares, strict=True)}
         for future in as_completed(futures, loop=self._client.loop):
             try:
-                outcome = future.result()
+                outcomes: list[Outcome] | None = future.result()
             except KilledWorker:
-                outcome = None
+                outcomes = None
             except Exception as fault:
                 raise InputError(
                     f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
                     "run again to go on"
                 ) from fault
-            yield place_of[future.key], outcome
+            yield share_of[future.key], outcomes
             future.release()
+
+
+def _attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
+    return [attempt(case, fmus) for case in cases]
 
 
 def _itself(fmus: FmuSet) -> FmuSet:
