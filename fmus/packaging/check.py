@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -39,13 +40,16 @@ class CheckResult:
     detail: str
 
 
-def check_fmu(path: Path, time_limit: float = TIME_LIMIT) -> list[CheckResult]:
+def check_fmu(
+    path: Path, time_limit: float = TIME_LIMIT, cases: Sequence[str] | None = None
+) -> list[CheckResult]:
     """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
 
     Parameters
     ----------
     path : the FMU
     time_limit : s, for one check
+    cases : names of the checks to make that run the FMU (see `inspection.cases`), all where none are given
 
     Raises
     ------
@@ -62,13 +66,14 @@ def check_fmu(path: Path, time_limit: float = TIME_LIMIT) -> list[CheckResult]:
     results = [_validity(problems), _platforms(path)]
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         folder = Path(work) / "fmu"
+        chosen = list(CASES) if cases is None else list(cases)
         extract(str(path), str(folder))
         library = _library(folder, description)
         if library is None:
             absent = "no library for this machine inside"
-            return [*results, *(CheckResult(name, "skip", absent) for name in (_LOADING, *CASES))]
+            return [*results, *(CheckResult(name, "skip", absent) for name in (_LOADING, *chosen))]
         results.append(_loading(library))
-        return results + _run_cases(folder, Path(work), list(CASES), time_limit)
+        return results + _run_cases(folder, Path(work), chosen, time_limit)
 
 
 def _description(path: Path, read: Any) -> Any:

@@ -10,15 +10,38 @@ from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.step_doubling import StepDoubling
 
-ALGORITHMS: dict[str, Callable[[], Algorithm]] = {
-    "jacobi": Jacobi,
-    "jacobi_linear": lambda: Jacobi(extrapolation=1),
-    "jacobi_quadratic": lambda: Jacobi(extrapolation=2),
-    "gauss_seidel": GaussSeidel,
-    "fixed_point": FixedPoint,
-    "interface_newton": InterfaceNewton,
+_ENTRIES: dict[str, tuple[Callable[[], Algorithm], str]] = {
+    "jacobi": (Jacobi, "all slaves step at once with held inputs, as libcosim and Ecos do it"),
+    "jacobi_settled": (
+        lambda: Jacobi(settled=True),
+        "Jacobi whose outputs with direct feedthrough are read again after the exchange",
+    ),
+    "jacobi_linear": (
+        lambda: Jacobi(extrapolation=1),
+        "Jacobi with linearly extrapolated inputs; for short steps",
+    ),
+    "jacobi_quadratic": (
+        lambda: Jacobi(extrapolation=2),
+        "Jacobi with quadratically extrapolated inputs; for very short steps",
+    ),
+    "gauss_seidel": (GaussSeidel, "slaves step one after the other, each with the newest values"),
+    "fixed_point": (
+        FixedPoint,
+        "steps are repeated until inputs and outputs agree, after Anderson, inputs interpolated",
+    ),
+    "interface_newton": (
+        InterfaceNewton,
+        "the same by Newton's method, with step Jacobians from rollback differences",
+    ),
+    "error_controlled": (
+        lambda: StepDoubling(InterfaceNewton()),
+        "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
+    ),
 }
+
+ALGORITHMS: dict[str, Callable[[], Algorithm]] = {name: make for name, (make, _) in _ENTRIES.items()}
 
 
 def algorithm(name: str) -> Algorithm:
@@ -36,4 +59,4 @@ def algorithm(name: str) -> Algorithm:
 
 def about(name: str) -> str:
     """Say in a line what an algorithm does."""
-    return (type(algorithm(name)).__doc__ or "").partition("\n")[0].rstrip(".")
+    return _ENTRIES[name][1]

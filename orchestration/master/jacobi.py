@@ -32,8 +32,11 @@ class Jacobi:
 
     @property
     def order(self) -> int:
-        """Order of convergence of the coupling error."""
-        return 1 + self.extrapolation
+        """Order of convergence of the coupling error.
+
+        The first step has no past and is held, which limits a run to order two.
+        """
+        return min(2, 1 + self.extrapolation)
 
     def bind(self, network: Network, points: CommunicationPoints) -> JacobiStepper:
         """Prepare for one network."""

@@ -6,18 +6,21 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
-from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
+from warmlink.orchestration.master.checkpoint import Checkpoint, Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, obstacle
+from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.layout import obstacle
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
 from warmlink.orchestration.master.recorder import Recorder, outputs_of
@@ -45,9 +48,11 @@ def simulate(
     record: Sequence[str] | None = None,
     balances: Sequence[Balance] | None = None,
     isolation: Isolation | None = None,
+    unpacked: Path | None = None,
     stepping: Stepping = "auto",
     long_run: LongRun | None = None,
     pacing: Pacing | None = None,
+    check_stability: bool = True,
     progress: Progress | None = None,
 ) -> Result:
     """Run a system from start to stop time.
@@ -67,12 +72,17 @@ def simulate(
         Default: every heat balance found in the system; both ends are recorded.
     isolation : Isolation, optional
         One process for each FMU: a crash or an endless step then ends the run, not the program.
+    unpacked : Path, optional
+        Folder that keeps the unpacked FMUs from run to run, for studies.
     stepping : str
         `plain`, `compiled`, or `auto`: compiled where that can be had and pays. The values are the same.
     long_run : LongRun, optional
         Stream the values to disk, leave checkpoints, resume.
     pacing : Pacing, optional
         Keep to the clock on the wall.
+    check_stability : bool
+        After a run by Jacobi or Gauss-Seidel of slaves that restore their states, go back to its beginning
+        and look whether a small disturbance grows; not done in a paced run.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
 
@@ -88,15 +98,27 @@ def simulate(
     """
     points = CommunicationPoints.between(start_time, stop_time, step_size)
     algorithm = algorithm or Jacobi()
-    compiled = False
-    if isinstance(system, System) and isolation is None and pacing is None:
-        plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
-        compiled = choose(stepping, plain, points, len(system.components))
-    assembly = assemble(system, isolation) if isinstance(system, System) else system
+    if isolation is not None or pacing is not None:
+        if stepping == "compiled":
+            raise InputError(
+                "compiled stepping: goes neither with isolated slaves nor with a pace; leave one out"
+            )
+        stepping = "plain"
+    plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
+    # The loop must be there before a library is loaded, so this comes first.
+    compiled = isinstance(system, System) and choose(stepping, plain, points, len(system.components))
+    assembly = assemble(system, isolation, unpacked) if isinstance(system, System) else system
     try:
-        run = _prepare(assembly, points, algorithm, record, balances, long_run, compiled=compiled)
+        if isinstance(system, Assembly) and (stepping == "compiled" or is_loaded()):
+            compiled = choose(stepping, plain, points, len(assembly.slaves))
+        run = _prepare(assembly, points, algorithm, record, balances, long_run)
         run.clock = None if pacing is None else Clock(pacing)
         run.progress = progress
+        run.check_stability = check_stability and pacing is None
+        hindrance = obstacle(run.network, run.recorder) if compiled else None
+        if hindrance is not None and stepping == "compiled":
+            raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
+        run.compiled = compiled and hindrance is None
         return run.result(assembly, balances)
     finally:
         for slave in assembly.slaves:
@@ -113,8 +135,6 @@ def _prepare(
     record: Sequence[str] | None,
     balances: Sequence[Balance] | None,
     long_run: LongRun | None,
-    *,
-    compiled: bool,
 ) -> Run:
     outputs = outputs_of(assembly.slaves)
     names = list(outputs if record is None else record)
@@ -125,11 +145,15 @@ def _prepare(
         algorithm = Retry(algorithm)
     stepper = algorithm.bind(network, points)
     if long_run is None:
-        return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm, compiled)
-    folder = Folder(long_run.folder)
-    recorder = Recorder(network, names, points, folder)
-    checkpoints = Checkpoints(long_run, network, fingerprint(assembly, recorder, algorithm), folder)
-    return Run(network, recorder, stepper, algorithm, compiled, checkpoints, long_run.resume)
+        return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm)
+    # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
+    names = list(dict.fromkeys(names))
+    checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, algorithm))
+    found = checkpoints.load() if long_run.resume else None
+    recorder = Recorder(network, names, points, Folder(long_run.folder, keep=found.rows if found else 0))
+    if found is None:
+        checkpoints.forget()
+    return Run(network, recorder, stepper, algorithm, checkpoints, found)
 
 
 def _balances(assembly: Assembly, balances: Sequence[Balance] | None) -> Sequence[Balance]:
@@ -144,11 +168,12 @@ class Run:
     recorder: Recorder
     stepper: Stepper
     algorithm: Algorithm
-    compiled: bool
     checkpoints: Checkpoints | None = None
-    resume: bool = False
+    found: Checkpoint | None = None
     clock: Clock | None = None
     progress: Progress | None = None
+    compiled: bool = False
+    check_stability: bool = True
     _sweeps: int = 0
     _start: tuple[Snapshot, object] | None = None
 
@@ -213,14 +238,15 @@ class Run:
 
     def _begin(self, assembly: Assembly) -> None:
         """Initialize, or go on from a checkpoint."""
-        found = self.checkpoints.load() if self.checkpoints is not None and self.resume else None
         self._sweeps = initialize(self.network, self.recorder.points, assembly.values)
-        if found is None or self.checkpoints is None:
+        if self.found is None or self.checkpoints is None:
             self.recorder.take(0)
         else:
-            self._sweeps = self.checkpoints.restore(found, self.recorder, self.stepper)
+            self._sweeps = self.checkpoints.restore(self.found, self.recorder, self.stepper)
+            self.found = None
         inner = self._inner()
-        if isinstance(inner, Jacobi | GaussSeidel) and not self.network.unable_to_restore():
+        explicit = isinstance(inner, Jacobi | GaussSeidel)
+        if self.check_stability and explicit and not self.network.unable_to_restore():
             self._start = (self.network.snapshot(), self.stepper.memory())
 
     def _step_through(self, interruption: Interruption) -> bool:
@@ -250,7 +276,6 @@ class Run:
         return True
 
     def _loop(self) -> CompiledLoop | None:
-        self.compiled = self.compiled and obstacle(self.network, self.recorder) is None
         if not self.compiled:
             return None
         return CompiledLoop(self.network, self._inner(), self.recorder, self.recorder.points)

@@ -11,7 +11,11 @@ from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.iteration import Vector
 from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.signals import continuous_inputs
+from warmlink.orchestration.master.slave import nominal
 from warmlink.orchestration.master.substeps import SubSteps, halvings, refuse_unless_repeatable
+
+SHARE_OF_NOMINAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -27,15 +31,17 @@ class StepDoubling:
     ----------
     inner : Algorithm
         Does the steps.
-    tolerances : mapping
-        Largest error by `slave.variable`, in that variable's unit.
-    minimum_step : float
-        In s; the run stops where an even smaller step were needed.
+    tolerances : mapping, optional
+        Largest error by `slave.variable`, in that variable's unit; default: 1e-6 of the nominal value for
+        every continuous signal that is exchanged.
+    minimum_step : float, optional
+        In s; the run stops where an even smaller step were needed. Default: 1/1024 of the communication
+        step size.
     """
 
     inner: Algorithm
-    tolerances: Mapping[str, float]
-    minimum_step: float
+    tolerances: Mapping[str, float] | None = None
+    minimum_step: float | None = None
 
     @property
     def order(self) -> int:
@@ -62,13 +68,14 @@ class DoublingStepper(SubSteps):
         super().__init__(
             network,
             chosen.inner.bind(network, points),
-            halvings(points.step_size, chosen.minimum_step),
+            halvings(points.step_size, chosen.minimum_step or points.step_size / 1024),
             0.5 ** (order + 2),
         )
         self._duration = points.stop_time - points.start_time
         self._share = float(2**order - 1)
-        self._places = [network.locate(name) for name in chosen.tolerances]
-        self._tolerances = np.array(list(chosen.tolerances.values()))
+        tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
+        self._places = [network.locate(name) for name in tolerances]
+        self._tolerances = np.array(list(tolerances.values()))
         self._start: Snapshot | None = None
 
     def attempt(self, time: float, step_size: float) -> float:
@@ -85,3 +92,14 @@ class DoublingStepper(SubSteps):
 
     def _values(self) -> Vector:
         return np.array([self.network.slaves[k].get((name,))[0] for k, name in self._places], float)
+
+
+def _exchanged(network: Network) -> dict[str, float]:
+    """Give a tolerance for every continuous signal that is exchanged."""
+    found = {}
+    for k in range(len(network.slaves)):
+        for position in continuous_inputs(network, k):
+            wire = network.wires[k][position]
+            slave, name = network.slaves[wire.slave], network.reads[wire.slave][wire.position]
+            found[f"{slave.name}.{name}"] = SHARE_OF_NOMINAL * nominal(slave.variables[name])
+    return found

@@ -16,13 +16,13 @@ from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
 from warmlink.orchestration.system.model import (
     Component,
-    Connection,
     Connector,
     DefaultExperiment,
     ParameterSet,
     System,
     Value,
 )
+from warmlink.orchestration.system.nest import Edge, SystemConnector, Tree, flat, nested
 from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.ssp_xml import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.units import Unit, meaning
@@ -49,10 +49,34 @@ def write_ssp(system: System, path: Path) -> None:
     InputError
         If the system does not fit its FMUs, or two FMUs define one unit differently.
     """
+    system = _checked(system)
+    _write(system, flat(system), path)
+
+
+def write_nested_ssp(system: System, path: Path) -> None:
+    """Write a system as `write_ssp` does, but with a system inside it for each name before a dot.
+
+    A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on
+    what crosses its bounds. Reading makes it flat again, under the same names.
+
+    Raises
+    ------
+    InputError
+        As `write_ssp`, and if a name before a dot is that of a component too.
+    """
+    system = _checked(system)
+    _write(system, nested(system), path)
+
+
+def _checked(system: System) -> System:
     system = _with_connectors(system)
     check_system(system)
+    return system
+
+
+def _write(system: System, tree: Tree, path: Path) -> None:
     files = _Files(system.components.values())
-    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, files))}
+    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, tree, files))}
     for held in system.components.values():
         if held.parameters.values:
             entries[files.parameters[held.name]] = to_bytes(_ssv(held, system.units))
@@ -105,24 +129,54 @@ class _Files:
         return name
 
 
-def _ssd(system: System, files: _Files) -> Any:
+def _ssd(system: System, tree: Tree, files: _Files) -> Any:
     root = element(
         "ssd", "SystemStructureDescription", version="1.0", name=system.name, generationTool="warmlink"
     )
-    top = sub_element(root, "ssd", "System", name=system.name)
-    elements = sub_element(top, "ssd", "Elements")
-    enumerations: dict[str, dict[str, int]] = {}
-    units: dict[str, Unit] = {}
-    for held in system.components.values():
-        _component(elements, held, files, enumerations, _Units(held, system.units, units))
-    if system.connections:
-        links = sub_element(top, "ssd", "Connections")
-        for link in system.connections:
-            _connection(links, link, system)
-    _enumerations(root, enumerations)
-    unit_elements(root, "ssd", units.values())
+    document = _Document(system, files)
+    document.add(root, system.name, tree)
+    _enumerations(root, document.enumerations)
+    unit_elements(root, "ssd", document.units.values())
     _experiment(root, system.default_experiment)
     return root
+
+
+class _Document:
+    """An SSD being written: which enumerations and units its elements have named so far."""
+
+    def __init__(self, system: System, files: _Files) -> None:
+        self.system = system
+        self.files = files
+        self.enumerations: dict[str, dict[str, int]] = {}
+        self.units: dict[str, Unit] = {}
+
+    def add(self, parent: Any, name: str, tree: Tree) -> None:
+        """Add a system with all that is in it."""
+        child = sub_element(parent, "ssd", "System", name=name)
+        if tree.connectors:
+            connectors = sub_element(child, "ssd", "Connectors")
+            for shown in tree.connectors:
+                self._shown(connectors, shown)
+        elements = sub_element(child, "ssd", "Elements")
+        for inner, held in tree.components.items():
+            _component(elements, inner, held, self.files, self.enumerations, self._of(held))
+        for inner, below in tree.systems.items():
+            self.add(elements, inner, below)
+        if tree.edges:
+            links = sub_element(child, "ssd", "Connections")
+            for edge in tree.edges:
+                _connection(links, edge)
+
+    def _of(self, held: Component) -> _Units:
+        return _Units(held, self.system.units, self.units)
+
+    def _shown(self, connectors: Any, shown: SystemConnector) -> None:
+        """Add a connector of a system: named and directed as the system has it, typed as its source is."""
+        component, variable = shown.source
+        held = self.system.components[component]
+        source = next(connector for connector in held.connectors if connector.name == variable)
+        child = sub_element(connectors, "ssd", "Connector", name=shown.name, kind=shown.kind)
+        _typed(child, source, self.enumerations, self._of(held))
 
 
 class _Units:
@@ -160,10 +214,15 @@ class _Units:
 
 
 def _component(
-    elements: Any, held: Component, files: _Files, enumerations: dict[str, dict[str, int]], units: _Units
+    elements: Any,
+    name: str,
+    held: Component,
+    files: _Files,
+    enumerations: dict[str, dict[str, int]],
+    units: _Units,
 ) -> None:
     kind = "application/x-fmu-sharedlibrary"
-    child = sub_element(elements, "ssd", "Component", name=held.name, type=kind, source=files.fmus[held.fmu])
+    child = sub_element(elements, "ssd", "Component", name=name, type=kind, source=files.fmus[held.fmu])
     if held.connectors:
         connectors = sub_element(child, "ssd", "Connectors")
         for connector in held.connectors:
@@ -177,6 +236,11 @@ def _connector(
     connectors: Any, connector: Connector, enumerations: dict[str, dict[str, int]], units: _Units
 ) -> None:
     child = sub_element(connectors, "ssd", "Connector", name=connector.name, kind=connector.kind)
+    _typed(child, connector, enumerations, units)
+
+
+def _typed(child: Any, connector: Connector, enumerations: dict[str, dict[str, int]], units: _Units) -> None:
+    """Tell a connector's type, and its unit where it has one."""
     variable = variable_of(units.info, connector.name, f"{units.held.name}.{connector.name}")
     if connector.type == "Enumeration":
         name = f"{units.info.model_name}.{connector.name}"
@@ -190,19 +254,18 @@ def _connector(
         typed.set("unit", unit)
 
 
-def _connection(links: Any, link: Connection, system: System) -> None:
-    child = sub_element(
-        links,
-        "ssd",
-        "Connection",
-        startElement=link.source_component,
-        startConnector=link.source_variable,
-        endElement=link.target_component,
-        endConnector=link.target_variable,
-    )
-    if (link.factor, link.offset) != (1.0, 0.0):
+def _connection(links: Any, edge: Edge) -> None:
+    ends = {
+        "startElement": edge.start_element,
+        "startConnector": edge.start_connector,
+        "endElement": edge.end_element,
+        "endConnector": edge.end_connector,
+    }
+    named = {key: name for key, name in ends.items() if name is not None}
+    child = sub_element(links, "ssd", "Connection", **named)
+    if (edge.factor, edge.offset) != (1.0, 0.0):
         child.set("suppressUnitConversion", "true")
-        sub_element(child, "ssc", "LinearTransformation", factor=repr(link.factor), offset=repr(link.offset))
+        sub_element(child, "ssc", "LinearTransformation", factor=repr(edge.factor), offset=repr(edge.offset))
 
 
 def _enumerations(root: Any, enumerations: dict[str, dict[str, int]]) -> None:

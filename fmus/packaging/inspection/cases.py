@@ -21,6 +21,9 @@ _GROWTH_ALLOWED = 1 << 20
 """Bytes; what a leak of one byte a step would make of a million steps."""
 
 _DERIVATIVE_TOLERANCE = 1e-4
+_REACHES = (1e-4, 1e-6)
+"""Steps to either side, as shares of an ordinary value of the input; the shorter one is for outputs that bend
+sharply, as a norm does near 0."""
 _POINTS = 4
 """Operating points at which outputs are perturbed."""
 
@@ -100,7 +103,7 @@ def dependencies(subject: Subject) -> Outcome:
 
 
 def directional_derivatives(subject: Subject) -> Outcome:
-    """Directional derivatives equal central differences."""
+    """Directional derivatives equal differences."""
     if not subject.declares("providesDirectionalDerivative", "providesDirectionalDerivatives"):
         return "skip", "the FMU does not declare directional derivatives"
     reals = {v.name for v in subject.description.modelVariables if v.type in REALS}
@@ -119,18 +122,19 @@ def directional_derivatives(subject: Subject) -> Outcome:
                 if output not in reals or (known is not None and variable.name not in known):
                     continue
                 given = host.derivative(output, variable.name)
-                differences = _central_difference(host, output, variable, values[variable.name])
-                error = abs(given - differences) / max(abs(given), abs(differences), 1e-12)
+                for reach in _REACHES:
+                    slopes = _differences(host, output, variable, values[variable.name], reach)
+                    error = min(abs(given - slope) / max(abs(given), abs(slope), 1e-12) for slope in slopes)
+                    if error <= _DERIVATIVE_TOLERANCE:
+                        break
                 if not error <= _DERIVATIVE_TOLERANCE:
-                    return (
-                        "fail",
-                        f"d {output} / d {variable.name}: {given:g}, by differences {differences:g}",
-                    )
+                    what = f"d {output} / d {variable.name}"
+                    return "fail", f"{what}: {given:g}, by differences {slopes[0]:g}"
                 compared, worst = compared + 1, max(worst, error)
     host.close()
     if not compared:
         return "pass", "no output depends directly on a real input"
-    return "pass", f"{compared} compared with central differences, to {worst:.1e}"
+    return "pass", f"{compared} compared with differences, to {worst:.1e}"
 
 
 def second_instance(subject: Subject) -> Outcome:
@@ -220,14 +224,17 @@ def _moved(variable: Any, value: float) -> list[float]:
     return [within(variable, value + change) for change in (-1, 1, 2)]
 
 
-def _central_difference(host: Host, output: str, variable: Any, value: float) -> float:
-    reach = 1e-4 * scale_of(variable)
-    sides = []
-    for each in (value + reach, value - reach):
-        host.set({variable.name: each})
-        sides.append(host.get([output])[0])
+def _differences(host: Host, output: str, variable: Any, value: float, reach: float) -> list[float]:
+    """Central, forward and backward difference, of which a derivative at a kink equals one."""
+    step = reach * scale_of(variable)
+    places = [within(variable, place) for place in (value - step, value, value + step)]
+    found = []
+    for place in places:
+        host.set({variable.name: place})
+        found.append(host.get([output])[0])
     host.set({variable.name: value})
-    return (sides[0] - sides[1]) / (2 * reach)
+    pairs = ((0, 2), (1, 2), (0, 1))
+    return [(found[b] - found[a]) / (places[b] - places[a]) for a, b in pairs if places[b] > places[a]]
 
 
 def _all_same(rows: list[list[float]], others: list[list[float]]) -> bool:

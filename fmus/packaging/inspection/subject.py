@@ -68,7 +68,7 @@ class Subject:
     def excitation(self, index: int) -> dict[str, float]:
         """Values of the real inputs in a step: about their start values, never twice the same."""
         return {
-            v.name: within(v, start_of(v) + 0.05 * scale_of(v) * (1 + math.sin(0.7 * index + i)))
+            v.name: within(v, start_of(v) + 0.05 * scale_of(v) * (1.5 + math.sin(0.7 * index + i)))
             for i, v in enumerate(self.inputs)
             if v.type in REALS
         }

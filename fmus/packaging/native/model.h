@@ -84,6 +84,22 @@ typedef struct {
 /* Called within a step, before a micro step to `time` and after it; the host may bring `*until` forward. */
 typedef void (*Between)(void *host, double time, int finished, double *until);
 
+/* Several components may be linked into one program. */
+#define model_reset WL(model_reset)
+#define model_set WL(model_set)
+#define model_get WL(model_get)
+#define model_set_times WL(model_set_times)
+#define model_initialize WL(model_initialize)
+#define model_step WL(model_step)
+#define model_set_derivative WL(model_set_derivative)
+#define model_output_derivative WL(model_output_derivative)
+#define model_tangent WL(model_tangent)
+#define model_serialized_size WL(model_serialized_size)
+#define model_serialize WL(model_serialize)
+#define model_deserialize WL(model_deserialize)
+#define model_restore WL(model_restore)
+#define model_report WL(model_report)
+
 /* Each returns whether it succeeded; if not, a sentence has been reported and nothing has changed. */
 void model_reset(Model *model);
 int model_set(Model *model, unsigned reference, Kind kind, double value);

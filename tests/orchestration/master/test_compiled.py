@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
 
-from .pairs import wire
+from .pairs import assembly, counter, interrupt_at, wire
 
 pytest.importorskip("numba", reason="numba is not installed")
 # While tests are collected: once another test has loaded an FMU, nothing may be compiled any more.
@@ -91,6 +92,20 @@ def test_it_is_chosen_by_itself_where_it_pays(trivial2: Path) -> None:
     assert not simulate(system, 2000.0, 1.0, FixedPoint(interpolation=0), record=["a.y"]).statistics.compiled
     with pytest.raises(InputError, match="cannot be compiled; choose Jacobi"):
         simulate(system, 10.0, 1.0, FixedPoint(), stepping="compiled")
+    with pytest.raises(InputError, match="x is not an FMU in this process; choose plain stepping"):
+        simulate(assembly([counter("x")]), 10.0, 1.0, stepping="compiled")
+
+
+def test_a_macro_step_costs_a_quarter_of_a_microsecond(trivial2: Path) -> None:
+    # Three trivial FMUs with five connections; processor time, the best of five.
+    system = loop(trivial2, trivial2, trivial2, a={"rate": 1e-3}, b={"rate": 1e-3})
+    steps, costs = 200_000, []
+    for _ in range(5):
+        began = time.process_time()
+        result = simulate(system, float(steps), 1.0, Jacobi(), record=["a.y"], stepping="compiled")
+        costs.append((time.process_time() - began) / steps * 1e6)
+        assert result.statistics.communication_steps == steps
+    assert min(costs) <= 0.25, costs
 
 
 def test_nothing_is_compiled_once_an_fmu_was_loaded(trivial2: Path) -> None:
@@ -137,8 +152,17 @@ def test_compiled_runs_stream_and_resume_as_plain_ones(
 ) -> None:
     system = loop(trivial2, trivial3, trivial2)
     whole = simulate(system, 800.0, 0.1, GaussSeidel(), stepping="plain")
-    for stop in (300.0, 800.0):
-        long_run = LongRun(tmp_path / "run", every=700, resume=True)
-        part = simulate(system, stop, 0.1, GaussSeidel(), stepping="compiled", long_run=long_run)
+    long_run = LongRun(tmp_path / "run", every=700, resume=True)
+    for share in (0.3, 1.0):
+        part = simulate(
+            system,
+            800.0,
+            0.1,
+            GaussSeidel(),
+            stepping="compiled",
+            long_run=long_run,
+            progress=interrupt_at(share),
+        )
         assert part.statistics.compiled
+        assert part.status == ("completed" if share == 1.0 else "stopped")
     np.testing.assert_array_equal(whole.table.values, part.table.values)

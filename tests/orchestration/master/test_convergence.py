@@ -7,19 +7,22 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.algorithms import ALGORITHMS, about, algorithm
 from warmlink.orchestration.master.audit import Balance
 from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.mock import MockSlave, real
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.system.description import Capabilities
 
 from .motor_link import monolithic, motor_link
+from .pairs import assembly, counter, wire
 
 
 @lru_cache(maxsize=128)
@@ -38,22 +41,27 @@ def test_the_exact_pair_meets_the_independent_figures() -> None:
 
 
 @pytest.mark.parametrize(
-    ("chosen", "steps", "joint", "order"),
+    ("chosen", "steps", "joint", "stop", "order"),
     [
-        (Jacobi(), (1.0, 2.0, 4.0), 1.0, 1),
-        (Jacobi(settled=True), (2.0, 4.0, 8.0), 1.0, 1),
-        (GaussSeidel(), (2.0, 4.0, 8.0), 1.0, 1),
-        (GaussSeidel(("motor", "link")), (2.0, 4.0, 8.0), 1.0, 1),
-        (Jacobi(extrapolation=1), (0.25, 0.5, 1.0), 1.0, 2),
-        (FixedPoint(interpolation=0), (5.0, 10.0, 20.0), 1.0, 1),
-        (FixedPoint(interpolation=0), (5.0, 10.0, 20.0), 50.0, 1),
-        (FixedPoint(interpolation=1), (15.0, 30.0, 60.0), 1.0, 2),
-        (InterfaceNewton(interpolation=1), (15.0, 30.0, 60.0), 1.0, 2),
+        (Jacobi(), (2.0, 4.0, 8.0), 1.0, 3600.0, 1),
+        (Jacobi(settled=True), (2.0, 4.0, 8.0), 1.0, 3600.0, 1),
+        (GaussSeidel(), (2.0, 4.0, 8.0), 1.0, 3600.0, 1),
+        (GaussSeidel(("motor", "link")), (2.0, 4.0, 8.0), 1.0, 3600.0, 1),
+        (Jacobi(extrapolation=1), (0.25, 0.5, 1.0), 1.0, 600.0, 2),
+        (Jacobi(extrapolation=2), (0.05, 0.1, 0.2), 1.0, 20.0, 2),
+        (FixedPoint(interpolation=0), (5.0, 10.0, 20.0), 1.0, 3600.0, 1),
+        (FixedPoint(interpolation=0), (5.0, 10.0, 20.0), 50.0, 3600.0, 1),
+        (FixedPoint(interpolation=1), (15.0, 30.0, 60.0), 1.0, 3600.0, 2),
+        (FixedPoint(interpolation=2, tolerance=1e-13), (0.0625, 0.125, 0.25), 1.0, 10.0, 3),
+        (InterfaceNewton(interpolation=1), (15.0, 30.0, 60.0), 1.0, 3600.0, 2),
+        (InterfaceNewton(interpolation=2, tolerance=1e-13), (0.0625, 0.125, 0.25), 1.0, 10.0, 3),
     ],
     ids=str,
 )
-def test_order_of_convergence(chosen: Algorithm, steps: tuple[float, ...], joint: float, order: int) -> None:
-    errors = [error(chosen, h, joint, 3600.0) for h in steps]
+def test_order_of_convergence(
+    chosen: Algorithm, steps: tuple[float, ...], joint: float, stop: float, order: int
+) -> None:
+    errors = [error(chosen, h, joint, stop) for h in steps]
     observed = np.diff(np.log(errors)) / np.diff(np.log(steps))
     assert chosen.order == order
     np.testing.assert_allclose(observed, order, atol=0.25)
@@ -136,6 +144,25 @@ def test_step_doubling_makes_an_unstable_step_stable() -> None:
     assert result.statistics.rejected_steps > 0
 
 
+def test_a_jump_within_a_step_is_located() -> None:
+    # y' = u, and u jumps at 1/3 of a communication step, where no comparison of two results shows it.
+    def duty() -> MockSlave:
+        return MockSlave(
+            "duty",
+            outputs={"y": lambda x, u, t: 0.0 if t < 30.0 + 10.0 / 3 else 1.0},
+            variables=[real("y", "output", variability="discrete")],
+        )
+
+    exact = 10.0 - 10.0 / 3
+    wires = (wire("duty.y -> x.u"),)
+    plain = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, FixedPoint())
+    assert abs(plain["x.y"][4] - exact) > 1.0
+    chosen = StepDoubling(FixedPoint(), {"x.y": 0.01}, minimum_step=0.001)
+    located = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, chosen)
+    assert located["x.y"][4] == pytest.approx(exact, abs=0.01)
+    assert located.statistics.slave_steps < 500
+
+
 @pytest.mark.parametrize("tolerance", [10.0, 3.0])
 def test_control_by_the_heat_balance_keeps_the_balance(tolerance: float) -> None:
     balance = Balance("motor.heat_delivered", "link.heat_received")
@@ -155,3 +182,11 @@ def test_a_minimum_step_that_does_not_suffice_is_said() -> None:
 
 def test_algorithms_have_names() -> None:
     assert algorithm("interface_newton") == InterfaceNewton()
+    with pytest.raises(InputError, match="'euler' is not known; choose one of jacobi, "):
+        algorithm("euler")
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_named_algorithm_runs_the_pair(name: str) -> None:
+    assert about(name)
+    assert error(algorithm(name), 0.5, stop=60.0) < 0.05

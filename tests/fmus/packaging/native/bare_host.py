@@ -26,7 +26,9 @@ def compile_host(compiler: Compiler, version: str, folder: Path, suffix: str = "
     target = folder / f"host{version[0]}{suffix}"
     command = [*compiler.command, "-std=gnu99", "-O1", "-Wall", "-Werror", f"-I{header_folder()}", *flags]
     libraries = ["-lm"] if compiler.platform.suffix == ".dll" else ["-ldl", "-lm"]
-    done = subprocess.run([*command, str(source), "-o", str(target), *libraries], capture_output=True, text=True)
+    done = subprocess.run(
+        [*command, str(source), "-o", str(target), *libraries], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     return target
 

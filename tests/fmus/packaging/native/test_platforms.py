@@ -68,7 +68,9 @@ def test_every_platform_lies_inside(fmus: dict[FmiVersion, Path], version: FmiVe
 def test_linux_asks_for_no_newer_glibc_than_2_17(fmus: dict[FmiVersion, Path], platform: str) -> None:
     for version in VERSIONS:
         _, content = library(fmus[version], version, platform)
-        asked = {tuple(map(int, found.split(b"."))) for found in re.findall(rb"GLIBC_(\d+(?:\.\d+)+)", content)}
+        asked = {
+            tuple(map(int, found.split(b"."))) for found in re.findall(rb"GLIBC_(\d+(?:\.\d+)+)", content)
+        }
         assert asked
         assert max(asked) <= (2, 17)
 
@@ -80,7 +82,9 @@ def run_hour(command: list[str], **options: Any) -> list[float]:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_the_oldest_glibc_library_runs_here(fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path) -> None:
+def test_the_oldest_glibc_library_runs_here(
+    fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path
+) -> None:
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         pytest.skip("this machine is not x86_64-linux")
     host = compile_host(compiler("x86_64-linux"), version, tmp_path)
@@ -89,9 +93,29 @@ def test_the_oldest_glibc_library_runs_here(fmus: dict[FmiVersion, Path], versio
     assert run_hour([str(host), *given]) == pytest.approx(hour_in_python(COMPONENT), rel=1e-9)
 
 
+def wine_prefix(folder: Path) -> Path:
+    """A Windows with what a console program needs; Wine's own full one takes minutes to make."""
+    found = [*Path("/usr/lib").glob("*/wine/x86_64-windows"), *Path("/usr/lib").glob("wine/x86_64-windows")]
+    if not found or folder.exists():
+        return folder
+    system = folder / "drive_c" / "windows" / "system32"
+    drives = folder / "dosdevices"
+    system.mkdir(parents=True)
+    drives.mkdir()
+    (drives / "c:").symlink_to("../drive_c")
+    (drives / "z:").symlink_to("/")
+    for name in ("kernel32", "kernelbase", "ntdll", "ucrtbase", "msvcrt", "advapi32", "sechost"):
+        (system / f"{name}.dll").symlink_to(found[0] / f"{name}.dll")
+    (folder / ".update-timestamp").write_text("disable")
+    return folder
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_windows_library_runs_under_wine(
-    fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+    fmus: dict[FmiVersion, Path],
+    version: FmiVersion,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
     wine = shutil.which("wine64") or shutil.which("wine")
     if wine is None:
@@ -99,14 +123,23 @@ def test_windows_library_runs_under_wine(
     host = compile_host(compiler("x86_64-windows"), version, tmp_path, ".exe", f"-I{HERE / 'windows'}")
     path, _ = library(fmus[version], version, "x86_64-windows")
     given = arguments(COMPONENT, fmus[version], path, tmp_path / "fmu")
-    prefix = tmp_path_factory.getbasetemp() / "wine"
-    quiet = {**os.environ, "WINEPREFIX": str(prefix), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+    prefix = wine_prefix(tmp_path_factory.getbasetemp() / "wine")
+    quiet = {
+        **os.environ,
+        "WINEPREFIX": str(prefix),
+        "WINEDEBUG": "-all",
+        "WINEDLLOVERRIDES": "mscoree,mshtml=",
+    }
     given[0] = "Z:" + given[0].replace("/", "\\")
-    assert run_hour([wine, str(host), *given], env=quiet) == pytest.approx(hour_in_python(COMPONENT), rel=1e-9)
+    assert run_hour([wine, str(host), *given], env=quiet) == pytest.approx(
+        hour_in_python(COMPONENT), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_aarch64_library_runs_under_qemu(fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path) -> None:
+def test_aarch64_library_runs_under_qemu(
+    fmus: dict[FmiVersion, Path], version: FmiVersion, tmp_path: Path
+) -> None:
     qemu = shutil.which("qemu-aarch64")
     if qemu is None:
         pytest.skip("qemu-user is not installed (Debian: apt-get install qemu-user)")
@@ -195,7 +228,8 @@ def test_builds_are_the_same_to_the_last_byte(fmus: dict[FmiVersion, Path], tmp_
     # A process of its own has none of this one's objects; zig's own cache is not ours to empty here.
     script = (
         "import sys; from pathlib import Path;"
-        "from warmlink.fmus.packaging.native_fmu import *; from warmlink.fmus.packaging.catalogue import catalogue;"
+        "from warmlink.fmus.packaging.native_fmu import *;"
+        "from warmlink.fmus.packaging.catalogue import catalogue;"
         f"entries = [e for e in catalogue() if e.component.name == {NAME!r}];"
         "build_native_fmus(entries, Path(sys.argv[1]), sys.argv[2], platforms_named('all'))"
     )

@@ -1,0 +1,115 @@
+"""The arm's kinematics as a component."""
+
+from __future__ import annotations
+
+from math import pi
+
+from warmlink.fmus.arithmetic import Number, absolute
+from warmlink.fmus.arm_kinematics import equations
+from warmlink.fmus.packaging.component import (
+    Check,
+    Component,
+    Derived,
+    Input,
+    Output,
+    Parameter,
+    Record,
+)
+
+AXES = equations.AXES
+
+_DIRECTION_TOLERANCE = 1e-6
+
+
+def _angles(name: str, description: str, starts: tuple[float, ...]) -> Parameter:
+    return Parameter(name, "rad", 0, description, size=AXES, starts=starts, display="deg", nominal=1)
+
+
+def _lengths(name: str, description: str, starts: tuple[float, ...]) -> Parameter:
+    return Parameter(name, "m", 0, description, size=AXES, starts=starts, display="mm", nominal=0.3)
+
+
+def _direction(coordinate: str, starts: tuple[float, ...]) -> Parameter:
+    return Parameter(
+        f"growth_{coordinate}",
+        "1",
+        0,
+        f"{coordinate} of the unit vector, in the link's own frame, along which the link grows",
+        size=AXES,
+        starts=starts,
+        minimum=-1,
+        maximum=1,
+    )
+
+
+def _one_long(axis: int) -> Check:
+    def margin(p: Record) -> Number:
+        square = p.growth_x[axis] ** 2 + p.growth_y[axis] ** 2 + p.growth_z[axis] ** 2
+        return _DIRECTION_TOLERANCE - absolute(square - 1)
+
+    return Check(
+        margin,
+        f"growth_x[{axis + 1}]: {{growth_x[{axis}]}} with growth_y {{growth_y[{axis}]}} and growth_z "
+        f"{{growth_z[{axis}]}} is no unit vector; give a direction of length 1",
+    )
+
+
+COMPONENT = Component(
+    name="ArmKinematics",
+    description="Tool point of a six-axis arm, its error by the links' growth, and the sensitivities",
+    inputs=(
+        Input("angle", "rad", "angle of each joint", size=AXES, display="deg", nominal=1),
+        Input("elongation", "m", "growth of each link", size=AXES, display="um", nominal=5e-5),
+        Input(
+            "correction",
+            "m",
+            "growth of each link that the robot's controller has put into its nominal dimensions",
+            size=AXES,
+            display="um",
+            nominal=5e-5,
+        ),
+    ),
+    parameters=(
+        _angles("joint_offset", "angle to add to the joint's", (0, pi / 2, pi / 2, 0, 0, 0)),
+        _lengths("link_offset", "distance along the joint's axis", (0.3302, 0, 0, 0.3302, 0, 0.2262)),
+        _lengths("link_length", "distance along the common normal", (0, 0.3048, 0, 0, 0, 0)),
+        _angles(
+            "link_twist", "angle from one joint's axis to the next", (pi / 2, 0, pi / 2, -pi / 2, pi / 2, 0)
+        ),
+        _direction("x", (0, 1, 0, 0, 0, 0)),
+        _direction("y", (1, 0, 0, -1, 0, 0)),
+        _direction("z", (0, 0, 1, 0, 1, 1)),
+    ),
+    derived=(Derived("twist_cosine", "1", size=AXES), Derived("twist_sine", "1", size=AXES)),
+    outputs=(
+        Output("position", "m", "tool point of the grown arm: x, y, z", size=3, display="mm", nominal=0.5),
+        Output(
+            "nominal_position", "m", "tool point with nominal dimensions", size=3, display="mm", nominal=0.5
+        ),
+        Output(
+            "error",
+            "m",
+            "true tool point minus the one that the adjusted dimensions tell: x, y, z",
+            size=3,
+            display="um",
+            nominal=5e-5,
+        ),
+        Output("error_norm", "m", "length of the error", display="um", nominal=5e-5),
+        Output(
+            "uncompensated_error",
+            "m",
+            "true tool point minus the one that the nominal dimensions tell: x, y, z",
+            size=3,
+            display="um",
+            nominal=5e-5,
+        ),
+        Output("uncompensated_error_norm", "m", "length of that error", display="um", nominal=5e-5),
+        *(
+            Output(f"sensitivity_{k}", "1", f"{k} of the tool point by each elongation", size=AXES, nominal=1)
+            for k in equations.COORDINATES
+        ),
+    ),
+    derive=equations.derive,
+    observe=equations.outputs,
+    checks=tuple(_one_long(axis) for axis in range(AXES)),
+)

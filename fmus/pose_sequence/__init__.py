@@ -1,0 +1,1 @@
+"""Which pose an arm holds, one after another."""

@@ -1,0 +1,1 @@
+"""The six-axis arm: many heat sources, many links, one tool point."""

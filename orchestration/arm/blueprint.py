@@ -1,0 +1,176 @@
+"""The arm as a system: a motor and a link an axis, in a chain, with sensors, compensators and kinematics.
+
+A link's tip warms the next joint through that motor's neighbour port, and what the port takes is taken from
+the link's tip. Instances are `axis1.motor`, `axis1.link` and so on, beside `poses` and `kinematics`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from warmlink.fmus.arm_kinematics.equations import AXES
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
+from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
+
+NAME = "SixAxisArm"
+ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
+
+POSES, KINEMATICS = "poses", "kinematics"
+
+Wire = tuple[str, str]
+
+
+def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
+    """Blueprint of an arm.
+
+    Parameters
+    ----------
+    count : number of axes, 1 or more; beyond six another arm of six stands on the tip of the one before
+    compensated : whether each axis has sensors and a compensator
+
+    Raises
+    ------
+    InputError
+        The number of axes is not positive.
+    """
+    if count < 1:
+        raise InputError(f"axes: {count} is not positive; give an arm at least 1 axis")
+    kinds = {"duty": "DutyCycle", "motor": "MotorHeatSource", "link": "ThermalLink"}
+    if compensated:
+        kinds |= {"sensors": "TemperatureSensors", COMPENSATOR: ""}
+    components = {
+        f"{axis_name(i)}.{instance}": kind for i in range(1, count + 1) for instance, kind in kinds.items()
+    }
+    components[POSES] = "PoseSequence"
+    components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
+    wires: list[Wire] = []
+    for i in range(1, count + 1):
+        wires += _axis_wires(axis_name(i), compensated)
+        wires += _tool_wires(i, compensated)
+        if i > 1:
+            wires += _chain_wires(axis_name(i - 1), axis_name(i))
+    name = NAME if count == AXES else f"Arm{count}"
+    return Blueprint(name, ABOUT, components, tuple(wires), stop_time=7200.0)
+
+
+def axis_name(number: int) -> str:
+    """Name of the inner system of an axis, numbered from 1."""
+    return f"axis{number}"
+
+
+def kinematics_of(number: int) -> str:
+    """Instance of ArmKinematics that an axis belongs to."""
+    arm = (number - 1) // AXES
+    return KINEMATICS if arm == 0 else f"{KINEMATICS}{arm + 1}"
+
+
+def arm_values(count: int = AXES, cut: bool = False) -> dict[str, dict[str, Value]]:
+    """Start values of motors and links by instance: the geometry's.
+
+    Parameters
+    ----------
+    count : number of axes
+    cut : whether no heat passes from a link's tip to the next joint
+    """
+    values: dict[str, dict[str, Value]] = {}
+    for i in range(1, count + 1):
+        values[f"{axis_name(i)}.motor"] = dict(axis(i).motor)
+        values[f"{axis_name(i)}.link"] = dict(axis(i).link)
+        if cut or i == 1:
+            values[f"{axis_name(i)}.motor"]["neighbour_conductance"] = 0.0
+    return values
+
+
+def merged(*parts: Mapping[str, Mapping[str, Value]]) -> dict[str, dict[str, Value]]:
+    """Start values of several sources as one, later ones winning."""
+    values: dict[str, dict[str, Value]] = {}
+    for part in parts:
+        for instance, chosen in part.items():
+            values.setdefault(instance, {}).update(chosen)
+    return values
+
+
+def write_arm(system: System, folder: Path) -> list[Path]:
+    """Write an arm as a nested SSP and as a flat one, and give both paths.
+
+    Readers that know no nested systems take the flat one; its components bear underscores for dots.
+    """
+    paths = [folder / f"{system.name}.ssp", folder / f"{system.name}-flat.ssp"]
+    write_nested_ssp(system, paths[0])
+    write_ssp(without_dots(system), paths[1])
+    return paths
+
+
+def without_dots(system: System) -> System:
+    """Give the same system with underscores for the dots in its components' names."""
+    from dataclasses import replace
+
+    components = {
+        name.replace(".", "_"): replace(held, name=name.replace(".", "_"))
+        for name, held in system.components.items()
+    }
+    connections = tuple(
+        replace(
+            link,
+            source_component=link.source_component.replace(".", "_"),
+            target_component=link.target_component.replace(".", "_"),
+        )
+        for link in system.connections
+    )
+    return replace(system, components=components, connections=connections)
+
+
+def _axis_wires(name: str, compensated: bool) -> Iterator[Wire]:
+    """Connections within one axis: those of the warm-up cell, without its camera."""
+    fans = {
+        "speed": ("motor", "link", COMPENSATOR),
+        "torque": ("motor", COMPENSATOR),
+        "ambient_temperature": ("motor", "link", "sensors", COMPENSATOR),
+        "pad_mode": ("motor",),
+        "pad_temperature": ("motor",),
+        "pad_power": ("motor",),
+    }
+    optional = {"sensors", COMPENSATOR}
+    for variable, takers in fans.items():
+        for taker in takers:
+            if compensated or taker not in optional:
+                yield f"{name}.duty.{variable}", f"{name}.{taker}.{variable}"
+    yield f"{name}.duty.ambient_temperature", f"{name}.link.tip_sink_temperature"
+    yield f"{name}.motor.heat_flow", f"{name}.link.heat_flow"
+    yield f"{name}.link.base_temperature", f"{name}.motor.link_base_temperature"
+    if compensated:
+        yield from ((f"{name}.{source}", f"{name}.{target}") for source, target in _SENSED)
+
+
+_SENSED = (
+    ("motor.shaft_temperature", "sensors.temperature[1]"),
+    ("motor.winding_temperature", "sensors.temperature[2]"),
+    ("link.base_temperature", "sensors.temperature[3]"),
+    ("link.sensor_temperature[2]", "sensors.temperature[4]"),
+    ("link.tip_temperature", "sensors.temperature[5]"),
+    ("sensors.reading[1]", f"{COMPENSATOR}.shaft_temperature"),
+    ("sensors.reading[2]", f"{COMPENSATOR}.winding_temperature"),
+    ("sensors.reading[3]", f"{COMPENSATOR}.base_temperature"),
+    ("sensors.reading[4]", f"{COMPENSATOR}.middle_temperature"),
+    ("sensors.reading[5]", f"{COMPENSATOR}.tip_temperature"),
+)
+
+
+def _chain_wires(before: str, name: str) -> Iterator[Wire]:
+    """Heat from a link's tip to the next joint, and back what left it."""
+    yield f"{before}.link.tip_temperature", f"{name}.motor.neighbour_temperature"
+    yield f"{name}.motor.neighbour_heat_flow", f"{before}.link.tip_heat_flow"
+
+
+def _tool_wires(number: int, compensated: bool) -> Iterator[Wire]:
+    """What the kinematics take from one axis."""
+    name, kinematics = axis_name(number), kinematics_of(number)
+    place = (number - 1) % AXES + 1
+    yield f"{POSES}.angle[{place}]", f"{kinematics}.angle[{place}]"
+    yield f"{name}.link.elongation", f"{kinematics}.elongation[{place}]"
+    if compensated:
+        yield f"{name}.{COMPENSATOR}.correction", f"{kinematics}.correction[{place}]"

@@ -1,0 +1,1 @@
+"""Benchmarks: how long things take, side by side in one run."""

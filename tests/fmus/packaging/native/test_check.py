@@ -1,0 +1,240 @@
+"""`check_fmu` finds nothing in ours, and finds each of the faults put into a damaged one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging import native_fmu
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.catalogue import catalogue
+from warmlink.fmus.packaging.check import CheckResult, check_fmu
+from warmlink.fmus.packaging.compile import Compiler
+
+from .conftest import BuildNative
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="libraries are loaded as on Linux"
+)
+
+NAME = "MotorHeatSource"
+QUICK = [
+    "state restore is bit-identical",
+    "dependencies proven by perturbation",
+    "directional derivatives",
+    "second instance",
+    "reproducible",
+]
+
+Damage = Callable[[dict[str, str]], None]
+Build = Callable[[Damage, str], Path]
+
+
+def insert(file: str, before: str, code: str) -> Damage:
+    def damage(sources: dict[str, str]) -> None:
+        assert before in sources[file]
+        sources[file] = sources[file].replace(before, code + before, 1)
+
+    return damage
+
+
+def replace(file: str, old: str, new: str) -> Damage:
+    def damage(sources: dict[str, str]) -> None:
+        assert old in sources[file]
+        sources[file] = sources[file].replace(old, new, 1)
+
+    return damage
+
+
+AT_END_OF_STEP = "    memory->time = *reached;\n    model->fresh = 0;\n    return 1;"
+
+
+@pytest.fixture
+def damaged(c_compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Build:
+    """Function of what to do to the sources, and of an FMI version, that gives the FMU's path."""
+    (entry,) = (each for each in catalogue() if each.component.name == NAME)
+    original = native_fmu.native_sources
+
+    def build(damage: Damage, version: str = "2.0") -> Path:
+        def sources(*arguments: object) -> tuple[dict[str, str], str]:
+            texts, digest = original(*arguments)  # type: ignore[arg-type]
+            damage(texts)
+            return texts, digest
+
+        monkeypatch.setattr(native_fmu, "native_sources", sources)
+        path = tmp_path / f"{NAME}.fmu"
+        write_archive(path, native_fmu.native_fmu_files(entry, version, [c_compiler]))  # type: ignore[arg-type]
+        return path
+
+    return build
+
+
+def by_name(results: list[CheckResult]) -> dict[str, CheckResult]:
+    return {result.name: result for result in results}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_nothing_is_found_in_a_sound_fmu(version: str, native_fmu: BuildNative) -> None:
+    results = check_fmu(native_fmu(NAME, version))  # type: ignore[arg-type]
+    assert [result for result in results if result.verdict != "pass"] == []
+    assert "over 1000000 steps" in by_name(results)["memory growth"].detail
+    assert len(results) == 10
+
+
+@pytest.mark.slow
+def test_every_fmu_of_ours_is_sound(native_fmu: BuildNative) -> None:
+    for entry in catalogue():
+        results = check_fmu(native_fmu(entry.component.name, "2.0"), cases=QUICK)
+        assert [result for result in results if result.verdict == "fail"] == [], entry.component.name
+
+
+def test_a_crash_is_reported_and_the_next_checks_are_made(damaged: Build) -> None:
+    crash = insert("model.c", AT_END_OF_STEP, "    if (time >= 60) *(volatile int *)0 = 1;\n")
+    found = by_name(check_fmu(damaged(crash), cases=["runs its default experiment", *QUICK]))
+    assert found["runs its default experiment"] == CheckResult(
+        "runs its default experiment", "fail", "the process died of SIGSEGV"
+    )
+    assert found["reproducible"].verdict == "pass"
+
+
+def test_a_step_that_never_returns_is_left(damaged: Build) -> None:
+    hang = insert(
+        "model.c", AT_END_OF_STEP, "    while (time >= 60) { volatile int wait = 0; (void)wait; }\n"
+    )
+    found = by_name(check_fmu(damaged(hang), 2.0, ["runs its default experiment", "reproducible"]))
+    assert found["runs its default experiment"].verdict == "fail"
+    assert found["runs its default experiment"].detail == "no answer within 2 s"
+    assert found["reproducible"].verdict == "pass"
+
+
+def test_a_number_that_is_none_is_named(damaged: Build) -> None:
+    poison = insert("model.c", AT_END_OF_STEP, "    if (time >= 60) memory->states[1] = NAN;\n")
+    found = by_name(check_fmu(damaged(poison), cases=["runs its default experiment"]))
+    assert found["runs its default experiment"].detail == "heat_flow is nan at 61 s"
+
+
+def test_a_leak_is_measured(damaged: Build) -> None:
+    leak = insert("model.c", AT_END_OF_STEP, "    *(volatile char *)malloc(200) = 1;\n")
+    found = by_name(check_fmu(damaged(leak), cases=["memory growth"]))
+    assert found["memory growth"].verdict == "fail"
+    kibibytes = float(found["memory growth"].detail.split()[0])
+    assert kibibytes > 100
+
+
+def test_a_state_that_lacks_a_part_is_found(damaged: Build) -> None:
+    forget = replace(
+        "model.c",
+        "    model->memory = *memory;\n",
+        (
+            "    double kept = model->memory.states[0];\n"
+            "    model->memory = *memory;\n    model->memory.states[0] = kept;\n"
+        ),
+    )
+    assert by_name(check_fmu(damaged(forget), cases=QUICK))[QUICK[0]].verdict == "fail"
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_what_instances_share_is_found(damaged: Build, version: str) -> None:
+    share = insert(
+        "model.c", AT_END_OF_STEP, "    static double shared;\n    memory->states[0] += shared += 1e-9;\n"
+    )
+    found = by_name(check_fmu(damaged(share, version), cases=QUICK))
+    assert found["second instance"].verdict == "fail"
+    assert found["reproducible"].verdict == "fail"
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_wrong_derivative_is_found(damaged: Build, version: str) -> None:
+    wrong = replace("model.c", "sensitivity[i] = dy[", "sensitivity[i] = 1.01 * dy[")
+    found = by_name(check_fmu(damaged(wrong, version), cases=["directional derivatives"]))
+    assert found["directional derivatives"].verdict == "fail"
+    assert (
+        "d heat_flow / d link_base_temperature: -1.01, by differences -1"
+        in found["directional derivatives"].detail
+    )
+
+
+def test_a_missing_symbol_is_named(damaged: Build) -> None:
+    missing = insert(
+        "model.c", AT_END_OF_STEP, "    extern void _Py_Missing(void);\n    if (time < -1) _Py_Missing();\n"
+    )
+    found = by_name(check_fmu(damaged(missing), cases=[]))
+    assert found["loads in a bare process"].verdict == "fail"
+    assert "_Py_Missing" in found["loads in a bare process"].detail
+
+
+def rewritten(source: Path, target: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
+    with ZipFile(source) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    change(files)
+    write_archive(target, files)
+    return target
+
+
+def test_an_undeclared_dependency_is_found(native_fmu: BuildNative, tmp_path: Path) -> None:
+    def hide(files: dict[str, bytes]) -> None:
+        text = files["modelDescription.xml"].decode()
+        head, outputs, rest = text.partition("<Outputs>")
+        import re
+
+        rest = re.sub(
+            r'dependencies="[^"]+" dependenciesKind="[^"]+"',
+            'dependencies="" dependenciesKind=""',
+            rest,
+            count=1,
+        )
+        files["modelDescription.xml"] = (head + outputs + rest).encode()
+
+    path = rewritten(native_fmu(NAME, "2.0"), tmp_path / "hidden.fmu", hide)
+    (result,) = check_fmu(path, cases=["dependencies proven by perturbation"])[3:]
+    assert result.verdict == "fail"
+    assert result.detail == "heat_flow moves with link_base_temperature, which it does not declare"
+
+
+def test_an_fmu_for_other_platforms_is_not_run(native_fmu: BuildNative, tmp_path: Path) -> None:
+    def move(files: dict[str, bytes]) -> None:
+        for name in [name for name in files if name.startswith("binaries/")]:
+            files[f"binaries/win64/{NAME}.dll"] = files.pop(name)
+
+    found = by_name(check_fmu(rewritten(native_fmu(NAME, "2.0"), tmp_path / "other.fmu", move)))
+    assert found["platforms inside"].detail == "win64"
+    assert {result.verdict for result in found.values()} == {"pass", "skip"}
+
+
+def test_an_fmu_without_a_library_fails(native_fmu: BuildNative, tmp_path: Path) -> None:
+    def strip(files: dict[str, bytes]) -> None:
+        for name in [name for name in files if name.startswith("binaries/")]:
+            del files[name]
+
+    found = by_name(check_fmu(rewritten(native_fmu(NAME, "2.0"), tmp_path / "bare.fmu", strip)))
+    assert found["platforms inside"].verdict == "fail"
+
+
+@pytest.mark.parametrize("content", [b"no archive", None])
+def test_what_is_no_fmu_is_refused_in_a_sentence(content: bytes | None, tmp_path: Path) -> None:
+    path = tmp_path / "x.fmu"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=r"x\.fmu: (not an archive|no such file)"):
+        check_fmu(path)
+
+
+def test_an_archive_without_a_description_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    write_archive(tmp_path / "x.fmu", {"a.txt": b"a"})
+    with pytest.raises(InputError, match=r"x\.fmu: modelDescription\.xml cannot be read"):
+        check_fmu(tmp_path / "x.fmu")
+
+
+@pytest.mark.slow
+def test_a_python_fmu_needs_python_and_is_otherwise_sound(python_fmus: dict[str, Path]) -> None:
+    found = by_name(check_fmu(python_fmus["Heater"], cases=QUICK))
+    assert found["loads in a bare process"].verdict == "fail"
+    assert "Py" in found["loads in a bare process"].detail
+    assert [r.name for r in found.values() if r.verdict == "fail"] == ["loads in a bare process"]
+    assert found["directional derivatives"].verdict == "skip"

@@ -1,0 +1,109 @@
+"""Programs of the arm and the inverse kinematics that their points go through."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arm.geometry import axes
+from warmlink.orchestration.arm.inverse import joint_angles
+from warmlink.orchestration.arm.program import load_program, names, parsed
+
+
+def tool_point(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nominal tool point and direction of the tool, by the component itself."""
+    p = KINEMATICS.settled(np.array([s.start for s in KINEMATICS.scalars()][: KINEMATICS.p.size]))
+    u = np.zeros(KINEMATICS.u.size)
+    u[:6] = angles
+    y = KINEMATICS.y.read(KINEMATICS.outputs_of(np.zeros(0), u, p, 0.0))
+    tool = np.array([y.sensitivity_x[5], y.sensitivity_y[5], y.sensitivity_z[5]])
+    return np.asarray(y.nominal_position), tool
+
+
+@given(st.floats(0.38, 0.55), st.floats(-3.0, 3.0), st.floats(0.05, 0.3), st.floats(-1.6, -1.0))
+def test_the_angles_bring_the_tool_point_there(out: float, turn: float, up: float, pitch: float) -> None:
+    x, y = out * np.cos(turn), out * np.sin(turn)
+    (angles,) = joint_angles(x, y, up, pitch)
+    if np.any(np.isnan(angles)):
+        return
+    point, tool = tool_point(angles)
+    assert point == pytest.approx([x, y, up], abs=1e-12)
+    assert tool == pytest.approx(
+        [np.cos(pitch) * np.cos(turn), np.cos(pitch) * np.sin(turn), np.sin(pitch)], abs=1e-12
+    )
+
+
+def test_what_is_out_of_reach_has_no_angles() -> None:
+    assert np.all(np.isnan(joint_angles(1.5, 0.0, 0.3, -np.pi / 2)))
+    assert np.all(np.isnan(joint_angles(0.05, 0.0, 0.3, -np.pi / 2)))
+    assert np.all(np.isfinite(joint_angles(0.45, 0.0, 0.15, -np.pi / 2)))
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_program_fits_the_components_and_the_limits(name: str) -> None:
+    program = load_program(name)
+    assert program.title
+    assert program.reason
+    limits = np.array([each.joint_limit for each in axes()])
+    for pose in program.poses:
+        assert np.all(np.abs(pose.angles) <= limits)
+    for axis in range(1, 7):
+        assert len(program.duty_values(axis)) == 1 + 32 * 7
+    lasting = sum(segment.duration for segment in program.duties[0].segments)
+    assert program.duties[0].repeat or lasting >= 0.95 * program.stop_time
+    assert any(segment.speed > 0 for duty in program.duties for segment in duty.segments)
+
+
+def test_the_programs_that_were_asked_for_are_there() -> None:
+    kinds = (
+        "palletising",
+        "welding",
+        "inspection",
+        "iso_9283",
+        "warm_up",
+        "lunch_break",
+        "random_jobs",
+        "shift",
+    )
+    assert set(names()) == {f"six_axis_{kind}" for kind in kinds}
+
+
+def test_random_jobs_repeat_with_their_seed() -> None:
+    assert load_program("six_axis_random_jobs") == load_program("six_axis_random_jobs")
+
+
+GOOD: dict[str, Any] = {
+    "stop_time": "1 h",
+    "segment": [{"duration": "1 h", "speed": ["1 rad/s"] * 6}],
+    "pose": [{"hold": "1 s", "joints": ["0 deg"] * 6}],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"segment": [{"duration": "1 h", "speed": ["1 rad/s"] * 5}]}, "no list of 6"),
+        (
+            {"segment": [{"duration": "1 h", "speed": ["-1 rad/s"] * 6}]},
+            r"speed: -1 rad/s at joint 1 is negative",
+        ),
+        ({"segment": [{"speed": ["1 rad/s"] * 6}]}, "duration is missing"),
+        ({"pose": []}, r"write \[\[pose\]\] above each"),
+        ({"pose": [{"hold": "1 s", "point": ["2 m", "0 m", "0 m"]}]}, "out of the arm's reach"),
+        ({"pose": [{"hold": "1 s"}]}, "either joints or a point"),
+        ({"pose": GOOD["pose"] * 33}, "33 poses are more than the 32"),
+        ({"stop_time": "-1 h"}, "not positive"),
+        ({"speed": 3}, "unknown entry 'speed'"),
+        ({"random": {}}, "either"),
+    ],
+)
+def test_what_is_wrong_is_named(change: dict[str, Any], sentence: str) -> None:
+    assert parsed(GOOD, "mine").duties[5].segments[0].speed == 1
+    with pytest.raises(InputError, match=sentence):
+        parsed({**GOOD, **change}, "mine")

@@ -1,0 +1,101 @@
+"""`warmlink run` as a user meets it: the answer, the files, and what the README promises of them."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from warmlink.orchestration.cli import main
+
+README = Path(__file__).parents[2] / "README.md"
+FIGURES = {"max_abs_um", "rms_um", "p95_abs_um", "time_to_tolerance_s"}
+
+
+def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return int(stop.value.code or 0)
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """The default run with its report, native FMUs: what it printed, and its folder."""
+    folder = tmp_path_factory.mktemp("run") / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        printed: list[str] = []
+        patch.setattr("warmlink.orchestration.commands.run.answer", printed.append)
+        assert run(["run", "--out", str(folder)], patch) == 0
+    return "\n".join(printed), folder
+
+
+def test_the_answer_is_the_one_in_the_readme(outcome: tuple[str, Path]) -> None:
+    printed = outcome[0].splitlines()
+    promised = re.search(r"```\n(windshield_wiper.*?)\n```", README.read_text("utf-8"), re.DOTALL)
+    assert promised is not None
+    assert printed[:-1] == promised[1].splitlines()[:-1]
+
+
+def test_metrics_hold_what_was_asked_for(outcome: tuple[str, Path]) -> None:
+    metrics = json.loads((outcome[1] / "metrics.json").read_text("utf-8"))
+    assert metrics["scenario"] == "windshield_wiper"
+    assert (metrics["stop_time_s"], metrics["communication_step_size_s"]) == (7200.0, 1.0)
+    assert set(metrics["uncompensated"]) == set(metrics["compensated"]) == FIGURES
+    assert set(metrics["error_budget_um"]) == {"coupling", "discretisation"}
+    assert {"controller", "fmus", "reduction_percent", "heat_balance_error_J", "wall_seconds"} <= set(metrics)
+    # Independent finite elements: 87.95 um at 7200 s; the heat that went over is some 13 kJ.
+    assert metrics["uncompensated"]["max_abs_um"] == pytest.approx(87.95, rel=2e-3)
+    assert abs(metrics["heat_balance_error_J"]) < 20
+
+
+def test_series_are_read_by_pandas_and_agree_with_the_metrics(outcome: tuple[str, Path]) -> None:
+    folder = outcome[1]
+    table = pd.read_parquet(folder / "results.parquet")
+    assert np.allclose(table, pd.read_csv(folder / "results.csv"), rtol=1e-14, equal_nan=True)
+    assert table["time [s]"].iloc[-1] == 7200
+    error = table["link.elongation [m]"] - table["compensator.correction [m]"]
+    metrics = json.loads((folder / "metrics.json").read_text("utf-8"))
+    assert 1e6 * error.abs().max() == pytest.approx(metrics["compensated"]["max_abs_um"])
+
+
+def test_the_report_needs_no_network(outcome: tuple[str, Path]) -> None:
+    page = (outcome[1] / "report.html").read_text("utf-8")
+    outside = re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=", page)
+    assert outside == []
+    for heading in ("Error of the tool point", "Temperatures", "Heat flows", "Settings", "Versions"):
+        assert f"<h2>{heading}</h2>" in page
+
+
+def test_json_for_machines_and_no_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["run", "stop_and_go", "--stop", "20 min", "--fmus", "python", "--no-report", "--json"]
+    assert run([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
+    assert json.loads(capsys.readouterr().out)["scenario"] == "stop_and_go"
+    assert not (tmp_path / "out" / "report.html").exists()
+
+
+def test_native_and_python_fmus_give_one_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    elongation = {}
+    for kind in ("native", "python"):
+        folder = tmp_path / kind
+        arguments = ["run", "--stop", "10 min", "--fmus", kind, "--no-report", "--out", str(folder)]
+        assert run(arguments, monkeypatch) == 0
+        elongation[kind] = pd.read_parquet(folder / "results.parquet")["link.elongation [m]"].to_numpy()
+    assert np.abs(elongation["native"] - elongation["python"]).max() < 1e-9 * elongation["python"].max()
+
+
+def test_a_start_value_changes_the_answer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = []
+    for settings in ([], ["--set", "link.expansion_coefficient=47.2e-6 1/K"]):
+        arguments = ["run", "--stop", "10 min", "--no-report", "--json", *settings]
+        assert run([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
+        found.append(json.loads(capsys.readouterr().out)["uncompensated"]["max_abs_um"])
+    assert found[1] == pytest.approx(2 * found[0], rel=1e-9)
