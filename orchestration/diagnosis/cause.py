@@ -27,6 +27,7 @@ class Cause:
     looks_like, check : what it looks like in the data, and what to look at on the machine
     kind : what it belongs to; one of the simulation itself is checked before all others, not fitted
     relative : whether the bounds are factors on the nominal value
+    material : whether it is a property of the material, which no label of a run changes
     covariate : input whose column the cause needs
     """
 
@@ -40,6 +41,7 @@ class Cause:
     neutral: float | None = None
     shown_unit: str = ""
     relative: bool = False
+    material: bool = False
     covariate: str | None = None
     kind: Kind = "plant"
 

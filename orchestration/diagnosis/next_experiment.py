@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.experiment import Experiment
-from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fitting import Fit, Fitter, overridden
 from warmlink.orchestration.diagnosis.gain import Scores
 from warmlink.orchestration.diagnosis.lack_of_fit import _orthonormal
 from warmlink.orchestration.diagnosis.measured import Run
@@ -115,39 +115,52 @@ def _separations(
     return _distances(fitter, problem, best, rivals)
 
 
-def _distances(fitter: Fitter, problem: Problem, best: Fit, rivals: Sequence[Fit]) -> list[float]:
-    """Separation of the best model from each rival on the last run of a problem."""
+def _distances(
+    fitter: Fitter, problem: Problem, best: Fit, rivals: Sequence[Fit], told: bool = False
+) -> list[float]:
+    """Separation of the best model from each rival on the last run of a problem.
+
+    The run is judged by itself, all numbers free, or `told` what the fitted runs say of the numbers.
+    """
     run = len(problem.data) - 1
     whiten = [Whitener(n, problem.data[run].time) for n in fitter.noise]
     truth, own = _whitened(problem, best, run, whiten)
     result = []
     for rival in rivals:
         readings, columns = _whitened(problem, rival, run, whiten)
-        taken = _orthonormal(np.column_stack([own, columns]))
         apart = truth - readings
-        apart = apart - taken @ (taken.T @ apart)
-        result.append(float(np.linalg.norm(apart)))
+        free = (
+            [own @ _root(best.covariance()), columns @ _root(rival.covariance())] if told else [own, columns]
+        )
+        together = np.column_stack(free)
+        if told:
+            # (I + F F')^-1 by Woodbury's identity
+            inner = np.eye(together.shape[1]) + together.T @ together
+            part = together.T @ apart
+            result.append(float(np.sqrt(max(apart @ apart - part @ np.linalg.solve(inner, part), 0.0))))
+        else:
+            taken = _orthonormal(together)
+            result.append(float(np.linalg.norm(apart - taken @ (taken.T @ apart))))
     return result
 
 
 def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Vector, Vector]:
-    carried = Scores.carry(problem, fit)
-    z = problem.values(run, *carried)
-    values, by_slot = problem.predict(run, z)
-    columns = (
-        np.stack(
-            [
-                by_slot[:, :, list(f.slots)].sum(axis=2) if run in f.runs else np.zeros(values.shape)
-                for f in carried[0]
-            ],
-            axis=2,
-        )
-        if carried[0]
-        else np.zeros((*values.shape, 0))
-    )
+    freed, theta = Scores.carry(problem, fit)
+    values, by_slot = problem.predict(run, problem.values(run, freed, theta))
+    here = {(f.variable, f.group, f.calibrated): f for f in freed}
+    columns = np.zeros((*values.shape, len(fit.freed)))
+    for j, fitted in enumerate(fit.freed):
+        f = here.get((fitted.variable, fitted.group, fitted.calibrated))
+        if f is not None and run in f.runs and not (f.calibrated and overridden(f, freed, run)):
+            columns[:, :, j] = by_slot[:, :, list(f.slots)].sum(axis=2)
     joined = np.concatenate([values[:, :, None], columns], axis=2)
     together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
     return together[:, 0], together[:, 1:]
+
+
+def _root(covariance: Vector) -> Vector:
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
 def _run_of(duty: Sequence[Stage], problem: Problem) -> Run:
@@ -176,7 +189,7 @@ def _another_run(fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: E
     for labels in combinations:
         like = replace(runs[0], name="next", labels=dict(zip(names, labels, strict=True)))
         problem = Problem(replace(experiment, runs=(*runs, like)))
-        found.append((max(_distances(fitter, problem, best, rivals)), labels))
+        found.append((max(_distances(fitter, problem, best, rivals, told=True)), labels))
     if not found or max(found)[0] < NEVER:
         return Proposed((), f"No further run of this kind tells {_title(best)} from its rivals.", 0.0)
     separation, labels = max(found)

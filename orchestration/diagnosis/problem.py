@@ -171,7 +171,10 @@ class Problem:
             slots = tuple(self.slots.index(v) for v in variables)
             also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
             # An instrument stays the same from run to run; what surrounds and covers the machine may not.
-            labels = ["", *(self.experiment.cause_labels if cause.kind == "plant" else ())]
+            labels = [
+                "",
+                *(self.experiment.cause_labels if cause.kind == "plant" and not cause.material else ()),
+            ]
             for label in labels:
                 groups = self._groups(label or None)
                 if also is not None:

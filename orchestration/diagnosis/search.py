@@ -140,8 +140,9 @@ class Search:
         close = [
             fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < score + within
         ]
-        every = [twin for fit in close for twin in (fit, *self._twins(fit))]
-        return sorted((fit for fit in every if fit is not best), key=self.score)
+        every = {twin.key: twin for fit in close for twin in (*self._twins(fit), fit)}
+        every.pop(best.key, None)
+        return sorted(every.values(), key=self.score)
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
         """The same fit under labels that split the fitted runs alike: no data tell them apart."""

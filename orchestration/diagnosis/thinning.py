@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.measured import Run
 
 Vector = NDArray[np.float64]
 
-MOST_ROWS = 600
+MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
 
 SHORTEST = 5.0
