@@ -29,7 +29,7 @@ def start_values(
     """
     values: dict[str, dict[str, Value]] = {}
     for name, text in written.items():
-        instance, _, variable = name.partition(".")
+        instance, _, variable = name.rpartition(".")
         if instance not in components:
             raise InputError(
                 f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
