@@ -53,9 +53,9 @@ class ReductionError:
 
     Attributes
     ----------
-    hankel_bound : bound on the H-infinity norm of the scaled error of the smoothed plant at the balancing
-        speed, a pure number: output errors in `PRECISIONS` for inputs in `SIZES`
-    h_infinity : the norm for the plant itself, by a sweep of frequencies, the largest over the checked speeds
+    hankel_bound : bound on the H-infinity norm of what truncation takes from the smoothed plant (`Balanced`)
+    h_infinity : the same norm for the plant itself, not smoothed, from its inputs in `SIZES` to its outputs
+        in `PRECISIONS`: computed by a sweep of frequencies, the largest over the checked speeds
     elongation_step : largest error in m of the elongation after a step of an input
     temperature_step : the same for the temperatures, in K
     """
@@ -99,6 +99,56 @@ class ReducedPlant:
         return self.rate.size
 
 
+@dataclass(frozen=True)
+class Balanced:
+    """The plant at the balancing speed in coordinates in which it is symmetric, with smoothed ports.
+
+    Attributes
+    ----------
+    state : state matrix, symmetric, shape (n, n)
+    ports : inputs and, transposed, outputs, each in ordinary sizes and smoothed, shape (n, 10)
+    hankel : Hankel singular values, largest first, shape (n,)
+    vectors : the Gramian's eigenvectors, a column each, in the same order
+    """
+
+    state: Array
+    ports: Array
+    hankel: Array
+    vectors: Array
+
+    def bound(self, order: int) -> float:
+        """Bound on the H-infinity norm of what truncation takes from the system of these ports."""
+        return 2 * float(self.hankel[order:].sum())
+
+
+def balanced(plant: LinearPlant) -> Balanced:
+    """Balanced form of the plant at `BALANCING_SPEED`.
+
+    Raises
+    ------
+    InputError
+        The plant is not symmetric.
+    """
+    root = np.sqrt(plant.heat_capacity)
+    A, B = plant.at(BALANCING_SPEED)
+    state = root[:, None] * A / root
+    if np.abs(state - state.T).max() > 1e-9 * np.abs(state).max():
+        raise InputError(
+            "the plant's heat network is not symmetric at the temperature given; "
+            "linearise where all temperatures are equal"
+        )
+    state = (state + state.T) / 2
+    scaled_in = root[:, None] * B * [SIZES[name] for name in INPUTS]
+    scaled_out = plant.C / root / np.array([PRECISIONS[name] for name in OUTPUTS])[:, None]
+    # A port of both kinds for each input and output; relative weight such that both reach alike.
+    balance = np.sqrt(linalg.norm(scaled_out, 2) / linalg.norm(scaled_in, 2))
+    ports = np.column_stack([balance * scaled_in, scaled_out.T / balance])
+    ports = np.linalg.solve(np.eye(root.size) - SMOOTHING * state, ports)
+    gramian = linalg.solve_continuous_lyapunov(state, -ports @ ports.T)
+    values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
+    return Balanced(state, ports, np.maximum(values[::-1], 0.0), vectors[:, ::-1])
+
+
 def reduce_plant(plant: LinearPlant, order: int) -> ReducedPlant:
     """Balanced truncation that keeps the plant symmetric.
 
@@ -110,26 +160,8 @@ def reduce_plant(plant: LinearPlant, order: int) -> ReducedPlant:
     full = plant.heat_capacity.size
     if not 1 <= order <= full:
         raise InputError(f"order: {order} is not possible; the plant has {full} states, give 1 to {full}")
-    root = np.sqrt(plant.heat_capacity)
-    A, B = plant.at(BALANCING_SPEED)
-    symmetric = root[:, None] * A / root
-    if np.abs(symmetric - symmetric.T).max() > 1e-9 * np.abs(symmetric).max():
-        raise InputError(
-            "the plant's heat network is not symmetric at the temperature given; "
-            "linearise where all temperatures are equal"
-        )
-    symmetric = (symmetric + symmetric.T) / 2
-    scaled_in = root[:, None] * B * [SIZES[name] for name in INPUTS]
-    scaled_out = plant.C / root / np.array([PRECISIONS[name] for name in OUTPUTS])[:, None]
-    # A port of both kinds for each input and output; relative weight such that both reach alike.
-    balance = np.sqrt(linalg.norm(scaled_out, 2) / linalg.norm(scaled_in, 2))
-    ports = np.column_stack([balance * scaled_in, scaled_out.T / balance])
-    ports = np.linalg.solve(np.eye(full) - SMOOTHING * symmetric, ports)
-    gramian = linalg.solve_continuous_lyapunov(symmetric, -ports @ ports.T)
-    values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
-    basis = vectors[:, ::-1][:, :order]
-    hankel = np.maximum(values[::-1], 0.0)
-
+    form = balanced(plant)
+    basis, root = form.vectors[:, :order], np.sqrt(plant.heat_capacity)
     still = root[:, None] * plant.A / root
     rate, modes = np.linalg.eigh(basis.T @ ((still + still.T) / 2) @ basis)
     slowest_first = np.argsort(-rate)
@@ -151,7 +183,7 @@ def reduce_plant(plant: LinearPlant, order: int) -> ReducedPlant:
         temperature=plant.temperature,
         error=ReductionError(np.nan, np.nan, np.nan, np.nan),
     )
-    error = reduction_error(plant, reduced, hankel_bound=2 * float(hankel[order:].sum()))
+    error = reduction_error(plant, reduced, hankel_bound=form.bound(order))
     return ReducedPlant(**{**vars(reduced), "error": error})
 
 

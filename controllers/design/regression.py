@@ -4,25 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from warmlink.controllers.design.gains import sensor_stds
-from warmlink.controllers.design.plant import Plant
-from warmlink.controllers.interface import SENSED
+from warmlink.controllers.design.plant import INPUTS, LinearPlant, Plant, parameter_vector, plant_model
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.regression.law import LENGTH
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 Array = NDArray[np.float64]
 
+PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
+"""Speed in rad/s, torque in N.m and duration in s of what the shipped regression is taught by."""
+
 MEMORY_TIME = 600.0
 """s; shorter than any mode that matters, so that the law goes by the readings rather than by its memory."""
+
+
+class _Duty(NamedTuple):
+    speed: float
+    torque: float
+    current: float
 
 
 @dataclass(frozen=True)
@@ -70,35 +79,38 @@ def fit_regression(
 
 
 def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
-    """Warm-up at 100 % duty for two hours and cooling at rest for one, from cold, by the components."""
+    """Warm-up at 100 % duty for two hours and cooling at rest for one, from cold.
+
+    The linear plant, exact for inputs held over a step in s; the losses are the motor's own.
+    """
     plant = plant or Plant()
-    motor, link = Instance(MOTOR, "motor"), Instance(LINK, "link")
-    motor.set(plant.motor)
-    link.set(plant.link)
-    for instance in (motor, link):
-        instance.initialize()
-    temperature, elongation = [_sensed(motor, link)], [link.get("elongation")]
-    for k in range(round(3 * 3600 / step)):
-        working = k * step < 2 * 3600
-        motor.set({"speed": 3.43 if working else 0.0, "torque": 2.5 if working else 0.0})
-        link.set({"speed": 3.43 if working else 0.0, "heat_flow": motor.get("heat_flow")})
-        motor.set({"link_base_temperature": link.get("base_temperature")})
-        motor.step(k * step, step)
-        link.step(k * step, step)
-        temperature.append(_sensed(motor, link))
-        elongation.append(link.get("elongation"))
+    model = plant_model(plant)
+    p = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
+    state = np.zeros(model.heat_capacity.size)
+    temperature, elongation = [], []
+    for speed, torque, duration in PHASES:
+        transition, reach = _held(model, speed, step)
+        duty = _Duty(speed, torque, 0.0)
+        for _ in range(round(duration / step)):
+            seen = model.C @ state
+            temperature.append(seen[:-1] + model.temperature)
+            elongation.append(seen[-1])
+            shaft, winding = temperature[-1][:2]
+            heat = np.zeros(len(INPUTS))
+            heat[0] = copper_loss(winding, duty, p) + iron_loss(duty, p)
+            heat[1] = friction_loss(shaft, duty, p) + p.standby_power
+            state = transition @ state + reach @ heat
     return TrainingRun(np.array(temperature), np.array(elongation))
 
 
-def _sensed(motor: Instance, link: Instance) -> list[float]:
-    places = {
-        "shaft_temperature": motor.get("shaft_temperature"),
-        "winding_temperature": motor.get("winding_temperature"),
-        "base_temperature": link.get("base_temperature"),
-        "middle_temperature": link.get("sensor_temperature[2]"),
-        "tip_temperature": link.get("tip_temperature"),
-    }
-    return [places[name] for name in SENSED]
+def _held(model: LinearPlant, speed: float, step: float) -> tuple[Array, Array]:
+    """Transition over a step, and what inputs held over it add."""
+    A, B = model.at(speed)
+    size, inputs = B.shape
+    both = np.zeros((size + inputs, size + inputs))
+    both[:size] = np.hstack([A, B])
+    exponential = linalg.expm(both * step)
+    return exponential[:size, :size], exponential[:size, size:]
 
 
 def _residual(rows: Array, stds: Array) -> float:

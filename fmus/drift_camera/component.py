@@ -24,6 +24,7 @@ _PARAMETERS = (
         nominal=0.02,
     ),
     Parameter("drift_rate", "m/s", 0, "drift of the camera itself a second", display="um/h", nominal=1e-9),
+    Parameter("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),
     Parameter("scale", "1", 1, "measured over true movement of the tool point", positive=True),
     Parameter(
         "dropout_probability", "1", 0, "probability that a picture is lost", minimum=0, maximum=1, nominal=0.1

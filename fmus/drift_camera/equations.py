@@ -1,6 +1,6 @@
 """A laser spot's centroid on a camera chip, a picture at a time.
 
-    measured = scale (elongation - correction) + drift_rate t + pixel_size (noise) + fault
+    measured = scale (elongation - correction) + drift_rate t + offset + pixel_size (noise) + fault
 
 After P. Poonyapak, M. J. D. Hayes and J. M. J. McDill, "Temperature-Induced Deformation in a Mechanical
 System", sections II and III: a picture each 30 s while the link moves and each 120 s while it is still.
@@ -47,7 +47,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 def picture(u: Record, p: Record, number: Number, time: Number) -> Number:
     """Drift in m that a picture shows, for a standard normal number."""
     shift = faults.shift(p.fault_kind, p.fault_size, p.fault_rate, time - p.fault_time)
-    drift = p.scale * (u.elongation - u.correction) + p.drift_rate * time
+    drift = p.scale * (u.elongation - u.correction) + p.drift_rate * time + p.offset
     return drift + p.pixel_size * p.centroid_noise * number + shift
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from warmlink.fmus.arithmetic import total
 from warmlink.fmus.duty_cycle import equations
 from warmlink.fmus.packaging.component import Check, Component, Derived, Output, Parameter
@@ -85,10 +87,11 @@ COMPONENT = Component(
         Derived("segment_until", "s", size=SEGMENTS),
         Derived("length", "s"),
     ),
+    # Discrete: they jump from segment to segment, so that no master may interpolate them over a step.
     outputs=(
-        Output("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
-        Output("torque", "N.m", "rms torque at the joint", nominal=2.5),
-        temperature_output("ambient_temperature", "temperature of the surroundings"),
+        Output("speed", "rad/s", "mean absolute speed of the joint", nominal=3, discrete=True),
+        Output("torque", "N.m", "rms torque at the joint", nominal=2.5, discrete=True),
+        replace(temperature_output("ambient_temperature", "temperature of the surroundings"), discrete=True),
         Output(
             "pad_mode",
             "1",
@@ -96,8 +99,10 @@ COMPONENT = Component(
             type="Integer",
             discrete=True,
         ),
-        temperature_output("pad_temperature", "temperature the pad is held at (mode 2)"),
-        Output("pad_power", "W", "power of the pad (mode 1)", nominal=20),
+        replace(
+            temperature_output("pad_temperature", "temperature the pad is held at (mode 2)"), discrete=True
+        ),
+        Output("pad_power", "W", "power of the pad (mode 1)", nominal=20, discrete=True),
     ),
     derive=equations.derive,
     observe=equations.outputs,

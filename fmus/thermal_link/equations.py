@@ -55,7 +55,8 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]
 
     between = _conducted(temperature, p)
     at_base = u.heat_flow - p.hub_conductance * (temperature[base] - ambient)
-    at_tip = u.tip_heat_flow - p.tip_conductance * (temperature[tip] - u.tip_sink_temperature)
+    sink = u.tip_sink_temperature + (ambient - u.ambient_temperature)  # wired to the same log
+    at_tip = u.tip_heat_flow - p.tip_conductance * (temperature[tip] - sink)
     gain = (
         stack(0.0, between)
         - stack(between, 0.0)

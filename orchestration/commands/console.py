@@ -27,16 +27,29 @@ def remark(text: str) -> None:
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     """Progress bar on a terminal, nothing elsewhere; give it the share done, 0 to 1."""
+    with noted_progress_bar(what) as show:
+        yield lambda share: show(share, "")
+
+
+@contextmanager
+def noted_progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
+    """Progress bar that also shows a note; give it the share done and the note."""
     if not sys.stderr.isatty():
-        yield lambda share: None
+        yield lambda share, note: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn(what), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    columns = (
+        TextColumn(what),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+        task = bar.add_task(what, total=1.0, note="")
+        yield lambda share, note: bar.update(task, completed=share, note=note)
 
 
 def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:

@@ -38,7 +38,7 @@ def run_command(
     controller = controller or scenario.controller
     laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
     needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
-    fmu_store = store(_kind(fmus), sorted(needed), remark)
+    fmu_store = store(chosen_kind(fmus), sorted(needed), remark)
     folder = out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
         with progress_bar(scenario.title) as progress:
@@ -80,7 +80,8 @@ def _scenario(
     return replace(scenario, parameters=parameters)
 
 
-def _kind(name: str | None) -> FmuKind | None:
+def chosen_kind(name: str | None) -> FmuKind | None:
+    """Kind of FMU by its name, None unasked; raises InputError where there is none of that name."""
     for kind in FMU_KINDS:
         if kind == name:
             return kind

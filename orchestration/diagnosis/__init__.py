@@ -1,1 +1,1 @@
-"""From measured data to what the simulation gets wrong, why, and the extended model."""
+"""What the simulation gets wrong, why, what to add to the model, and how much that gains."""

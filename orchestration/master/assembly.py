@@ -47,7 +47,7 @@ class Assembly:
             shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
+def assemble(system: System, isolation: Isolation | None = None, unpacked: Path | None = None) -> Assembly:
     """Unpack and instantiate every FMU of a system.
 
     Parameters
@@ -56,6 +56,8 @@ def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
         Its components become the slaves.
     isolation : Isolation, optional
         Give every FMU a process of its own, with these time limits.
+    unpacked : Path, optional
+        Folder that keeps the unpacked FMUs from run to run; default: one for this run alone.
 
     Raises
     ------
@@ -65,12 +67,13 @@ def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
         Where an FMU does not instantiate.
     """
     infos = {name: read_description(component.fmu) for name, component in system.components.items()}
-    folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
+    home = unpacked or Path(tempfile.mkdtemp(prefix="warmlink-"))
+    own = home if unpacked is None else None
     slaves: list[Slave] = []
     try:
         for name, component in system.components.items():
-            unpacked = unpack(component.fmu, folder)
-            opener = partial(open_slave, name, infos[name], unpacked)
+            folder = unpack(component.fmu, home)
+            opener = partial(open_slave, name, infos[name], folder)
             slaves.append(opener() if isolation is None else isolate(name, opener, isolation))
         # An isolated slave has started by the time it can tell its variables.
         for slave in slaves:
@@ -78,10 +81,11 @@ def assemble(system: System, isolation: Isolation | None = None) -> Assembly:
     except BaseException:
         for slave in slaves:
             slave.terminate()
-        shutil.rmtree(folder, ignore_errors=True)
+        if own is not None:
+            shutil.rmtree(own, ignore_errors=True)
         raise
     values = {name: component.parameters.values for name, component in system.components.items()}
-    return Assembly(slaves, system.connections, values, folder)
+    return Assembly(slaves, system.connections, values, own)
 
 
 def isolate(name: str, opener: Callable[[], Slave], isolation: Isolation) -> Slave:

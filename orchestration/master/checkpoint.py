@@ -147,7 +147,7 @@ class Checkpoints:
 def fingerprint(assembly: Assembly, recorder: Recorder, algorithm: Algorithm) -> str:
     """Give a digest of all that decides a run's values.
 
-    The stop time is left out: a finished run may be resumed to a later one.
+    The stop time is among it, for slaves are told it and may keep it in their state.
     """
     slaves = [(s.name, getattr(getattr(s, "info", None), "guid", "")) for s in assembly.slaves]
     values = {name: sorted(given.items()) for name, given in assembly.values.items()}
@@ -156,7 +156,7 @@ def fingerprint(assembly: Assembly, recorder: Recorder, algorithm: Algorithm) ->
         slaves,
         list(assembly.connections),
         sorted(values.items()),
-        (points.start_time, points.step_size),
+        points,
         algorithm,
         recorder.names,
     )

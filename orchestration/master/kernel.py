@@ -199,7 +199,7 @@ def advance(
     times : ndarray of float64
         Start time and communication step size in s.
     tables, factors, buffers, ranges
-        As `compiled.Layout` lays them out.
+        As `layout.Layout` lays them out.
     rows : ndarray, shape (more than last - first, columns)
         Filled from index `row` on, a row for each point.
     failure : ndarray of int64

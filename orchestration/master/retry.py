@@ -8,7 +8,7 @@ and then, and after a discard the steps since are done again, which gives the sa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import ClassVar, cast
 
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -16,7 +16,8 @@ from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.master.substeps import REPEATABLE, SubSteps, halvings
 
-KEYFRAME_STEPS = 64
+# Copies are made ever more seldom while nothing is discarded: of Python FMUs they cost several steps.
+FIRST_KEYFRAME_STEPS, LAST_KEYFRAME_STEPS = 64, 4096
 CAREFUL_STEPS = 16
 
 
@@ -85,10 +86,13 @@ class Unrepeatable:
 class RetryStepper(SubSteps):
     """Steps with keyframes to go back to."""
 
+    locates_jumps: ClassVar[bool] = False
+
     def __init__(self, network: Network, inner: Stepper, levels: int) -> None:
         super().__init__(network, inner, levels, growth=-1.0)
         self._keyframe: tuple[Snapshot, object] | None = None
         self._since: list[tuple[float, float]] = []
+        self._interval = FIRST_KEYFRAME_STEPS
         self._careful = 0
 
     def attempt(self, time: float, step_size: float) -> float:
@@ -102,8 +106,9 @@ class RetryStepper(SubSteps):
             self._careful -= 1  # the parts keep their size until it is time to try a whole step
             self._in_parts(time, step_size)
             return
-        if self._keyframe is None or len(self._since) >= KEYFRAME_STEPS:
+        if self._keyframe is None or len(self._since) >= self._interval:
             reuse = None if self._keyframe is None else self._keyframe[0]
+            self._interval = min(2 * self._interval, LAST_KEYFRAME_STEPS)
             self._keyframe = (self.network.snapshot(reuse=reuse), self.inner.memory())
             self._since = []
         try:
@@ -136,4 +141,5 @@ class RetryStepper(SubSteps):
         if not self._careful:
             self._size = self._ticks
         # Steps done in parts are not replayed: a new keyframe follows.
-        self._since = [(time, step_size)] * KEYFRAME_STEPS
+        self._interval = FIRST_KEYFRAME_STEPS
+        self._since = [(time, step_size)] * self._interval

@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
@@ -15,10 +16,11 @@ from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded, obstacle
+from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.layout import obstacle
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
 from warmlink.orchestration.master.recorder import Recorder, outputs_of
@@ -46,9 +48,11 @@ def simulate(
     record: Sequence[str] | None = None,
     balances: Sequence[Balance] | None = None,
     isolation: Isolation | None = None,
+    unpacked: Path | None = None,
     stepping: Stepping = "auto",
     long_run: LongRun | None = None,
     pacing: Pacing | None = None,
+    check_stability: bool = True,
     progress: Progress | None = None,
 ) -> Result:
     """Run a system from start to stop time.
@@ -68,12 +72,17 @@ def simulate(
         Default: every heat balance found in the system; both ends are recorded.
     isolation : Isolation, optional
         One process for each FMU: a crash or an endless step then ends the run, not the program.
+    unpacked : Path, optional
+        Folder that keeps the unpacked FMUs from run to run, for studies.
     stepping : str
         `plain`, `compiled`, or `auto`: compiled where that can be had and pays. The values are the same.
     long_run : LongRun, optional
         Stream the values to disk, leave checkpoints, resume.
     pacing : Pacing, optional
         Keep to the clock on the wall.
+    check_stability : bool
+        After a run by Jacobi or Gauss-Seidel of slaves that restore their states, go back to its beginning
+        and look whether a small disturbance grows; not done in a paced run.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
 
@@ -98,13 +107,14 @@ def simulate(
     plain = algorithm.inner if isinstance(algorithm, Retry) else algorithm
     # The loop must be there before a library is loaded, so this comes first.
     compiled = isinstance(system, System) and choose(stepping, plain, points, len(system.components))
-    assembly = assemble(system, isolation) if isinstance(system, System) else system
+    assembly = assemble(system, isolation, unpacked) if isinstance(system, System) else system
     try:
         if isinstance(system, Assembly) and (stepping == "compiled" or is_loaded()):
             compiled = choose(stepping, plain, points, len(assembly.slaves))
         run = _prepare(assembly, points, algorithm, record, balances, long_run)
         run.clock = None if pacing is None else Clock(pacing)
         run.progress = progress
+        run.check_stability = check_stability and pacing is None
         hindrance = obstacle(run.network, run.recorder) if compiled else None
         if hindrance is not None and stepping == "compiled":
             raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
@@ -159,6 +169,7 @@ class Run:
     clock: Clock | None = None
     progress: Progress | None = None
     compiled: bool = False
+    check_stability: bool = True
     _sweeps: int = 0
     _start: tuple[Snapshot, object] | None = None
 
@@ -230,7 +241,8 @@ class Run:
         else:
             self._sweeps = self.checkpoints.restore(found, self.recorder, self.stepper)
         inner = self._inner()
-        if isinstance(inner, Jacobi | GaussSeidel) and not self.network.unable_to_restore():
+        explicit = isinstance(inner, Jacobi | GaussSeidel)
+        if self.check_stability and explicit and not self.network.unable_to_restore():
             self._start = (self.network.snapshot(), self.stepper.memory())
 
     def _step_through(self, interruption: Interruption) -> bool:

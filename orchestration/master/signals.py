@@ -42,6 +42,20 @@ def continuous_inputs(network: Network, k: int) -> tuple[int, ...]:
     return tuple(found)
 
 
+def switching_outputs(network: Network) -> tuple[tuple[int, int], ...]:
+    """Give slave and position of the outputs that jump and feed slaves which integrate.
+
+    Such a jump within a step is seen only at its end, too late by part of the step.
+    """
+    found: dict[tuple[int, int], None] = {}
+    for k, slave in enumerate(network.slaves):
+        smooth = continuous_inputs(network, k)
+        if not is_sampled(slave):
+            jumps = (wire for position, wire in enumerate(network.wires[k]) if position not in smooth)
+            found |= {(wire.slave, wire.position): None for wire in jumps}
+    return tuple(found)
+
+
 @dataclass(frozen=True)
 class Port:
     """The continuous inputs of one slave, and whether they may vary inside a step."""

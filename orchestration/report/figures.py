@@ -77,3 +77,44 @@ def _kept(seconds: NDArray[np.float64]) -> NDArray[np.int64]:
     if seconds.size <= MOST_POINTS:
         return np.arange(seconds.size)
     return np.unique(np.linspace(0, seconds.size - 1, MOST_POINTS).astype(np.int64))
+
+
+def heat_map(
+    columns: Sequence[str],
+    rows: Sequence[str],
+    values: ArrayLike,
+    texts: Sequence[Sequence[str]],
+    limit: float,
+    unit: str,
+) -> Any:
+    """Plotly figure of values above 0 in cells, shape (rows, columns): green below a limit, red above it.
+
+    Colours go by the ratio to the limit, from a tenth to ten times it. NaN leaves a cell blank.
+    """
+    import plotly.graph_objects as go
+
+    ratio = np.log10(np.maximum(np.asarray(values, dtype=float), 1e-12) / limit)
+    figure = go.Figure(
+        go.Heatmap(
+            x=list(columns),
+            y=list(rows),
+            z=np.clip(ratio, -1, 1),
+            text=[list(line) for line in texts],
+            texttemplate="%{text}",
+            hovertemplate="%{y}<br>%{x}: %{text}<extra></extra>",
+            colorscale=((0, "#2f855f"), (0.5, "#f4f1e8"), (1, "#c2472b")),
+            zmin=-1,
+            zmax=1,
+            xgap=2,
+            ygap=2,
+            colorbar={
+                "tickvals": [-1, 0, 1],
+                "ticktext": [f"{limit * factor:g} {unit}" for factor in (0.1, 1, 10)],
+                "thickness": 12,
+            },
+        )
+    )
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    figure.update_xaxes(side="top", automargin=True)
+    height = 110 + 30 * len(rows)
+    return styled(figure, height)

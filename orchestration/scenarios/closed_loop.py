@@ -20,8 +20,8 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
 
 ELONGATION = "link.elongation"
 CORRECTION = "compensator.correction"
@@ -148,11 +148,30 @@ def run_scenario(
     )
 
 
-def _system(scenario: Scenario, controller: Component, store: FmuStore) -> System:
-    kinds = WARMUP_CELL.components_with(controller.name)
-    declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
-    values = start_values(scenario.parameters, declared, scenario.name)
+def cell_components(controller: Component) -> dict[str, Component]:
+    """Declaration behind each instance of the cell with a controller."""
+    return {
+        instance: controller if instance == COMPENSATOR else catalogue.components()[kind]
+        for instance, kind in WARMUP_CELL.components.items()
+    }
+
+
+def cell_values(scenario: Scenario, controller: Component) -> dict[str, dict[str, Value]]:
+    """Start values of the cell that a scenario asks for, in SI units by instance and variable.
+
+    Raises
+    ------
+    InputError
+        If the scenario names a parameter or unit that does not exist, or a component refuses a value.
+    """
+    values = start_values(scenario.parameters, cell_components(controller), scenario.name)
     values.setdefault("duty", {}).update(scenario.duty.component_parameters())
     if "tolerance" in controller.p.index:
-        values.setdefault("compensator", {}).setdefault("tolerance", scenario.tolerance)
+        values.setdefault(COMPENSATOR, {}).setdefault("tolerance", scenario.tolerance)
+    return values
+
+
+def _system(scenario: Scenario, controller: Component, store: FmuStore) -> System:
+    kinds = WARMUP_CELL.components_with(controller.name)
+    values = cell_values(scenario, controller)
     return WARMUP_CELL.system(store.files(kinds.values()), controller.name, values)

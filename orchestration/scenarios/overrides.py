@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component, Output
+from warmlink.fmus.packaging.component import Component, Output, Scalar
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.model import Value
 
@@ -30,24 +30,32 @@ def start_values(
     values: dict[str, dict[str, Value]] = {}
     for name, text in written.items():
         instance, _, variable = name.rpartition(".")
-        if instance not in components:
-            raise InputError(
-                f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
-            )
-        values.setdefault(instance, {})[variable] = _value(components[instance], name, variable, text, where)
+        values.setdefault(instance, {})[variable] = start_value(name, text, components, where)
     for instance, chosen in values.items():
         _check(components[instance], instance, chosen)
     return values
 
 
-def _value(component: Component, name: str, variable: str, text: str | float, where: str) -> float:
+def start_value(name: str, text: str | float, components: Mapping[str, Component], where: str) -> float:
+    """One start value in its SI unit; its range is not checked. Raises as `start_values`."""
+    declared = scalar(name, components, where).variable
+    difference = declared.unit == "K" and declared.display != "degC"
+    return quantity(text, declared.unit, f"{where}: {name}", difference=difference)
+
+
+def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar:
+    """The input or parameter that `instance.variable` names. Raises as `start_values`."""
+    instance, _, variable = name.rpartition(".")
+    if instance not in components:
+        raise InputError(
+            f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
+        )
+    component = components[instance]
     scalars = {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
     if variable not in scalars:
         near = _nearest(variable, list(scalars))
         raise InputError(f"{where}: {name}: {component.name} has no such variable; did you mean {near}?")
-    declared = scalars[variable].variable
-    difference = declared.unit == "K" and declared.display != "degC"
-    return quantity(text, declared.unit, f"{where}: {name}", difference=difference)
+    return scalars[variable]
 
 
 def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> None:

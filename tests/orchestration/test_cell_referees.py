@@ -9,7 +9,7 @@ import pytest
 
 from tests.referees import Variables, ecos, libcosim
 from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.scenario import load_scenario
@@ -30,11 +30,11 @@ TOLERANCE = np.array([1e-9, 1e-9, 1e-9, 1e-6, 1e-6])
 """m and K."""
 
 
-@pytest.fixture(scope="module")
-def cell() -> System:
+@pytest.fixture(scope="module", params=FMU_KINDS)
+def cell(request: pytest.FixtureRequest) -> System:
     """Stop and go, so that speeds change on the way, with a controller in the loop."""
     law = controller("lag")
-    files = FmuStore("python").files(WARMUP_CELL.components_with(law.name).values())
+    files = FmuStore(request.param).files(WARMUP_CELL.components_with(law.name).values())
     duty = load_scenario("stop_and_go").duty.component_parameters()
     duty |= {"duration[1]": 200.0, "duration[2]": 150.0}
     return WARMUP_CELL.system(files, law.name, {"duty": duty})

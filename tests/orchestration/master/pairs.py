@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from warmlink.orchestration.master.assembly import Assembly
@@ -41,6 +42,16 @@ def gain(name: str, factor: float, **options: Any) -> MockSlave:
         feedthrough={"y": ["u"]},
         **options,
     )
+
+
+def interrupt_at(share: float) -> Callable[[int, int], None]:
+    """Make a progress callback that presses Ctrl-C once, after a share of the run."""
+
+    def progress(done: int, total: int) -> None:
+        if share * total <= done < total:
+            raise KeyboardInterrupt
+
+    return progress
 
 
 def assembly(slaves: list[MockSlave], *wires: Connection, **values: dict[str, Any]) -> Assembly:

@@ -22,7 +22,7 @@ from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
 
-from .pairs import assembly, counter, wire
+from .pairs import assembly, counter, interrupt_at, wire
 
 pytest.importorskip("numba", reason="numba is not installed")
 # While tests are collected: once another test has loaded an FMU, nothing may be compiled any more.
@@ -152,8 +152,17 @@ def test_compiled_runs_stream_and_resume_as_plain_ones(
 ) -> None:
     system = loop(trivial2, trivial3, trivial2)
     whole = simulate(system, 800.0, 0.1, GaussSeidel(), stepping="plain")
-    for stop in (300.0, 800.0):
-        long_run = LongRun(tmp_path / "run", every=700, resume=True)
-        part = simulate(system, stop, 0.1, GaussSeidel(), stepping="compiled", long_run=long_run)
+    long_run = LongRun(tmp_path / "run", every=700, resume=True)
+    for share in (0.3, 1.0):
+        part = simulate(
+            system,
+            800.0,
+            0.1,
+            GaussSeidel(),
+            stepping="compiled",
+            long_run=long_run,
+            progress=interrupt_at(share),
+        )
         assert part.statistics.compiled
+        assert part.status == ("completed" if share == 1.0 else "stopped")
     np.testing.assert_array_equal(whole.table.values, part.table.values)

@@ -16,11 +16,13 @@ from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.mock import MockSlave, real
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.system.description import Capabilities
 
 from .motor_link import monolithic, motor_link
+from .pairs import assembly, counter, wire
 
 
 @lru_cache(maxsize=128)
@@ -140,6 +142,25 @@ def test_step_doubling_makes_an_unstable_step_stable() -> None:
     result = simulate(motor_link(1.0), 3600.0, 60.0, chosen, record=["link.elongation"])
     assert np.max(np.abs(result["link.elongation"] - monolithic(1.0, 3600.0, 60.0))) <= 1e-6
     assert result.statistics.rejected_steps > 0
+
+
+def test_a_jump_within_a_step_is_located() -> None:
+    # y' = u, and u jumps at 1/3 of a communication step, where no comparison of two results shows it.
+    def duty() -> MockSlave:
+        return MockSlave(
+            "duty",
+            outputs={"y": lambda x, u, t: 0.0 if t < 30.0 + 10.0 / 3 else 1.0},
+            variables=[real("y", "output", variability="discrete")],
+        )
+
+    exact = 10.0 - 10.0 / 3
+    wires = (wire("duty.y -> x.u"),)
+    plain = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, FixedPoint())
+    assert abs(plain["x.y"][4] - exact) > 1.0
+    chosen = StepDoubling(FixedPoint(), {"x.y": 0.01}, minimum_step=0.001)
+    located = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, chosen)
+    assert located["x.y"][4] == pytest.approx(exact, abs=0.01)
+    assert located.statistics.slave_steps < 500
 
 
 @pytest.mark.parametrize("tolerance", [10.0, 3.0])

@@ -1,4 +1,4 @@
-"""Every FMU, built with AddressSanitizer and UndefinedBehaviorSanitizer, driven through all that it offers."""
+"""Every FMU, built with sanitizers for addresses and undefined behaviour, driven through all it offers."""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ def test_an_instance_takes_less_than_64_kib(name: str, c_compiler: Compiler, tmp
 def test_any_tool_can_recompile_the_sources_inside(
     version: FmiVersion, native_fmu: BuildNative, c_compiler: Compiler, tmp_path: Path
 ) -> None:
-    """From what the FMU says of its sources, with strict C99 and all warnings; the result has the functions."""
+    """From what the FMU says of its sources, with strict C99 and all warnings."""
     with ZipFile(native_fmu("MotorHeatSource", version)) as archive:
         archive.extractall(tmp_path)
     description = read_model_description(str(tmp_path))

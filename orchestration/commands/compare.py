@@ -1,0 +1,142 @@
+"""`warmlink compare`: controllers x duty cycles x mismatches in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.commands.run import chosen_kind
+from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.scenarios import duty_files
+from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
+from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.studies import mismatch as mismatches_
+from warmlink.orchestration.studies.compare import (
+    Comparison,
+    chosen_controllers,
+    distinct,
+    plan,
+    run_comparison,
+    write_csv,
+)
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
+from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
+from warmlink.orchestration.system.shipped import WARMUP_CELL
+
+DEFAULT_OUT = Path("out") / "compare"
+DEFAULT_MISMATCHES = (
+    NOMINAL,
+    "thermal_high",
+    "thermal_low",
+    "insulated",
+    "ventilated",
+    "draw_1",
+    "draw_2",
+    "noisy_sensors",
+    "camera_absent",
+)
+STOPPED_EARLY = 1
+
+
+def compare_command(
+    controllers: str | None,
+    duty_cycles: str | None,
+    mismatches: str | None,
+    own: Sequence[str],
+    fmus: str | None,
+    out: Path | None,
+    jobs: int,
+    report: bool,
+    as_json: bool,
+) -> int:
+    """Run, write and answer; gives the exit code."""
+    laws = chosen_controllers(_listed(controllers, list(catalogue.controllers())))
+    owned = [load_own_law(place) for place in own]
+    distinct([*laws, *(law.name for law in owned)], "controllers")
+    laws |= {law.name: law.component for law in owned}
+    duties = _duties(_listed(duty_cycles, duty_files.names()))
+    cases = plan(laws, duties, _mismatches(_listed(mismatches, DEFAULT_MISMATCHES)))
+    folder = out or DEFAULT_OUT
+    with fresh_folder(folder) as target:
+        workers = LocalWorkers(_fmu_set([laws[name].name for name in laws], owned, fmus), jobs)
+        with workers, progress_bar(f"{len(cases)} runs") as progress:
+            comparison = run_comparison(cases, workers, progress)
+        write_csv(comparison, target / "compare.csv")
+        if report:
+            from warmlink.orchestration.report.comparison import write_report
+
+            write_report(comparison, target / "report.html")
+    if as_json:
+        answer_json(_figures(comparison))
+    else:
+        from warmlink.orchestration.commands.compare_table import print_table
+
+        print_table(comparison)
+        answer(f"table   {folder / 'compare.csv'}")
+        if report:
+            answer(f"report  {folder / 'report.html'}")
+    stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
+    for row in stopped[:3]:
+        remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
+    if len(stopped) > 3:
+        remark(f"{len(stopped) - 3} more runs stopped early")
+    return STOPPED_EARLY if stopped else 0
+
+
+def _listed(text: str | None, default: Sequence[str]) -> list[str]:
+    if text is None:
+        return list(default)
+    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+
+
+def _duties(names: Sequence[str]) -> list[Scenario]:
+    if not names:
+        raise InputError(
+            "--duty-cycles: names none; give some, as --duty-cycles windshield_wiper,stop_and_go"
+        )
+    duties = [load_scenario(name) for name in names]
+    distinct([duty.name for duty in duties], "duty cycles")
+    return duties
+
+
+def _mismatches(names: Sequence[str]) -> list[Mismatch]:
+    if not names:
+        raise InputError("--mismatch: names none; give some, as --mismatch nominal,thermal_high")
+    found = [mismatches_.load(name) for name in names]
+    distinct([mismatch.name for mismatch in found], "mismatches")
+    return found
+
+
+def _fmu_set(kinds: Sequence[str], owned: Sequence[OwnLaw], fmus: str | None) -> FmuSet:
+    own_kinds = {law.component.name for law in owned}
+    shipped = [kind for kind in kinds if kind not in own_kinds]
+    needed = sorted({kind for law in shipped for kind in WARMUP_CELL.components_with(law).values()})
+    chosen = store(chosen_kind(fmus), needed, remark)
+    files = chosen.files(needed, remark)
+    for law in owned:
+        files[law.component.name] = law.fmu(chosen)
+    return FmuSet.read(chosen.kind, files)
+
+
+def _figures(comparison: Comparison) -> list[dict[str, Any]]:
+    return [
+        {
+            "controller": row.controller,
+            "duty_cycle": row.duty_cycle,
+            "mismatch": row.mismatch,
+            **row.outcome.to_dict(),
+            "removed_percent": row.removed_percent,
+            "equal_within_um": row.equal_within_um,
+            "productive_minutes_won": row.minutes_won if row.minutes_won == row.minutes_won else None,
+            "equal_to_best": comparison.equal_to_best(row),
+            "defeated": row.controller != NO_CONTROLLER and row.defeated,
+        }
+        for row in comparison.rows.values()
+    ]

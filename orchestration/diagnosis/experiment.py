@@ -1,0 +1,234 @@
+"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Input, Parameter
+from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
+from warmlink.orchestration.diagnosis.rigs import Rig, rig
+from warmlink.orchestration.diagnosis.values import seconds, to_si
+
+HELD_OUT_SHARE = 0.3
+"""Share of the time of a bare CSV that is held out, at its end."""
+
+PER_RUN = "run"
+
+_TOP = {
+    "title",
+    "system",
+    "initial",
+    "run",
+    "channels",
+    "covariates",
+    "known",
+    "calibrate",
+    "causes",
+    "noise",
+}
+_RUN = {"data", "labels", "heldout", "adapt", "known"}
+_CALIBRATE = {"min", "max", "start", "per"}
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A variable that every model may fit: bounds and start in SI; `per` a label, "run" or None."""
+
+    variable: str
+    lower: float
+    upper: float
+    start: float
+    per: str | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What a diagnosis works on, all in SI.
+
+    Attributes
+    ----------
+    columns : measured columns, by which results are named
+    known : value by variable, for all runs
+    cause_labels : labels by which a cause's parameters may differ from run to run
+    noise : 1 sigma by output, where it is given
+    initial_measured : whether the states start from the first minute of measurements
+    """
+
+    title: str
+    rig: Rig
+    runs: tuple[Run, ...]
+    columns: tuple[Column, ...]
+    known: Mapping[str, float] = field(default_factory=dict)
+    calibrated: tuple[Calibrated, ...] = ()
+    cause_labels: tuple[str, ...] = ()
+    noise: Mapping[str, float] = field(default_factory=dict)
+    initial_measured: bool = False
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read an experiment file, or a bare CSV file as a run of the warm-up cell.
+
+    Raises
+    ------
+    InputError
+        What does not fit, with file, row and column or with the table and key.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".toml":
+        return _bare(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; give the path of a .csv or .toml file")
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise InputError(f"{path.name}: cannot be read as TOML: {fault}") from fault
+    return _Reader(path, content).experiment()
+
+
+def _bare(path: Path) -> Experiment:
+    system = rig("WarmupCell")
+    run, columns = read_run(path, system)
+    until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
+    return Experiment(path.stem, system, (replace(run, fit_until=until),), columns)
+
+
+class _Reader:
+    """Takes the tables of one experiment file apart."""
+
+    def __init__(self, path: Path, content: dict[str, Any]) -> None:
+        self.name, self.folder, self.content = path.name, path.parent, content
+        self._refuse_unknown(content, _TOP, "")
+        self.rig = rig(self._text("system"))
+
+    def experiment(self) -> Experiment:
+        channels = {h: str(v) for h, v in self._table("channels").items()}
+        covariates = {h: str(v) for h, v in self._table("covariates").items()}
+        given = self.content.get("run")
+        if not isinstance(given, list) or not given:
+            raise InputError(f"{self.name}: there is no [[run]]; give at least one with data = 'FILE.csv'")
+        runs: list[Run] = []
+        columns: tuple[Column, ...] = ()
+        for i, entry in enumerate(given):
+            run, columns = self._run(entry, i, channels, covariates)
+            runs.append(run)
+        if all(run.heldout for run in runs):
+            raise InputError(f"{self.name}: every run is held out; leave at least one to fit")
+        self._unique([run.name for run in runs])
+        initial = self.content.get("initial", "nominal")
+        if initial not in ("nominal", "measured"):
+            raise InputError(f'{self.name}: initial = {initial!r} is not "nominal" or "measured"')
+        labels = self._table("causes").get("per", [])
+        for label in labels:
+            self._check_label(label, runs, "causes.per")
+        return Experiment(
+            str(self.content.get("title", self.name)),
+            self.rig,
+            tuple(runs),
+            columns,
+            self._known(self._table("known"), "known"),
+            tuple(self._calibrated(v, e, runs) for v, e in self._table("calibrate").items()),
+            tuple(labels),
+            self._noise(),
+            initial == "measured",
+        )
+
+    def _run(
+        self, entry: dict[str, Any], i: int, channels: dict[str, str], covariates: dict[str, str]
+    ) -> tuple[Run, tuple[Column, ...]]:
+        where = f"run {i + 1}"
+        self._refuse_unknown(entry, _RUN, f"[[{where}]] ")
+        if not isinstance(entry.get("data"), str):
+            raise InputError(f"{self.name}: {where} has no data; write data = 'FILE.csv'")
+        run, columns = read_run(self.folder / entry["data"], self.rig, channels or None, covariates)
+        labels = {str(k): str(v) for k, v in entry.get("labels", {}).items()}
+        heldout = entry.get("heldout", False)
+        if not isinstance(heldout, bool):
+            raise InputError(f"{self.name}: {where}: heldout = {heldout!r} is not true or false")
+        return (
+            replace(
+                run,
+                labels=labels,
+                known=self._known(entry.get("known", {}), f"{where}.known"),
+                heldout=heldout,
+                adapt=seconds(entry.get("adapt", 0), f"{self.name}: {where}.adapt"),
+            ),
+            columns,
+        )
+
+    def _known(self, table: Mapping[str, object], where: str) -> dict[str, float]:
+        known = {}
+        for variable, text in table.items():
+            place = f"{self.name}: {where}.{variable}"
+            scalar = self.rig.scalar(variable, place)
+            if not isinstance(scalar.variable, Parameter | Input):
+                raise InputError(f"{place}: an output is not given but computed; name a parameter or input")
+            known[variable] = to_si(text, scalar, place)
+        return known
+
+    def _calibrated(self, variable: str, entry: Any, runs: list[Run]) -> Calibrated:
+        place = f"{self.name}: calibrate.{variable}"
+        scalar = self.rig.scalar(variable, place)
+        if not isinstance(entry, dict):
+            raise InputError(f"{place}: give a table {{ min = ..., max = ..., start = ... }}")
+        self._refuse_unknown(entry, _CALIBRATE, f"calibrate.{variable} ")
+        for key in ("min", "max"):
+            if key not in entry:
+                raise InputError(f"{place}: {key} is missing; a calibrated variable needs both bounds")
+        lower, upper = (to_si(entry[key], scalar, f"{place}.{key}") for key in ("min", "max"))
+        if not lower < upper:
+            raise InputError(f"{place}: min {lower:g} is not below max {upper:g} {scalar.variable.unit}")
+        start = to_si(entry["start"], scalar, f"{place}.start") if "start" in entry else (lower + upper) / 2
+        if not lower <= start <= upper:
+            raise InputError(f"{place}: start {start:g} lies outside {lower:g} to {upper:g}")
+        per = entry.get("per")
+        if per is not None and per != PER_RUN:
+            self._check_label(per, runs, f"calibrate.{variable}.per")
+        return Calibrated(variable, lower, upper, start, per)
+
+    def _noise(self) -> dict[str, float]:
+        noise = {}
+        for variable, text in self._table("noise").items():
+            place = f"{self.name}: noise.{variable}"
+            scalar = self.rig.scalar(variable, place)
+            noise[variable] = to_si(text, scalar, place, difference=True)
+            if not noise[variable] > 0 or not np.isfinite(noise[variable]):
+                raise InputError(f"{place}: {text!r} is not a standard deviation above 0")
+        return noise
+
+    def _check_label(self, label: str, runs: list[Run], where: str) -> None:
+        for run in runs:
+            if label not in run.labels:
+                raise InputError(
+                    f"{self.name}: {where}: run {run.name} has no label {label!r}; add it to its labels"
+                )
+
+    def _table(self, key: str) -> dict[str, Any]:
+        table = self.content.get(key, {})
+        if not isinstance(table, dict):
+            raise InputError(f"{self.name}: {key} is not a table; write [{key}]")
+        return table
+
+    def _text(self, key: str) -> str:
+        value = self.content.get(key)
+        if not isinstance(value, str):
+            raise InputError(f"{self.name}: {key} is missing; write {key} = '...'")
+        return value
+
+    def _unique(self, names: list[str]) -> None:
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"{self.name}: two runs are called {name}; rename one file")
+
+    def _refuse_unknown(self, table: Mapping[str, object], known: set[str], where: str) -> None:
+        for key in table:
+            if key not in known:
+                raise InputError(
+                    f"{self.name}: {where}{key} is not known; known are {', '.join(sorted(known))}"
+                )

@@ -1,0 +1,162 @@
+"""The improvement: errors before and after on fitted and on held-out rows, for each model in question."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.experiment import Experiment
+from warmlink.orchestration.diagnosis.fitting import Fit
+from warmlink.orchestration.diagnosis.noise import NoiseModel
+from warmlink.orchestration.diagnosis.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.rigs import ELONGATION
+
+Vector = NDArray[np.float64]
+
+_BLOCK = 600.0
+"""s of a block in the bootstrap: longer than the noise remembers."""
+
+_RESAMPLES = 400
+_AVERAGED = 120.0
+"""s over which the elongation's error is averaged before its largest value is taken, against noise."""
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Readings by one model.
+
+    Attributes
+    ----------
+    name : titles of its causes, or "" for the uncorrected model
+    readings : by run, SI, shape (rows, outputs)
+    """
+
+    name: str
+    readings: tuple[Vector, ...]
+
+
+class Scores:
+    """Errors of models on a whole experiment, held-out rows included."""
+
+    def __init__(self, experiment: Experiment, scales: Sequence[float]) -> None:
+        self.problem = Problem(experiment)
+        self.scales = np.array(scales)
+        self.problem.refine(self.problem.neutral)
+
+    def predict(self, fit: Fit) -> Predicted:
+        """Readings of every run by a model fitted elsewhere."""
+        freed, theta = self.carry(self.problem, fit)
+        values = [self.problem.values(i, freed, theta) for i in range(len(self.problem.data))]
+        for run, measured in enumerate(self.problem.experiment.runs):
+            if measured.heldout and measured.adapt > 0:
+                values[run] = self._adapted(run, values[run], freed, fit, measured.adapt)
+        self.problem.refine(values)
+        return Predicted(
+            "+".join(sorted(fit.key)),
+            tuple(self.problem.predict(i, z)[0] for i, z in enumerate(values)),
+        )
+
+    def rmse(self, predicted: Predicted, heldout: bool) -> tuple[float, float, float] | None:
+        """RMSE in units of noise over fitted or held-out rows, and its 95 % interval."""
+        blocks = []
+        for run, data in enumerate(self.problem.data):
+            rows = ~data.fitted if heldout else data.fitted
+            error = (data.readings - predicted.readings[run])[rows] / self.scales
+            which = np.floor(data.time[rows] / _BLOCK)
+            for block in np.unique(which):
+                squares = error[which == block] ** 2
+                if np.isfinite(squares).any():
+                    blocks.append((float(np.nansum(squares)), int(np.isfinite(squares).sum())))
+        if not blocks:
+            return None
+        table = np.array(blocks)
+        drawn = np.random.default_rng(0).integers(0, len(blocks), (_RESAMPLES, len(blocks)))
+        resampled = np.sqrt(table[drawn, 0].sum(axis=1) / table[drawn, 1].sum(axis=1))
+        low, high = np.quantile(resampled, [0.025, 0.975])
+        return float(np.sqrt(table[:, 0].sum() / table[:, 1].sum())), float(low), float(high)
+
+    def by_channel(self, predicted: Predicted) -> list[dict[str, float]]:
+        """RMSE in SI by run and column name."""
+        result = []
+        for data, readings in zip(self.problem.data, predicted.readings, strict=True):
+            error = data.readings - readings
+            result.append(
+                {
+                    self.problem.names[v]: float(np.sqrt(np.nanmean(error[:, i] ** 2)))
+                    for i, v in enumerate(self.problem.variables)
+                    if np.isfinite(error[:, i]).any()
+                }
+            )
+        return result
+
+    def compensation(self, predicted: Predicted) -> float | None:
+        """Largest error in m of the tool point when the model's elongation is taken out as a feed-forward.
+
+        Errors are averaged over two minutes, so that the camera's noise does not set the figure.
+        """
+        if ELONGATION not in self.problem.variables:
+            return None
+        channel = self.problem.variables.index(ELONGATION)
+        largest = 0.0
+        for data, readings in zip(self.problem.data, predicted.readings, strict=True):
+            error = data.readings[:, channel] - readings[:, channel]
+            which = np.floor(data.time / _AVERAGED)
+            for block in np.unique(which[np.isfinite(error)]):
+                largest = max(largest, abs(float(np.nanmean(error[which == block]))))
+        return largest
+
+    @staticmethod
+    def carry(problem: Problem, fit: Fit) -> tuple[list[Freed], Vector]:
+        """Carry a fit's numbers over to a problem with other runs.
+
+        A group that was never fitted takes the mean of those that were.
+        """
+        fitted = {(f.variable, f.group, f.calibrated): v for f, v in zip(fit.freed, fit.theta, strict=True)}
+        items = [i for i in problem.items if i.title in fit.key]
+        freed = [*problem.calibrated, *(f for item in items for f in item.freed)]
+        theta = []
+        for f in freed:
+            like = [
+                v
+                for (name, _, calibrated), v in fitted.items()
+                if (name, calibrated) == (f.variable, f.calibrated)
+            ]
+            theta.append(
+                fitted.get((f.variable, f.group, f.calibrated), float(np.mean(like)) if like else f.start)
+            )
+        return freed, np.array(theta)
+
+    def _adapted(self, run: int, z: Vector, freed: Sequence[Freed], fit: Fit, until: float) -> Vector:
+        """Fit to a held-out run's opening the numbers that belong to this run alone."""
+        own = [
+            f
+            for f in freed
+            if f.runs == (run,) and (f.variable, f.group) not in {(g.variable, g.group) for g in fit.freed}
+        ]
+        data = self.problem.data[run]
+        rows = data.time <= until
+        for _ in range(4 if own else 0):
+            values, by_slot = self.problem.predict(run, z)
+            residual = ((data.readings - values) / self.scales)[rows]
+            columns = np.stack([by_slot[rows][:, :, list(f.slots)].sum(axis=2) for f in own], axis=2)
+            columns = columns / self.scales[None, :, None]
+            good = np.isfinite(residual)
+            step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
+            for f, change in zip(own, step, strict=True):
+                slots = list(f.slots)
+                z[slots] = np.clip(z[slots] + change, f.lower, f.upper)
+        return z
+
+
+def scales_of(noise: Sequence[NoiseModel], problem: Problem) -> list[float]:
+    """Noise of each channel in SI, by which errors of different kinds are added.
+
+    The stated figure where it was larger than the scatter, the estimate otherwise.
+    """
+    return [
+        problem.experiment.noise[v] if n.lasting else n.sigma
+        for n, v in zip(noise, problem.variables, strict=True)
+    ]

@@ -1,0 +1,196 @@
+"""The next experiment: the feasible duty cycle that best tells apart what this one could not.
+
+For each candidate duty cycle the best model's readings are predicted; the distance to the nearest
+readings that a rival can give, all free numbers of both refitted, is the separation expected in standard
+deviations (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975) 57-70).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.experiment import Experiment
+from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.gain import Scores
+from warmlink.orchestration.diagnosis.lack_of_fit import _orthonormal
+from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.noise import Whitener
+from warmlink.orchestration.diagnosis.problem import Problem
+
+Vector = NDArray[np.float64]
+
+INTERVAL = 30.0
+"""s between rows of the experiment proposed."""
+
+ROOM = 295.15
+MOST_RIVALS = 4
+NEVER = 0.5
+"""Expected separation in standard deviations below which a duty cycle tells nothing apart."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Part of a duty cycle: s, rad/s, N.m, and temperatures in K."""
+
+    duration_s: float
+    speed: float
+    torque: float
+    pad_temperature: float | None = None
+    ambient_temperature: float = ROOM
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """What to do next, why, and the separation it should bring."""
+
+    duty: tuple[Stage, ...]
+    why: str
+    expected_separation_sigma: float
+
+
+_REST = Stage(900, 0.0, 0.0)
+_FAST = Stage(1500, 4.5, 0.5)
+_HEAVY = Stage(1500, 1.0, 5.0)
+_STALL = Stage(1500, 0.0, 4.5)
+_BOTH = Stage(1500, 3.43, 2.5)
+_PAD = Stage(1500, 0.0, 0.0, ROOM + 25)
+_LONG_REST = Stage(2700, 0.0, 0.0)
+
+DUTIES: tuple[tuple[Stage, ...], ...] = (
+    (_REST, _BOTH, _LONG_REST, _FAST),
+    (_FAST, _REST, _HEAVY, _REST, _PAD, _REST),
+    (_PAD, _LONG_REST, _STALL, _REST),
+    (_HEAVY, _FAST, _HEAVY, _FAST),
+    (_PAD, _FAST, _PAD, _REST),
+    (_LONG_REST, _STALL, _FAST, _REST),
+    (_STALL, _BOTH, _REST, _PAD),
+    tuple(
+        replace(s, duration_s=600.0)
+        for s in (_FAST, _REST, _HEAVY, _REST, _STALL, _REST, _PAD, _REST, _BOTH, _REST, _FAST, _REST)
+    ),
+    tuple(replace(s, duration_s=300.0) for s in (_BOTH, _REST, _PAD, _REST, _FAST, _REST, _HEAVY, _REST) * 3),
+)
+"""Feasible duty cycles of about two hours."""
+
+
+def next_experiment(
+    fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment
+) -> Proposed | None:
+    """Choose what tells the best model from its rivals; None where there is no rival."""
+    if not rivals:
+        return None
+    others = list(rivals[:MOST_RIVALS])
+    if experiment.rig.name != "WarmupCell":
+        return _another_run(fitter, best, others, experiment)
+    outcomes = [_separations(fitter, best, others, experiment, duty) for duty in DUTIES]
+    table = np.array(outcomes)
+    separable = table.max(axis=0) > NEVER
+    if not separable.any():
+        names = " and ".join(sorted({item.name for fit in (best, *others) for item in fit.items}))
+        check = next((i.cause.check for i in best.items if i.title not in others[0].key), "")
+        return Proposed((), f"No duty cycle tells {names} apart. {check}", 0.0)
+    worst = table[:, separable].min(axis=1)
+    chosen = int(np.argmax(worst))
+    apart = [fit for fit, s in zip(others, separable, strict=True) if s]
+    why = f"It tells {_title(best)} from {', '.join(_title(f) for f in apart)}."
+    never = [fit for fit, s in zip(others, separable, strict=True) if not s]
+    if never:
+        why += f" Nothing tells it from {', '.join(_title(f) for f in never)}."
+    return Proposed(DUTIES[chosen], why, float(worst[chosen]))
+
+
+def _title(fit: Fit) -> str:
+    return " + ".join(sorted(fit.key))
+
+
+def _separations(
+    fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment, duty: Sequence[Stage]
+) -> list[float]:
+    run = _run_of(duty, fitter.problem)
+    problem = Problem(replace(experiment, runs=(run,)))
+    return _distances(fitter, problem, best, rivals)
+
+
+def _distances(fitter: Fitter, problem: Problem, best: Fit, rivals: Sequence[Fit]) -> list[float]:
+    """Separation of the best model from each rival on the last run of a problem."""
+    run = len(problem.data) - 1
+    whiten = [Whitener(n, problem.data[run].time) for n in fitter.noise]
+    truth, own = _whitened(problem, best, run, whiten)
+    result = []
+    for rival in rivals:
+        readings, columns = _whitened(problem, rival, run, whiten)
+        taken = _orthonormal(np.column_stack([own, columns]))
+        apart = truth - readings
+        apart = apart - taken @ (taken.T @ apart)
+        result.append(float(np.linalg.norm(apart)))
+    return result
+
+
+def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Vector, Vector]:
+    carried = Scores.carry(problem, fit)
+    z = problem.values(run, *carried)
+    values, by_slot = problem.predict(run, z)
+    columns = (
+        np.stack(
+            [
+                by_slot[:, :, list(f.slots)].sum(axis=2) if run in f.runs else np.zeros(values.shape)
+                for f in carried[0]
+            ],
+            axis=2,
+        )
+        if carried[0]
+        else np.zeros((*values.shape, 0))
+    )
+    joined = np.concatenate([values[:, :, None], columns], axis=2)
+    together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
+    return together[:, 0], together[:, 1:]
+
+
+def _run_of(duty: Sequence[Stage], problem: Problem) -> Run:
+    ends = np.cumsum([stage.duration_s for stage in duty])
+    time = np.arange(0.0, ends[-1] + INTERVAL / 2, INTERVAL)
+    which = np.clip(np.searchsorted(ends, time, side="right"), 0, len(duty) - 1)
+    stages = [duty[i] for i in which]
+    pad = np.array([np.nan if s.pad_temperature is None else s.pad_temperature for s in stages])
+    inputs = {
+        "motor.speed": np.array([s.speed for s in stages]),
+        "motor.torque": np.array([s.torque for s in stages]),
+        "motor.ambient_temperature": np.array([s.ambient_temperature for s in stages]),
+        "motor.pad_temperature": pad,
+    }
+    return Run("next", time, inputs, {v: np.zeros(time.size) for v in problem.variables})
+
+
+def _another_run(fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment) -> Proposed:
+    """Propose a run with labels in a combination that was not fitted yet."""
+    runs = [run for run in experiment.runs if not run.heldout]
+    names = list(runs[0].labels)
+    values = [list(dict.fromkeys(run.labels[n] for run in runs)) for n in names]
+    tried = {tuple(run.labels[n] for n in names) for run in runs}
+    combinations = [tuple(c) for c in _product(values) if tuple(c) not in tried]
+    found: list[tuple[float, tuple[str, ...]]] = []
+    for labels in combinations:
+        like = replace(runs[0], name="next", labels=dict(zip(names, labels, strict=True)))
+        problem = Problem(replace(experiment, runs=(*runs, like)))
+        found.append((max(_distances(fitter, problem, best, rivals)), labels))
+    if not found or max(found)[0] < NEVER:
+        return Proposed((), f"No further run of this kind tells {_title(best)} from its rivals.", 0.0)
+    separation, labels = max(found)
+    words = " and ".join(f"{n} = {v}" for n, v in zip(names, labels, strict=True))
+    together = " and ".join(names)
+    why = (
+        f"In the fitted runs {together} change together, so their effects cannot be told apart; "
+        f"a run with {words} would tell them apart."
+    )
+    return Proposed((), why, separation)
+
+
+def _product(values: Sequence[Sequence[str]]) -> list[list[str]]:
+    result: list[list[str]] = [[]]
+    for each in values:
+        result = [[*head, value] for head in result for value in each]
+    return result

@@ -1,0 +1,188 @@
+"""Measurement noise: white and correlated parts estimated from the data, and residuals made white.
+
+The model of a channel's noise is white noise plus a first-order process correlated over about a minute.
+Its strength is estimated from what no slow effect can explain: residuals from which every candidate and
+every slow course has been taken out. Whittle's likelihood: P. Whittle, "Estimation and information in
+stationary time series", Arkiv för Matematik 2 (1953) 423-434.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+SLOW = 900.0
+"""s; courses of a longer period are taken for the model's fault, never for noise."""
+
+LASTING = 1200.0
+"""s; correlation time of an error that lasts."""
+
+_MEMORIES = (20.0, 40.0, 60.0, 90.0, 130.0, 180.0)
+"""Candidate correlation times in s."""
+
+_SHARES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 0.95)
+"""Candidate shares of the variance that are correlated."""
+
+_WORTH = 8.0
+"""Gain in twice the log-likelihood that a correlated part must bring."""
+
+_APART = 14.0
+"""The same for a channel whose noise is unlike that of the others."""
+
+_FEWEST = 16
+"""Readings, or frequencies, that say something about noise."""
+
+_KEPT = 0.4
+"""Share of a frequency's power that must be left after what was taken out."""
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Noise of one channel in SI: standard deviations of its parts, and correlation time in s.
+
+    `lasting` is an error that stays for long, as of a coarse converter that rests on one step: it cannot
+    be seen in the scatter from row to row, and is known only from a stated noise that is larger.
+    """
+
+    white: float
+    slow: float = 0.0
+    memory: float = 60.0
+    lasting: float = 0.0
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of a reading."""
+        return float(np.sqrt(self.white**2 + self.slow**2 + self.lasting**2))
+
+    def covariance(self, times: Vector) -> Vector:
+        """Covariance of readings at times in s, shape (times, times)."""
+        apart = np.abs(times[:, None] - times[None, :])
+        result: Vector = self.slow**2 * np.exp(-apart / self.memory)
+        result += self.lasting**2 * np.exp(-apart / LASTING)
+        result[np.diag_indices(times.size)] += self.white**2
+        return result
+
+
+class Whitener:
+    """Turns residuals of one channel in one run into independent numbers of unit variance."""
+
+    def __init__(self, model: NoiseModel, times: Vector) -> None:
+        self._scale = 1 / model.white
+        self._matrix: Vector | None = None
+        if max(model.slow, model.lasting) > 0.05 * model.white and times.size:
+            from scipy.linalg import cholesky, solve_triangular
+
+            factor = cholesky(model.covariance(times), lower=True)
+            self._matrix = solve_triangular(factor, np.eye(times.size), lower=True)
+
+    def __call__(self, columns: Vector) -> Vector:
+        """Whiten columns, shape (times, ...)."""
+        return self._scale * columns if self._matrix is None else self._matrix @ columns
+
+
+def slow_courses(times: Vector, period: float = SLOW) -> Vector:
+    """Cosines of a period longer than given, the constant included, shape (times, courses)."""
+    span = float(times[-1] - times[0]) if times.size > 1 else 0.0
+    count = int(2 * span / period) + 1
+    phase = np.pi * (times - times[0]) / max(span, 1e-9)
+    return np.cos(np.outer(phase, np.arange(count)))
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Residuals of a channel in a run, and what was taken out of them.
+
+    Attributes
+    ----------
+    times : s, shape (n,)
+    values : residuals, orthogonal to `removed`, shape (n,)
+    removed : orthonormal columns, shape (n, columns)
+    """
+
+    times: Vector
+    values: Vector
+    removed: Vector
+
+
+class Spectrum:
+    """Periodogram of a channel's residuals, corrected for what was taken out of them.
+
+    Parameters
+    ----------
+    samples : residuals by run
+    least : least standard deviation that the channel may have
+    """
+
+    def __init__(self, samples: Sequence[Sample], least: float) -> None:
+        from scipy.fft import dct
+
+        powers, phases, steps, weights = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+        for sample in samples:
+            size = sample.times.size
+            if size < _FEWEST:
+                continue
+            first = int(np.ceil(2 * float(np.ptp(sample.times)) / SLOW)) + 1
+            kept = 1 - np.sum(dct(sample.removed, axis=0, norm="ortho") ** 2, axis=1)
+            modes = np.arange(size)
+            modes = modes[(modes >= first) & (kept > _KEPT)]
+            powers.append(dct(sample.values, norm="ortho")[modes] ** 2 / kept[modes])
+            phases.append(np.pi * modes / size)
+            steps.append(np.full(modes.size, float(np.median(np.diff(sample.times)))))
+            weights.append(kept[modes])
+        self.power, self.phase = np.concatenate(powers), np.concatenate(phases)
+        self.steps, self.weight = np.concatenate(steps), np.concatenate(weights)
+        self.least = least
+
+    def total(self, memory: float, share: float) -> float:
+        """Variance for a share of it correlated over a memory in s."""
+        return max(_robust_mean(self.power / self._shape(memory, share)), self.least**2)
+
+    def misfit(self, memory: float, share: float) -> float:
+        """Minus twice Whittle's log-likelihood, at the best variance."""
+        shape = self._shape(memory, share)
+        spectrum = self.total(memory, share) * shape
+        return float(np.sum(self.weight * (np.log(spectrum) + np.minimum(self.power / spectrum, 25))))
+
+    def _shape(self, memory: float, share: float) -> Vector:
+        decay = np.exp(-self.steps / memory)
+        correlated = (1 - decay**2) / (1 - 2 * decay * np.cos(self.phase) + decay**2)
+        return (1 - share) + share * correlated
+
+
+def estimate(spectra: Sequence[Spectrum]) -> list[NoiseModel]:
+    """Noise model of each channel.
+
+    What is correlated, and for how long, is alike in all channels unless one clearly differs: a single
+    channel of an hour says too little about it.
+    """
+    known = [i for i, spectrum in enumerate(spectra) if spectrum.power.size >= _FEWEST]
+    forms = [(60.0, 0.0)]
+    if known:
+        step = min(float(np.median(spectra[i].steps)) for i in known)
+        forms += [(m, s) for m in _MEMORIES if m > 0.7 * step for s in _SHARES]
+    table = np.array([[spectra[i].misfit(*form) for form in forms] for i in known]).reshape(len(known), -1)
+    together = table.sum(axis=0)
+    common = int(np.argmin(together)) if known else 0
+    if known and together[common] > together[0] - _WORTH:
+        common = 0
+    models = [NoiseModel(spectrum.least) for spectrum in spectra]
+    for row, i in zip(table, known, strict=True):
+        own = int(np.argmin(row))
+        memory, share = forms[own if row[own] < row[common] - _APART else common]
+        variance = spectra[i].total(memory, share)
+        white = max(float(np.sqrt(variance * (1 - share))), spectra[i].least)
+        models[i] = NoiseModel(white, float(np.sqrt(variance * share)), memory)
+    return models
+
+
+def _robust_mean(power: Vector) -> float:
+    """Mean of squares, the few largest of which are limited: a spike that was missed must not rule."""
+    mean = float(np.mean(power))
+    for _ in range(3):
+        mean = float(np.mean(np.minimum(power, 25 * mean)))
+    return mean

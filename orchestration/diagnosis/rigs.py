@@ -1,0 +1,166 @@
+"""The systems that measurements may come from: components, wires, and which sensor reads what.
+
+A rig is the plant part of a shipped system, as the diagnosis integrates it in one piece. The names in it
+are those of the SSP: instance, dot, variable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from warmlink.controllers.interface import SENSED
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.heater.component import COMPONENT as HEATER
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+from warmlink.fmus.thermal_link.component import thermal_link
+
+ELONGATION = "link.elongation"
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A plant to be integrated as a whole.
+
+    Attributes
+    ----------
+    components : declarations by instance name
+    connections : target input by its source output, both as `instance.variable`
+    shared : inputs that one signal feeds unless told otherwise, as the ambient temperature of all
+    columns : signal or output for each column of a bare CSV file
+    readings : sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation
+    """
+
+    name: str
+    components: Mapping[str, Component]
+    connections: Mapping[str, str]
+    shared: tuple[tuple[str, ...], ...]
+    columns: Mapping[str, str]
+    readings: Mapping[str, str]
+
+    @cached_property
+    def variables(self) -> dict[str, Scalar]:
+        """Every scalar variable of every component by its full name."""
+        return {
+            f"{instance}.{scalar.name}": scalar
+            for instance, component in self.components.items()
+            for scalar in component.scalars()
+        }
+
+    @cached_property
+    def externals(self) -> tuple[str, ...]:
+        """Inputs that no component feeds, in order."""
+        return tuple(
+            name
+            for name, scalar in self.variables.items()
+            if isinstance(scalar.variable, Input) and name not in self.connections
+        )
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Parameters of all components, in order."""
+        return tuple(name for name, s in self.variables.items() if isinstance(s.variable, Parameter))
+
+    def scalar(self, name: str, where: str) -> Scalar:
+        """Declaration of a variable.
+
+        Raises
+        ------
+        InputError
+            The rig has no such variable.
+        """
+        if name not in self.variables:
+            instance = name.partition(".")[0]
+            held = [n for n in self.variables if n.startswith(f"{instance}.")]
+            known = f"{instance} has {', '.join(held)}" if held else f"it has {', '.join(self.components)}"
+            raise InputError(f"{where}: {self.name} has no variable {name}; {known}")
+        return self.variables[name]
+
+    def fed_with(self, name: str) -> tuple[str, ...]:
+        """Inputs that a signal for this input feeds when nothing else is said."""
+        return next((group for group in self.shared if name in group), (name,))
+
+    def readings_of(self, variable: str) -> str | None:
+        """Sensor or camera that reads an output."""
+        return self.readings.get(variable)
+
+
+_MIDDLE = "link.sensor_temperature[2]"
+_TEMPERATURES = (
+    "motor.shaft_temperature",
+    "motor.winding_temperature",
+    "link.base_temperature",
+    _MIDDLE,
+    "link.tip_temperature",
+)
+
+
+def warmup_cell(cells: int = 40) -> Rig:
+    """Motor and link, the cell of the paper."""
+    ambient = ("motor.ambient_temperature", "link.ambient_temperature", "link.tip_sink_temperature")
+    return Rig(
+        "WarmupCell",
+        {"motor": MOTOR, "link": thermal_link(cells)},
+        {"link.heat_flow": "motor.heat_flow", "motor.link_base_temperature": "link.base_temperature"},
+        (ambient, ("motor.speed", "link.speed")),
+        {
+            "speed": "motor.speed",
+            "torque": "motor.torque",
+            "pad_temperature": "motor.pad_temperature",
+            "ambient_temperature": "motor.ambient_temperature",
+            **dict(zip(SENSED, _TEMPERATURES, strict=True)),
+            "elongation": ELONGATION,
+        },
+        {
+            **{variable: f"sensors[{i + 1}]" for i, variable in enumerate(_TEMPERATURES)},
+            ELONGATION: "camera",
+        },
+    )
+
+
+def bench_rod(cells: int = 40) -> Rig:
+    """A heater on a plain rod."""
+    sensors = [f"link.sensor_temperature[{i}]" for i in range(1, 9)]
+    return Rig(
+        "BenchRod",
+        {"heater": HEATER, "link": thermal_link(cells)},
+        {"link.heat_flow": "heater.heat_flow", "heater.link_base_temperature": "link.base_temperature"},
+        (("link.ambient_temperature", "link.tip_sink_temperature"),),
+        {},
+        {
+            **{variable: f"sensors[{i + 1}]" for i, variable in enumerate(sensors)},
+            "link.base_temperature": "sensors[1]",
+            "link.tip_temperature": "sensors[3]",
+            ELONGATION: "camera",
+        },
+    )
+
+
+def bench_motor(cells: int = 0) -> Rig:
+    """A motor by itself; `cells` is there for the sake of a common form."""
+    return Rig(
+        "BenchMotor",
+        {"motor": MOTOR},
+        {},
+        (),
+        {},
+        {"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+    )
+
+
+RIGS = {"WarmupCell": warmup_cell, "BenchRod": bench_rod, "BenchMotor": bench_motor}
+
+
+def rig(name: str, cells: int = 40) -> Rig:
+    """Rig of a shipped system by name.
+
+    Raises
+    ------
+    InputError
+        There is no such system.
+    """
+    if name not in RIGS:
+        raise InputError(f"system: {name!r} is not one that can be diagnosed; choose {', '.join(RIGS)}")
+    return RIGS[name](cells)

@@ -1,0 +1,50 @@
+"""Measurements that would only be misread are refused before any search."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.experiment import Experiment
+from warmlink.orchestration.diagnosis.measured import FEWEST_ROWS, Run
+from warmlink.orchestration.diagnosis.problem import Problem
+
+_MOVES = {"K": 1.0, "m": 2e-6}
+"""Course of the simulation by SI unit against which a reading that never changes is a dead one."""
+
+
+def refuse_senseless(experiment: Experiment) -> None:
+    """Refuse runs with too little to fit, and channels that never change while they should.
+
+    Raises
+    ------
+    InputError
+        Naming run and column.
+    """
+    for run in experiment.runs:
+        rows = sum(int(np.isfinite(v[run.fitted]).sum()) for v in run.readings.values())
+        if not run.heldout and rows < FEWEST_ROWS:
+            raise InputError(
+                f"{run.name}: only {rows} readings can be fitted; at least {FEWEST_ROWS} are needed"
+            )
+    dead = [(run, v) for run in experiment.runs for v, values in run.readings.items() if _constant(values)]
+    if dead:
+        _refuse_dead(experiment, dead)
+
+
+def _constant(values: np.ndarray) -> bool:
+    filled = values[np.isfinite(values)]
+    return filled.size >= FEWEST_ROWS and float(np.ptp(filled)) == 0.0
+
+
+def _refuse_dead(experiment: Experiment, dead: list[tuple[Run, str]]) -> None:
+    problem = Problem(experiment)
+    for run, variable in dead:
+        index = experiment.runs.index(run)
+        simulated, _ = problem.predict(index, problem.neutral[index])
+        span = float(np.ptp(simulated[:, problem.variables.index(variable)]))
+        if span > _MOVES.get(experiment.rig.variables[variable].variable.unit, np.inf):
+            raise InputError(
+                f"{run.name}: column {problem.names[variable]!r} never changes, while it should by about "
+                f"{span:.3g} {experiment.rig.variables[variable].variable.unit}; leave the column out"
+            )

@@ -1,0 +1,121 @@
+"""Measured rows made ready for statistics: spikes removed, dense rows averaged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.measured import Run
+
+Vector = NDArray[np.float64]
+
+MOST_ROWS = 600
+"""Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
+
+SHORTEST = 5.0
+"""s; rows that follow faster are averaged."""
+
+SPIKE = 6.0
+"""Robust standard deviations from the running median at which a reading is a spike."""
+
+_WINDOW = 7
+
+
+@dataclass(frozen=True)
+class Thinned:
+    """Readings of a run in blocks.
+
+    Attributes
+    ----------
+    time : s, mean of each block's rows, shape (blocks,)
+    readings : SI, mean of each block, NaN where it holds none, shape (blocks, outputs)
+    fitted : blocks that fitting may use, shape (blocks,)
+    spikes : spikes removed by output, shape (outputs,)
+    quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
+    scatter : noise in SI from row to row, before averaging, shape (outputs,)
+    """
+
+    time: Vector
+    readings: Vector
+    fitted: NDArray[np.bool_]
+    spikes: NDArray[np.int64]
+    quantum: Vector
+    scatter: Vector
+
+
+def thinned(run: Run, variables: Sequence[str]) -> Thinned:
+    """Remove spikes from a run and average its rows where they are dense."""
+    table = np.column_stack([run.readings.get(v, np.full(run.time.size, np.nan)) for v in variables])
+    quanta = np.array([quantum(column) for column in table.T])
+    spikes = np.zeros(table.shape[1], dtype=np.int64)
+    for i in range(table.shape[1]):
+        wrong = spike_rows(table[:, i], quanta[i])
+        spikes[i] = wrong.size
+        table[wrong, i] = np.nan
+    scatter = np.array([_scatter(column) for column in table.T])
+    span = float(run.time[-1])
+    spacing = float(np.median(np.diff(run.time)))
+    length = max(SHORTEST, span / MOST_ROWS)
+    if spacing >= length * 0.75:
+        return Thinned(run.time, table, run.fitted, spikes, quanta, scatter)
+    block = np.floor(run.time / length).astype(np.int64)
+    starts = np.flatnonzero(np.diff(block, prepend=-1))
+    count = np.diff(np.append(starts, block.size))
+    time = np.add.reduceat(run.time, starts) / count
+    full = np.isfinite(table)
+    sums = np.add.reduceat(np.where(full, table, 0.0), starts, axis=0)
+    filled = np.add.reduceat(full.astype(float), starts, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = np.where(filled > 0, sums / filled, np.nan)
+    fitted = np.logical_and.reduceat(run.fitted, starts)
+    return Thinned(time, means, fitted, spikes, quanta, scatter)
+
+
+def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
+    """Rows of isolated readings far from the running median of their neighbours.
+
+    The median follows a monotone course exactly, so that slow heat makes no spikes.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    if rows.size < 3 * _WINDOW:
+        return rows[:0]
+    filled = values[rows]
+    padded = np.pad(filled, _WINDOW // 2, mode="reflect", reflect_type="odd")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, _WINDOW)
+    away = np.abs(filled - np.median(windows, axis=1))
+    scale = max(_noise_of(filled), step / np.sqrt(12))
+    suspects = np.flatnonzero(away > max(SPIKE * scale, 1.5 * step, 1e-12))
+    # A course that really jumps stays away: a spike's neighbours do not.
+    lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
+    return rows[np.array(lonely, dtype=np.int64)]
+
+
+def _scatter(values: Vector) -> float:
+    filled = values[np.isfinite(values)]
+    return _noise_of(filled) if filled.size > 3 else 0.0
+
+
+def _noise_of(values: Vector) -> float:
+    """White noise of a slow signal from its second differences, whose variance is six times as large."""
+    bend = np.abs(np.diff(values, 2))
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
+
+
+def quantum(values: Vector) -> float:
+    """Step of the lattice that readings lie on, 0 where they lie on none.
+
+    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
+    difference between two of them.
+    """
+    filled = values[np.isfinite(values)]
+    distinct = np.unique(np.round(filled, 9))
+    if distinct.size < 3 or distinct.size > 0.7 * filled.size:
+        return 0.0
+    steps = np.diff(distinct)
+    step = float(np.median(steps))
+    whole = np.abs(steps / step - np.round(steps / step)) < 0.02
+    return step if whole.mean() > 0.95 and float(np.mean(np.round(steps / step) == 1)) > 0.5 else 0.0

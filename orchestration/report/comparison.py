@@ -1,0 +1,163 @@
+"""The report of a comparison: heat maps, minutes won, and every row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from warmlink.orchestration.report.figures import heat_map
+from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
+from warmlink.orchestration.studies import mismatch as mismatches
+from warmlink.orchestration.studies.compare import Comparison, Row
+from warmlink.orchestration.studies.mismatch import NOMINAL
+
+_MAP_TEXT = "Largest error in µm, and the share of the uncompensated one that was removed. {}"
+_WON_TEXT = (
+    "Minutes within tolerance, less those that warming up first gives: no compensation, and the zero set "
+    "once, at the moment that suits that duty cycle best."
+)
+_ROWS_TEXT = (
+    "Equal within: bound of the coupling error by a run with half the step, plus the link's own estimate of "
+    "its grid's error. Scores that differ by less are equal."
+)
+
+
+def write_report(comparison: Comparison, path: Path) -> None:
+    """Write `report.html`."""
+    sections = []
+    if NOMINAL in comparison.mismatches:
+        sections.append(_map("Every parameter as the laws believe", comparison, comparison.row, ""))
+    others = [name for name in comparison.mismatches if name != NOMINAL]
+    if others:
+        sections.append(
+            _map(
+                "Worst mismatch of each cell",
+                comparison,
+                comparison.worst,
+                f"Worst of {', '.join(others)}, which the pointer names.",
+            )
+        )
+        sections.append(_by_mismatch(comparison))
+    sections += [
+        Section("Productive minutes won against warming up first", _WON_TEXT, table=_won(comparison)),
+        Section("Mismatches", table=_mismatches(comparison)),
+        Section("Every run", _ROWS_TEXT, table=_rows(comparison)),
+        Section("Versions", table=versions()),
+    ]
+    write_page(path, "Controllers compared", _lead(comparison), sections)
+
+
+def _lead(comparison: Comparison) -> str:
+    rows = comparison.rows.values()
+    laws = [name for name in comparison.controllers if name != NO_CONTROLLER]
+    defeats = {name: [row for row in rows if row.controller == name and row.defeated] for name in laws}
+    size = len(comparison.duty_cycles) * len(comparison.mismatches)
+    parts = [
+        f"{name} stays within tolerance in {size - len(found)} of {size} runs"
+        for name, found in defeats.items()
+    ]
+    return "; ".join(parts) + "." if parts else "No controller was asked for beside none."
+
+
+def _map(heading: str, comparison: Comparison, row_of: Callable[[str, str], Row], text: str) -> Section:
+    rows = [[row_of(name, duty) for name in comparison.controllers] for duty in comparison.duty_cycles]
+    figure = heat_map(
+        comparison.controllers,
+        comparison.duty_cycles,
+        [[row.outcome.max_abs_um for row in line] for line in rows],
+        [[_cell(row) for row in line] for line in rows],
+        rows[0][0].tolerance_um,
+        "µm",
+    )
+    named = [[f"{row.mismatch}" for row in line] for line in rows]
+    figure.update_traces(
+        customdata=named, hovertemplate="%{y}<br>%{x}: %{text}<br>%{customdata}<extra></extra>"
+    )
+    return Section(heading, _MAP_TEXT.format(text).strip(), figure=figure)
+
+
+def _by_mismatch(comparison: Comparison) -> Section:
+    def worst(name: str, mismatch: str) -> Row:
+        rows = [comparison.row(name, duty, mismatch) for duty in comparison.duty_cycles]
+        return max(rows, key=lambda row: (row.outcome.stopped is not None, row.outcome.max_abs_um))
+
+    rows = [[worst(name, mismatch) for name in comparison.controllers] for mismatch in comparison.mismatches]
+    figure = heat_map(
+        comparison.controllers,
+        comparison.mismatches,
+        [[row.outcome.max_abs_um for row in line] for line in rows],
+        [[_cell(row) for row in line] for line in rows],
+        rows[0][0].tolerance_um,
+        "µm",
+    )
+    figure.update_traces(
+        customdata=[[row.duty_cycle for row in line] for line in rows],
+        hovertemplate="%{y}<br>%{x}: %{text}<br>%{customdata}<extra></extra>",
+    )
+    text = "Worst of all duty cycles, which the pointer names."
+    return Section("Mismatch by mismatch", _MAP_TEXT.format(text), figure=figure)
+
+
+def _cell(row: Row) -> str:
+    if row.outcome.stopped is not None:
+        return "stopped"
+    error = f"{row.outcome.max_abs_um:.1f}"
+    if row.controller == NO_CONTROLLER or row.removed_percent is None:
+        return error
+    return f"{error} · {row.removed_percent:.0f} %"
+
+
+def _won(comparison: Comparison) -> Table:
+    mismatch = NOMINAL if NOMINAL in comparison.mismatches else comparison.mismatches[0]
+    lines = []
+    for duty in comparison.duty_cycles:
+        rows = [comparison.row(name, duty, mismatch) for name in comparison.controllers]
+        best = f"{rows[0].outcome.warm_up_first_min:.0f}"
+        lines.append((duty, best, *(f"{row.minutes_won:+.0f}" for row in rows)))
+    return Table((f"duty cycle ({mismatch})", "warming up first", *comparison.controllers), lines)
+
+
+def _mismatches(comparison: Comparison) -> Table:
+    return Table(("mismatch", "what differs"), [(name, _about(name)) for name in comparison.mismatches])
+
+
+def _about(name: str) -> str:
+    known = name in mismatches.names() or name.startswith("draw_")
+    return mismatches.load(name).about if known else "from a file"
+
+
+def _rows(comparison: Comparison) -> Table:
+    headings = (
+        "controller",
+        "duty cycle",
+        "mismatch",
+        "largest [µm]",
+        "95 % below [µm]",
+        "within tolerance from [min]",
+        "removed [%]",
+        "equal within [µm]",
+        "",
+    )
+    return Table(headings, [_line(row) for row in comparison.rows.values()])
+
+
+def _line(row: Row) -> tuple[str, ...]:
+    found = row.outcome
+    settled: Any = found.time_to_tolerance_s
+    when = "never" if settled is None else f"{settled / 60:.1f}"
+    remark = "worse than none" if row.worse_than_none else "beyond tolerance" if row.beyond_tolerance else ""
+    if found.stopped is not None:
+        return (row.controller, row.duty_cycle, row.mismatch, *("",) * 5, f"stopped: {found.stopped}")
+    return (
+        row.controller,
+        row.duty_cycle,
+        row.mismatch,
+        f"{found.max_abs_um:.2f}",
+        f"{found.p95_abs_um:.2f}",
+        when,
+        "" if row.removed_percent is None else f"{row.removed_percent:.1f}",
+        "" if row.equal_within_um is None else f"{row.equal_within_um:.2g}",
+        "" if row.controller == NO_CONTROLLER else remark,
+    )

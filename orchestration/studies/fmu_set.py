@@ -1,0 +1,63 @@
+"""The FMUs of a study as one value: they travel to workers on this machine and on others alike."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+from warmlink.orchestration.fmu_store import FmuKind, cache_folder
+
+
+@dataclass(frozen=True)
+class FmuSet:
+    """Contents of FMUs by the component's name."""
+
+    kind: FmuKind
+    contents: Mapping[str, bytes]
+
+    @classmethod
+    def read(cls, kind: FmuKind, files: Mapping[str, Path]) -> FmuSet:
+        """Take FMUs from their files."""
+        return cls(kind, {name: path.read_bytes() for name, path in sorted(files.items())})
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of names and contents."""
+        digest = hashlib.sha256()
+        for name, content in sorted(self.contents.items()):
+            digest.update(f"{name}\0{len(content)}\0".encode() + content)
+        return digest.hexdigest()[:16]
+
+    @property
+    def unpacked(self) -> Path:
+        """Folder in which runs on this machine unpack them, once."""
+        return _folder(self.digest) / "unpacked"
+
+    def files(self) -> dict[str, Path]:
+        """Files of the FMUs on this machine, written where they are missing."""
+        return _written(self.digest, tuple(sorted(self.contents.items())))
+
+
+@lru_cache(maxsize=4)
+def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Path]:
+    folder = _folder(digest)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {}
+    for name, content in contents:
+        files[name] = folder / f"{name}.fmu"
+        if not files[name].is_file():
+            # Workers may be at this at once: each writes its own, and any of them will do.
+            handle, scratch = tempfile.mkstemp(dir=folder)
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+            Path(scratch).replace(files[name])
+    return files
+
+
+def _folder(digest: str) -> Path:
+    return cache_folder() / "studies" / digest

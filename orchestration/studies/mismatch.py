@@ -1,0 +1,131 @@
+"""Mismatches: how the cell differs from what the laws believe it to be.
+
+A mismatch is a TOML file with `about`, `[scale]` (factors on start values) and `[parameters]` (start values
+with units), each under `instance.variable`. `draw_7` is drawn from the seed 7: every thermal parameter within
+20 % and the expansion coefficient within 3 %, evenly.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration.scenarios.overrides import scalar, start_value
+
+LIBRARY = Path(__file__).parent / "mismatches"
+
+NOMINAL = "nominal"
+
+THERMAL_PARAMETERS = (
+    "motor.winding_heat_capacity",
+    "motor.shaft_heat_capacity",
+    "motor.winding_conductance",
+    "motor.housing_conductance",
+    "motor.joint_conductance",
+    "link.conductivity",
+    "link.specific_heat",
+    "link.convection_still",
+    "link.convection_per_speed",
+)
+EXPANSION = "link.expansion_coefficient"
+THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03
+"""Largest relative error of a drawn thermal parameter, and of the expansion coefficient."""
+
+PLANT = ("duty", "motor", "link")
+"""Instances that settle the true elongation."""
+
+_DRAW = re.compile(r"draw_(\d{1,9})")
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Factors on start values and other start values, under `instance.variable`."""
+
+    name: str
+    about: str
+    scale: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, str | float] = field(default_factory=dict)
+
+    @property
+    def touches_plant(self) -> bool:
+        """Whether the true elongation differs from the nominal one."""
+        return any(name.partition(".")[0] in PLANT for name in (*self.scale, *self.parameters))
+
+    def applied(
+        self, parameters: Mapping[str, str | float], components: Mapping[str, Component]
+    ) -> dict[str, str | float]:
+        """Start values of a scenario with this mismatch on top.
+
+        Raises
+        ------
+        InputError
+            If it names what does not exist, or a value that is no number.
+        """
+        where = f"mismatch {self.name}"
+        changed = {**parameters, **self.parameters}
+        for name, factor in self.scale.items():
+            base = scalar(name, components, where).start or 0.0
+            if name in changed:
+                base = start_value(name, changed[name], components, where)
+            changed[name] = factor * base
+        return changed
+
+
+def names() -> list[str]:
+    """Names of the mismatches in the library; draws come on top."""
+    return sorted((path.stem for path in LIBRARY.glob("*.toml")), key=lambda name: (name != NOMINAL, name))
+
+
+def load(name: str) -> Mismatch:
+    """Mismatch from the library, from a TOML file by path, or drawn.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name, or its file does not hold one.
+    """
+    drawn = _DRAW.fullmatch(name)
+    if drawn:
+        return draw(int(drawn.group(1)))
+    path = LIBRARY / f"{name}.toml"
+    if name.endswith(".toml"):
+        path = Path(name)
+    if not path.is_file():
+        raise InputError(
+            f"{name}: no such mismatch; choose {', '.join(names())}, draw_1, draw_2 and so on, or give a "
+            "TOML file"
+        )
+    return _read(path)
+
+
+def draw(seed: int) -> Mismatch:
+    """Every thermal parameter and the expansion coefficient off by a share drawn evenly from a seed."""
+    import numpy as np
+
+    generator = np.random.default_rng(seed)
+    spreads = {**dict.fromkeys(THERMAL_PARAMETERS, THERMAL_SPREAD), EXPANSION: EXPANSION_SPREAD}
+    scale = {name: 1 + float(generator.uniform(-spread, spread)) for name, spread in spreads.items()}
+    about = f"Thermal parameters within 20 %, expansion within 3 % of what the laws believe, seed {seed}"
+    return Mismatch(f"draw_{seed}", about, scale)
+
+
+def _read(path: Path) -> Mismatch:
+    try:
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
+    unknown = sorted(set(given) - {"about", "scale", "parameters"})
+    if unknown:
+        raise InputError(f"{path.name}: {unknown[0]} is not known; use about, [scale], [parameters]")
+    scale, parameters = given.get("scale", {}), given.get("parameters", {})
+    if not isinstance(scale, dict) or not isinstance(parameters, dict):
+        raise InputError(f"{path.name}: scale and parameters are tables; write [scale] and [parameters]")
+    for name, factor in scale.items():
+        if isinstance(factor, bool) or not isinstance(factor, int | float) or not factor > 0:
+            raise InputError(f"{path.name}: {name}: {factor!r} is no factor; give a number above 0")
+    return Mismatch(path.stem, str(given.get("about", path.stem)), scale, parameters)

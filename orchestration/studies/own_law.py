@@ -1,0 +1,183 @@
+"""Controllers of one's own: a class or a Component in a Python file becomes an FMU like the shipped ones."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from warmlink.controllers.interface import INPUTS, OUTPUTS
+from warmlink.controllers.own import Law
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.instance import Instance
+from warmlink.orchestration.fmu_store import FmuStore
+
+_OF_CLASS = """from warmlink.controllers.own import component_of
+from {package}.law import {attribute}
+
+COMPONENT = component_of({attribute})
+"""
+_OF_COMPONENT = "from {package}.law import {attribute} as COMPONENT\n"
+
+
+@dataclass(frozen=True)
+class OwnLaw:
+    """A law from somebody's file.
+
+    Attributes
+    ----------
+    place : the file and the name in it, as given
+    name : what it is called in tables: the name in the file
+    entry : its component and where that is declared
+    digest : of the file
+    """
+
+    place: str
+    name: str
+    entry: Entry
+    digest: str
+
+    @property
+    def component(self) -> Component:
+        """The law's component."""
+        return self.entry.component
+
+    def fmu(self, store: FmuStore) -> Path:
+        """File of the law's FMU of the store's kind, built where it is missing.
+
+        Raises
+        ------
+        InputError
+            If the law does not become one.
+        """
+        folder = store.folder / "own" / self.digest
+        path = folder / f"{self.component.name}.fmu"
+        if path.is_file():
+            return path
+        try:
+            if store.kind == "native":
+                from warmlink.fmus.packaging.native_fmu import build_native_fmus
+
+                return build_native_fmus([self.entry], folder)[0]
+            from warmlink.fmus.packaging.python_fmu import build_python_fmu
+
+            return build_python_fmu(self.entry, folder)
+        except InputError:
+            raise
+        except Exception as fault:
+            raise InputError(
+                f"{self.place}: does not become a {store.kind} FMU ({type(fault).__name__}: {_line(fault)}); "
+                "write the law in plain arithmetic with warmlink.fmus.arithmetic, where() instead of if"
+            ) from fault
+
+
+def load_own_law(place: str) -> OwnLaw:
+    """Law from `my_law.py:MyLaw`: a subclass of `warmlink.controllers.own.Law`, or a Component.
+
+    Raises
+    ------
+    InputError
+        If the file or the name in it does not exist, or what it names is no law.
+    """
+    file, colon, attribute = place.rpartition(":")
+    path = Path(file)
+    if not colon or path.suffix != ".py" or not attribute.isidentifier():
+        raise InputError(f"--with {place}: names no law; write it as my_law.py:MyLaw")
+    if not path.is_file():
+        raise InputError(f"--with {place}: there is no file {path}; give the path of an existing one")
+    source = path.read_bytes()
+    digest = hashlib.sha256(source + attribute.encode()).hexdigest()[:16]
+    package = f"warmlink_own_{digest}"
+    module = f"{package}.component"
+    if module not in sys.modules:
+        with _refused(place):
+            _import(package, source, attribute, place)
+    component = sys.modules[module].COMPONENT
+    _check(component, place)
+    return OwnLaw(place, attribute, Entry(component, module), digest)
+
+
+def _import(package: str, source: bytes, attribute: str, place: str) -> None:
+    """Import the file inside a package of its own, whose name no other module has."""
+    folder = Path(tempfile.mkdtemp(prefix="warmlink-own-"))
+    home = folder / package
+    home.mkdir()
+    (home / "__init__.py").write_bytes(b"")
+    (home / "law.py").write_bytes(source)
+    sys.path.insert(0, str(folder))
+    try:
+        law = importlib.import_module(f"{package}.law")
+        (home / "README.md").write_text(_readme(law, attribute), encoding="utf-8")
+        (home / "component.py").write_text(_shim(law, attribute, package, place), encoding="utf-8")
+        importlib.invalidate_caches()
+        importlib.import_module(f"{package}.component")
+    finally:
+        sys.path.remove(str(folder))
+
+
+def _shim(law: ModuleType, attribute: str, package: str, place: str) -> str:
+    found = getattr(law, attribute, None)
+    if isinstance(found, Component):
+        return _OF_COMPONENT.format(package=package, attribute=attribute)
+    if isinstance(found, type) and issubclass(found, Law):
+        return _OF_CLASS.format(package=package, attribute=attribute)
+    laws = [
+        name
+        for name, value in vars(law).items()
+        if isinstance(value, Component) or (isinstance(value, type) and issubclass(value, Law))
+    ]
+    there = ", ".join(name for name in laws if name != "Law") or "none"
+    raise InputError(
+        f"--with {place}: {attribute} is no law; name a subclass of warmlink.controllers.own.Law or a "
+        f"Component; the file has {there}"
+    )
+
+
+def _readme(law: ModuleType, attribute: str) -> str:
+    about = getattr(getattr(law, attribute, None), "__doc__", None) or law.__doc__ or ""
+    return f"# {attribute}\n\n{about.strip()}\n"
+
+
+def _check(component: Component, place: str) -> None:
+    """Hold the connectors against those of every compensator, and let the law take one step."""
+    for kind, wanted, held in (("input", INPUTS, component.u), ("output", OUTPUTS, component.y)):
+        missing = [variable.name for variable in wanted if variable.name not in held.index]
+        if missing:
+            raise InputError(
+                f"--with {place}: has no {kind} {missing[0]}; take warmlink.controllers.interface's "
+                f"{kind.upper()}S"
+            )
+    with _refused(place):
+        instance = Instance(component, component.name)
+        instance.begin(0.0)
+        instance.initialize()
+        instance.step(0.0, 1.0)
+        float(instance.get("correction"))
+
+
+@contextmanager
+def _refused(place: str) -> Iterator[None]:
+    try:
+        yield
+    except InputError as fault:
+        sentence = str(fault)
+        raise InputError(
+            sentence if sentence.startswith("--with") else f"--with {place}: {sentence}"
+        ) from None
+    except Exception as fault:
+        raise InputError(
+            f"--with {place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
+        ) from fault
+
+
+def _line(fault: Exception) -> str:
+    """An exception's message in one line."""
+    return " ".join(str(fault).split())[:300]

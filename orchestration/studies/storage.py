@@ -1,0 +1,149 @@
+"""Where a tuning study's trials are kept: any storage that Optuna takes by URL, SQLite by default."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.orchestration.studies.points import Evaluation
+from warmlink.orchestration.studies.study import Study
+
+if TYPE_CHECKING:
+    import optuna
+    from optuna.distributions import BaseDistribution
+
+LOCK_TIMEOUT_S = 3.0
+
+REASON, EXCESS = "reason", "excess"
+"""User attributes of a trial."""
+
+
+def import_optuna() -> None:
+    """Load Optuna and silence what it says beside our own words.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    try:
+        import optuna
+    except ImportError:
+        raise MissingExtraError("tuning", "studies") from None
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    warnings.filterwarnings("ignore", category=optuna.exceptions.ExperimentalWarning)
+
+
+class Storage:
+    """The finished trials of one study, in the order of their numbers.
+
+    A study that is not quite the same, or runs on other FMUs, has another name in the storage: its trials
+    are not mixed with these.
+
+    Parameters
+    ----------
+    study : the study
+    fmus : digest of the FMUs
+    url : as Optuna takes it
+
+    Raises
+    ------
+    InputError
+        If the storage cannot be opened or written.
+    """
+
+    def __init__(self, study: Study, fmus: str, url: str) -> None:
+        import optuna
+
+        self.name = f"{study.name}-{study.digest(fmus)}"
+        self._distributions = distributions(study)
+        try:
+            if url.startswith("sqlite"):
+                arguments = {"connect_args": {"timeout": LOCK_TIMEOUT_S}}
+                storage: Any = optuna.storages.RDBStorage(url, engine_kwargs=arguments)
+            else:
+                storage = optuna.storages.get_storage(url)
+            self.study = optuna.create_study(storage=storage, study_name=self.name, load_if_exists=True)
+            # Found out now rather than after the first batch: may it be written?
+            self.study.set_user_attr("title", study.title)
+        except Exception as fault:
+            raise InputError(
+                f"storage {_shown(url)}: cannot be used ({_brief(fault)}); wait for whoever uses it, "
+                "or choose another"
+            ) from fault
+
+    def trials(self) -> list[optuna.trial.FrozenTrial]:
+        """Finished trials by number."""
+        return list(self.study.get_trials(deepcopy=False))
+
+    def add(self, evaluation: Evaluation) -> None:
+        """Add the trial that comes next.
+
+        Raises
+        ------
+        InputError
+            If the storage takes it no more.
+        """
+        import optuna
+        from optuna.trial import TrialState
+
+        trial = optuna.trial.create_trial(
+            state=TrialState.COMPLETE if evaluation.reason is None else TrialState.FAIL,
+            value=evaluation.objective if evaluation.reason is None else None,
+            params=internal(evaluation.point, self._distributions),
+            distributions=dict(self._distributions),
+            user_attrs={REASON: evaluation.reason, EXCESS: list(evaluation.excess)},
+        )
+        try:
+            self.study.add_trial(trial)
+        except Exception as fault:
+            raise InputError(
+                f"storage: takes no more trials ({_brief(fault)}); what it has is kept, run again to go on"
+            ) from fault
+
+
+def distributions(study: Study) -> dict[str, BaseDistribution]:
+    """What Optuna chooses from, by the axis' name."""
+    from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
+
+    found: dict[str, BaseDistribution] = {}
+    for axis in study.axes:
+        if axis.choice:
+            found[axis.name] = CategoricalDistribution(axis.choice)
+        elif axis.integer:
+            found[axis.name] = IntDistribution(int(axis.low), int(axis.high), log=axis.log)
+        else:
+            found[axis.name] = FloatDistribution(axis.low, axis.high, log=axis.log)
+    return found
+
+
+def internal(point: Mapping[str, float], chosen: Mapping[str, BaseDistribution]) -> dict[str, float]:
+    """A point's values as Optuna has them: whole numbers as such."""
+    from optuna.distributions import IntDistribution
+
+    return {
+        name: int(point[name]) if isinstance(distribution, IntDistribution) else point[name]
+        for name, distribution in chosen.items()
+    }
+
+
+def default_url(folder: Path) -> str:
+    """SQLite file in a folder."""
+    return f"sqlite:///{(folder / 'study.db').resolve().as_posix()}"
+
+
+def _shown(url: str) -> str:
+    """The URL without a password."""
+    scheme, there, rest = url.partition("://")
+    return scheme + there + rest.rpartition("@")[2]
+
+
+def _brief(fault: BaseException) -> str:
+    """First line of the innermost cause."""
+    while fault.__cause__ is not None:
+        fault = fault.__cause__
+    text = str(fault).strip().splitlines()
+    return text[0] if text else type(fault).__name__

@@ -1,0 +1,288 @@
+"""Study files: what is varied, over which runs, and what is asked of them.
+
+```toml
+title = "Gain and time constant of the lag law"
+controller = "lag"                                # or a law of your own, "my_law.py:MyLaw"
+duty_cycles = ["windshield_wiper", "stop_and_go"]
+mismatches = ["nominal", "thermal_high"]          # default: nominal
+seed = 1
+
+[parameters]                                      # instance.variable
+"compensator.gain" = { min = "2 um/W", max = "8 um/W" }
+"compensator.time_constant" = { min = "10 min", max = "3 h", log = true }
+
+[objective]                                       # smaller is better
+metric = "max_abs_um"
+over = "cvar"                                     # worst, mean, or cvar: the mean of the worst share
+level = 0.25
+
+[[constraint]]
+metric = "correction_rate_um_s"
+at_most = 0.5
+
+[tune]
+trials = 60
+
+[sweep]
+kind = "latin_hypercube"                          # or grid
+points = 64
+```
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.scenarios.closed_loop import cell_components
+from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.studies import mismatch as mismatches
+from warmlink.orchestration.studies.axis import Axis, read_axis
+from warmlink.orchestration.studies.case import Case, case_of
+from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
+from warmlink.orchestration.studies.objective import Constraint, Gathered, read_constraint, read_objective
+from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
+
+LIBRARY = Path(__file__).parent / "library"
+
+SAMPLERS = ("tpe", "random")
+SWEEPS = ("grid", "latin_hypercube")
+MOST_POINTS = 1_000_000
+
+Point = Mapping[str, float]
+"""Start values in SI units under `instance.variable`."""
+
+_KEYS = {
+    "title",
+    "controller",
+    "duty_cycles",
+    "mismatches",
+    "seed",
+    "step_size",
+    "master",
+    "parameters",
+    "objective",
+    "constraint",
+    "tune",
+    "sweep",
+}
+
+
+@dataclass(frozen=True)
+class TuneSettings:
+    """How to tune: `batch` trials are chosen at a time, whatever the number of workers."""
+
+    trials: int = 60
+    batch: int = 8
+    sampler: str = "tpe"
+    storage: str | None = None
+
+
+@dataclass(frozen=True)
+class SweepSettings:
+    """What to sweep: so many values an axis for a grid, so many points in all for a hypercube."""
+
+    kind: str = "grid"
+    points: int = 5
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file, checked."""
+
+    name: str
+    title: str
+    controller: str
+    law: Component
+    own: OwnLaw | None
+    scenarios: tuple[Scenario, ...]
+    mismatches: tuple[Mismatch, ...]
+    seed: int
+    axes: tuple[Axis, ...]
+    objective: Gathered
+    constraints: tuple[Constraint, ...]
+    tune: TuneSettings
+    sweep: SweepSettings
+
+    def cases(self, point: Point, label: str) -> list[Case]:
+        """The runs of one point: each duty cycle with each mismatch.
+
+        Raises
+        ------
+        InputError
+            If a component refuses the point.
+        """
+        declared = cell_components(self.law)
+        return [
+            case_of(
+                replace(duty, parameters=mismatch.applied({**duty.parameters, **point}, declared)),
+                self.law,
+                (label, duty.name, mismatch.name),
+            )
+            for duty in self.scenarios
+            for mismatch in self.mismatches
+        ]
+
+    @property
+    def runs(self) -> list[tuple[str, str]]:
+        """Duty cycle and mismatch of each run of a point."""
+        return [(duty.name, mismatch.name) for duty in self.scenarios for mismatch in self.mismatches]
+
+    @property
+    def shipped(self) -> Point | None:
+        """The point where nothing is changed; None where the bounds leave it out."""
+        if all(axis.holds_shipped for axis in self.axes):
+            return {axis.name: axis.shipped for axis in self.axes}
+        return None
+
+    def digest(self, fmus: str) -> str:
+        """Digest of what the trials depend on, their number left out, with that of the FMUs."""
+        facts: dict[str, Any] = {
+            "cases": [case.digest for case in self.cases({}, "")],
+            "axes": [asdict(axis) for axis in self.axes],
+            "objective": asdict(self.objective),
+            "constraints": [asdict(constraint) for constraint in self.constraints],
+            "seed": self.seed,
+            "batch": self.tune.batch,
+            "sampler": self.tune.sampler,
+            "fmus": fmus,
+        }
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:12]
+
+
+def names() -> list[str]:
+    """Names of the example studies that warmlink ships."""
+    return sorted(path.stem for path in LIBRARY.glob("*.toml"))
+
+
+def load_study(name: str) -> Study:
+    """Study from a TOML file, or a shipped one by its name.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it asks for what does not exist or cannot be.
+    """
+    path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
+    if not path.is_file():
+        raise InputError(f"{name}: no such study; give a TOML file, or {' or '.join(names())}")
+    try:
+        return read_study(path.stem, tomllib.loads(path.read_text(encoding="utf-8")), path.parent)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
+
+
+def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
+    """Study from the tables of its file; files that it names are looked for in `folder` too."""
+    _known(given, _KEYS, name)
+    law, own, controller = _law(given.get("controller"), folder, name)
+    duties, wrong = _named(given, "duty_cycles", name), _named(given, "mismatches", name, (NOMINAL,))
+    declared = cell_components(law)
+    parameters = given.get("parameters")
+    if not isinstance(parameters, dict) or not parameters:
+        raise InputError(
+            f'{name}: varies nothing; write [parameters] and "compensator.gain" = {{ min = ..., max = ... }}'
+        )
+    constraints = given.get("constraint", [])
+    if not isinstance(constraints, list):
+        raise InputError(f"{name}: constraint is not a list of tables; write [[constraint]]")
+    study = Study(
+        name=name,
+        title=str(given.get("title", name)),
+        controller=controller,
+        law=law,
+        own=own,
+        scenarios=tuple(_scenario(each, given, folder, name) for each in duties),
+        mismatches=tuple(mismatches.load(_beside(each, folder)) for each in wrong),
+        seed=_whole(given.get("seed", 1), f"{name}: seed", 0),
+        axes=tuple(read_axis(key, table, declared, name) for key, table in parameters.items()),
+        objective=read_objective(given.get("objective", {}), f"{name}: objective"),
+        constraints=tuple(
+            read_constraint(table, f"{name}: constraint {i}") for i, table in enumerate(constraints, 1)
+        ),
+        tune=_tune(given.get("tune", {}), f"{name}: tune"),
+        sweep=_sweep(given.get("sweep", {}), f"{name}: sweep"),
+    )
+    study.cases({}, name)
+    return study
+
+
+def _law(given: Any, folder: Path, name: str) -> tuple[Component, OwnLaw | None, str]:
+    if not isinstance(given, str):
+        raise InputError(f'{name}: names no controller; write controller = "lag"')
+    if ".py:" in given:
+        own = load_own_law(_beside(given, folder))
+        return own.component, own, own.name
+    return catalogue.controller(given), None, given
+
+
+def _scenario(duty: str, given: Mapping[str, Any], folder: Path, name: str) -> Scenario:
+    scenario = load_scenario(_beside(duty, folder))
+    if "step_size" in given:
+        scenario = replace(scenario, step_size=positive(given["step_size"], "s", f"{name}: step_size"))
+    if "master" in given:
+        algorithm(str(given["master"]))
+        scenario = replace(scenario, master=str(given["master"]))
+    return scenario
+
+
+def _beside(place: str, folder: Path) -> str:
+    """A file beside the study file, where there is one of that name."""
+    near = folder / place.partition(":")[0]
+    return str(folder / place) if near.suffix and near.is_file() else place
+
+
+def _named(given: Mapping[str, Any], key: str, name: str, default: Sequence[str] = ()) -> list[str]:
+    listed = given.get(key, list(default))
+    if not isinstance(listed, list) or not listed or not all(isinstance(each, str) for each in listed):
+        raise InputError(f'{name}: {key} is no list of names; write {key} = ["windshield_wiper"], say')
+    if len(set(listed)) < len(listed):
+        raise InputError(f"{name}: {key} names one twice; keep one")
+    return listed
+
+
+def _tune(table: Any, where: str) -> TuneSettings:
+    _known(table, {"trials", "batch", "sampler", "storage"}, where)
+    default = TuneSettings()
+    sampler, storage = table.get("sampler", default.sampler), table.get("storage")
+    if sampler not in SAMPLERS:
+        raise InputError(f"{where}.sampler: {sampler!r} is not known; choose {' or '.join(SAMPLERS)}")
+    if storage is not None and not (isinstance(storage, str) and "://" in storage):
+        raise InputError(f"{where}.storage: {storage!r} is no URL; write sqlite:///study.db, say")
+    trials = _whole(table.get("trials", default.trials), f"{where}.trials", 1)
+    batch = _whole(table.get("batch", default.batch), f"{where}.batch", 1)
+    return TuneSettings(trials, batch, sampler, storage)
+
+
+def _sweep(table: Any, where: str) -> SweepSettings:
+    _known(table, {"kind", "points"}, where)
+    kind = table.get("kind", "grid")
+    if kind not in SWEEPS:
+        raise InputError(f"{where}.kind: {kind!r} is not known; choose {' or '.join(SWEEPS)}")
+    return SweepSettings(kind, _whole(table.get("points", 5), f"{where}.points", 1))
+
+
+def _whole(value: Any, where: str, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= MOST_POINTS:
+        raise InputError(
+            f"{where}: {value!r} does not fit; give a whole number from {least} to {MOST_POINTS}"
+        )
+    return value
+
+
+def _known(table: Any, keys: set[str], where: str) -> None:
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: is not a table; give {', '.join(sorted(keys))}")
+    unknown = sorted(set(table) - keys)
+    if unknown:
+        raise InputError(f"{where}: {unknown[0]} is not known; use {', '.join(sorted(keys))}")

@@ -1,0 +1,94 @@
+"""Sweeps: a grid or a Latin hypercube of points, each run in closed loop, as one table."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.studies.objective import METRICS
+from warmlink.orchestration.studies.points import Evaluation, evaluate
+from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
+from warmlink.orchestration.studies.workers import Workers
+
+Progress = Callable[[int], None]
+"""Called with the number of points done."""
+
+
+def points_of(study: Study) -> list[Point]:
+    """The points of a sweep in the order of its table.
+
+    Raises
+    ------
+    InputError
+        If a grid has more points than anybody can have meant.
+    """
+    names = [axis.name for axis in study.axes]
+    if study.sweep.kind == "grid":
+        levels = [axis.levels(study.sweep.points) for axis in study.axes]
+        count = math.prod(len(level) for level in levels)
+        if count > MOST_POINTS:
+            raise InputError(
+                f"{study.name}: a grid of {count} points; give fewer points an axis, or a latin_hypercube"
+            )
+        return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
+    from scipy.stats import qmc
+
+    shares = qmc.LatinHypercube(len(names), seed=study.seed).random(study.sweep.points)
+    return [
+        {axis.name: axis.at(float(share)) for axis, share in zip(study.axes, row, strict=True)}
+        for row in shares
+    ]
+
+
+def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Evaluation]:
+    """Run the points; gives what each came to in their order."""
+    found: dict[int, Evaluation] = {}
+    for i, evaluation in evaluate(study, points, workers):
+        found[i] = evaluation
+        progress(len(found))
+    return [found[i] for i in range(len(points))]
+
+
+def write_parquet(study: Study, evaluations: list[Evaluation], path: Path) -> None:
+    """Write a row for each run: point, values, duty cycle, mismatch, figures, objective, reason.
+
+    Figures that a run does not have are null; the objective is that of all runs of the point.
+    """
+    import pyarrow
+    from pyarrow import parquet
+
+    columns: dict[str, list[Any]] = {"point": []}
+    columns |= {axis.heading: [] for axis in study.axes}
+    columns |= {"duty_cycle": [], "mismatch": []}
+    columns |= {name: [] for name in METRICS if name != "outside_tolerance_min"}
+    columns |= {"within_tolerance_min": [], "objective": [], "feasible": [], "reason": []}
+    for i, evaluation in enumerate(evaluations):
+        for k, (duty, mismatch) in enumerate(study.runs):
+            row = {"point": i, "duty_cycle": duty, "mismatch": mismatch}
+            row |= {axis.heading: evaluation.point[axis.name] for axis in study.axes}
+            row |= evaluation.outcomes[k].to_dict() if evaluation.outcomes else {}
+            row |= {
+                "objective": evaluation.objective if evaluation.reason is None else None,
+                "feasible": evaluation.feasible,
+                "reason": evaluation.reason,
+            }
+            for name, column in columns.items():
+                column.append(row.get(name))
+    types = {
+        "point": pyarrow.int64(),
+        "duty_cycle": pyarrow.string(),
+        "mismatch": pyarrow.string(),
+        "feasible": pyarrow.bool_(),
+        "reason": pyarrow.string(),
+    }
+    table = pyarrow.table(
+        {
+            name: pyarrow.array(column, types.get(name, pyarrow.float64()), from_pandas=False)
+            for name, column in columns.items()
+        }
+    )
+    parquet.write_table(table, path)

@@ -1,0 +1,200 @@
+"""Tuning: Optuna chooses the points, a batch at a time, and the closed loop judges them.
+
+A batch has a size of its own, and each trial draws from its own seed, so that the table is the same whatever
+the number of workers. A study that goes on chooses its old trials once more and takes their results from the
+storage, so that an interrupted study ends like one that was not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.studies.points import Evaluation, evaluate
+from warmlink.orchestration.studies.storage import EXCESS, REASON, Storage, distributions, internal
+from warmlink.orchestration.studies.study import Point, Study
+from warmlink.orchestration.studies.workers import Workers
+
+if TYPE_CHECKING:
+    import optuna
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One finished trial; the objective is NaN where there is a reason why."""
+
+    number: int
+    point: Point
+    objective: float
+    excess: tuple[float, ...]
+    reason: str | None
+
+    @property
+    def feasible(self) -> bool:
+        """Whether there is an objective and every constraint is kept."""
+        return self.reason is None and all(excess <= 0 for excess in self.excess)
+
+
+Progress = Callable[[int, Trial | None], None]
+"""Called with the number of trials done and the best so far."""
+
+
+def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -> list[Trial]:
+    """Go on with a study until it has its trials; gives them all by number.
+
+    Raises
+    ------
+    InputError
+        If the first point gives no objective, or the storage's trials do not follow from the study.
+    """
+    done = [_of_storage(trial) for trial in storage.trials()][: study.tune.trials]
+    _probe(study, workers, done)
+    chooser = _Chooser(study)
+    trials: list[Trial] = []
+    while len(trials) < study.tune.trials:
+        first = len(trials)
+        count = min(study.tune.batch, study.tune.trials - first)
+        points = chooser.ask(count)
+        for trial in done[first : first + count]:
+            _check_repeats(study, trial, points[trial.number - first], storage)
+        batch = done[first : first + count]
+        for trial in _run(study, points[len(batch) :], first + len(batch), workers, storage):
+            batch.append(trial)
+            progress(len(trials) + len(batch), best([*trials, *batch]))
+        chooser.tell(batch)
+        trials += batch
+        progress(len(trials), best(trials))
+    return trials
+
+
+def best(trials: list[Trial]) -> Trial | None:
+    """The feasible trial with the smallest objective, the earliest of equals; None where there is none."""
+    feasible = [trial for trial in trials if trial.feasible]
+    return min(feasible, key=lambda trial: (trial.objective, trial.number), default=None)
+
+
+def _run(
+    study: Study, points: list[Point], first: int, workers: Workers, storage: Storage
+) -> Iterator[Trial]:
+    """Run points and store them in the order of their numbers, each as soon as those before it are there."""
+    ended: dict[int, Evaluation] = {}
+    stored = 0
+    for i, evaluation in evaluate(study, points, workers):
+        ended[i] = evaluation
+        while stored in ended:
+            found = ended.pop(stored)
+            storage.add(found)
+            yield Trial(first + stored, found.point, found.objective, found.excess, found.reason)
+            stored += 1
+
+
+def _probe(study: Study, workers: Workers, done: list[Trial]) -> None:
+    """Refuse a study whose first point gives no objective: hardly any other would.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
+    if done:
+        return
+    point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
+    for _, evaluation in evaluate(study, [point], workers):
+        if evaluation.reason is not None:
+            where = "as shipped" if study.shipped else "in the middle of its bounds"
+            raise InputError(
+                f"{study.name}: there is no objective {where}: {evaluation.reason}; mend the study"
+            )
+
+
+class _Chooser:
+    """Optuna in memory: it knows the trials of all batches before, and nothing of wall time."""
+
+    def __init__(self, study: Study) -> None:
+        import optuna
+
+        self._study = study
+        self._distributions = distributions(study)
+        self._optuna = optuna.create_study(sampler=_sampler(study, 0))
+        self._asked: list[optuna.trial.Trial] = []
+        self._number = 0
+        if study.shipped is not None:
+            # What ships is the first trial, so that the table shows what tuning gains.
+            self._optuna.enqueue_trial(internal(study.shipped, self._distributions))
+
+    def ask(self, count: int) -> list[Point]:
+        """Choose the next points."""
+        points: list[Point] = []
+        for _ in range(count):
+            self._optuna.sampler = _sampler(self._study, self._number)
+            self._number += 1
+            trial = self._optuna.ask(dict(self._distributions))
+            self._asked.append(trial)
+            points.append({name: float(trial.params[name]) for name in self._distributions})
+        return points
+
+    def tell(self, batch: list[Trial]) -> None:
+        """Take the results of the points last chosen."""
+        from optuna.trial import TrialState
+
+        for asked, trial in zip(self._asked, batch, strict=True):
+            _constrain(asked, trial.excess)
+            if trial.reason is None:
+                self._optuna.tell(asked, trial.objective)
+            else:
+                self._optuna.tell(asked, state=TrialState.FAIL)
+        self._asked = []
+
+
+def _sampler(study: Study, number: int) -> optuna.samplers.BaseSampler:
+    import numpy as np
+    import optuna
+
+    seed = int(np.random.SeedSequence([study.seed, number]).generate_state(1)[0])
+    if study.tune.sampler == "random":
+        return optuna.samplers.RandomSampler(seed=seed)
+    function = None if _sets_constraints() or not study.constraints else _constraints
+    return optuna.samplers.TPESampler(
+        seed=seed, multivariate=True, constant_liar=True, constraints_func=function
+    )
+
+
+def _sets_constraints() -> bool:
+    """Whether a trial is told its constraints, as from Optuna 5 on; before, the sampler asks for them."""
+    import optuna
+
+    return hasattr(optuna.trial.Trial, "set_constraint")
+
+
+def _constrain(asked: Any, excess: tuple[float, ...]) -> None:
+    if _sets_constraints():
+        for i, value in enumerate(excess):
+            asked.set_constraint(str(i), value)
+    else:
+        asked.set_user_attr(EXCESS, list(excess))
+
+
+def _constraints(trial: optuna.trial.FrozenTrial) -> list[float]:
+    return list(trial.user_attrs.get(EXCESS, []))
+
+
+def _of_storage(trial: optuna.trial.FrozenTrial) -> Trial:
+    attributes = trial.user_attrs
+    return Trial(
+        trial.number,
+        {name: float(value) for name, value in trial.params.items()},
+        math.nan if trial.value is None else trial.value,
+        tuple(attributes.get(EXCESS) or ()),
+        attributes.get(REASON),
+    )
+
+
+def _check_repeats(study: Study, trial: Trial, point: Point, storage: Storage) -> None:
+    if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
+        raise InputError(
+            f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this version "
+            "of Optuna; choose another --out or storage"
+        )

@@ -1,0 +1,55 @@
+"""Processes that run cases: the one interface of those on this machine and those of a Dask cluster."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master import compiled
+from warmlink.orchestration.studies.case import Case, Outcome, failed, run_case
+from warmlink.orchestration.studies.fmu_set import FmuSet
+
+DEFAULT_JOBS = 2
+
+ATTEMPTS = 3
+"""Times that a run is tried whose worker dies, before it is recorded as the cause."""
+
+
+class Workers(Protocol):
+    """Whoever runs cases."""
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        """Run cases and give each one's place and outcome, in the order in which they end.
+
+        A run that stops, or whose worker dies each time, has an outcome that says why; a worker that dies
+        once loses nothing.
+        """
+
+
+def attempt(case: Case, fmus: FmuSet) -> Outcome:
+    """Run a case in this process; whatever goes wrong becomes the outcome's reason."""
+    prepare_stepping()
+    try:
+        return run_case(case, fmus.files(), fmus.unpacked)
+    except InputError as fault:
+        return failed(str(fault))
+    except Exception as fault:
+        return failed(f"{type(fault).__name__}: {fault}")
+
+
+def prepare_stepping() -> None:
+    """Load the compiled stepping before the first FMU, which it must precede, where Numba is installed."""
+    if importlib.util.find_spec("numba") is not None:
+        compiled.prepare()
+
+
+def longest_first(cases: Sequence[Case]) -> list[int]:
+    """Places of the cases, longest run first, so that no worker begins a long one when the others end."""
+    return sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i))
+
+
+def died(case: Case) -> Outcome:
+    """Outcome of a case whose worker died at every attempt."""
+    return failed(f"{', '.join(case.label)}: the worker died at each of {ATTEMPTS} attempts")

@@ -1,0 +1,225 @@
+"""Plant model, reduction and gains: against the components themselves and against scipy."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from warmlink.controllers.design.gains import Unknown, design_controller, uniform_profile
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant, Plant, plant_model
+from warmlink.controllers.design.reduction import balanced, reduce_plant
+from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
+from warmlink.controllers.design.shipped import as_module, shipped_values
+from warmlink.controllers.observer import law
+from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.controllers.observer.designed import DESIGNED as OBSERVER_DESIGNED
+from warmlink.controllers.observer_drift.designed import DESIGNED as DRIFT_DESIGNED
+from warmlink.controllers.regression.designed import DESIGNED as REGRESSION_DESIGNED
+from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.motor_heat_source.equations import copper_loss
+from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.validation.monolithic import demand, warm_up_cell
+
+SHIPPED: Mapping[str, Values] = {
+    "observer": OBSERVER_DESIGNED,
+    "observer_drift": DRIFT_DESIGNED,
+    "regression": REGRESSION_DESIGNED,
+}
+
+
+@pytest.fixture(scope="module")
+def plant() -> LinearPlant:
+    return plant_model()
+
+
+def test_the_linear_plant_follows_the_components(plant: LinearPlant) -> None:
+    """Friction at a high speed, still air, no current: linear but for the speed, so the two are one."""
+    speed, span = 3.43, 1800.0
+    run = warm_up_cell(MOTOR, LINK).run(
+        [demand(span, speed, 0.0)],
+        ("link.elongation", "link.tip_temperature", "motor.winding_temperature"),
+        every=600.0,
+        tolerance=1e-9,
+    )
+    A, B = plant.at(speed)
+    heat = np.zeros(len(INPUTS))
+    heat[INPUTS.index("winding_heat")] = 0.15 * speed**2
+    heat[INPUTS.index("shaft_heat")] = (1.5 + 0.6 * speed) * speed
+    for k, time in enumerate(run.time):
+        state = np.linalg.solve(A, (linalg.expm(A * time) - np.eye(A.shape[0])) @ (B @ heat))
+        y = dict(zip(OUTPUTS, plant.C @ state, strict=True))
+        assert y["elongation"] == pytest.approx(run.values["link.elongation"][k], abs=2e-11)
+        for name, key in (("tip_temperature", "link"), ("winding_temperature", "motor")):
+            assert y[name] + plant.temperature == pytest.approx(run.values[f"{key}.{name}"][k], abs=2e-5)
+
+
+def test_heat_goes_where_it_is_said_to_go(plant: LinearPlant) -> None:
+    for i, name in enumerate(INPUTS[:3]):
+        assert plant.heat_capacity @ plant.B[:, i] == pytest.approx(1.0, rel=1e-12), name
+    winding, shaft = plant.B[0, 0], plant.B[1, 1]
+    assert (1 / winding, 1 / shaft) == pytest.approx((200.0, 1500.0), rel=1e-12)
+
+
+def test_equal_temperatures_everywhere_are_an_equilibrium(plant: LinearPlant) -> None:
+    ones = np.ones(plant.heat_capacity.size)
+    for speed in (0.0, 3.0):
+        A, B = plant.at(speed)
+        assert np.abs(A @ ones + B[:, INPUTS.index("ambient_temperature")]).max() < 1e-12 * np.abs(A).max()
+
+
+@pytest.mark.parametrize("order", [4, 7, 10])
+def test_the_truncation_keeps_its_bound(plant: LinearPlant, order: int) -> None:
+    form = balanced(plant)
+    basis = form.vectors[:, :order]
+    state, ports = basis.T @ form.state @ basis, basis.T @ form.ports
+    worst = 0.0
+    for frequency in [0.0, *np.logspace(-6, 1, 71)]:
+        full = form.ports.T @ np.linalg.solve(1j * frequency * np.eye(42) - form.state, form.ports)
+        small = ports.T @ np.linalg.solve(1j * frequency * np.eye(order) - state, ports)
+        worst = max(worst, float(linalg.norm(full - small, 2)))
+    assert form.hankel[order] <= worst * (1 + 1e-6), "no reduction of this order can do better than that"
+    assert worst <= form.bound(order)
+
+
+@pytest.mark.parametrize("order", [4, 7, 10])
+def test_the_reduced_plant_is_stable_at_every_speed(plant: LinearPlant, order: int) -> None:
+    reduced = reduce_plant(plant, order)
+    for speed in (0.0, 3.43, 10.0):
+        values = np.linalg.eigvals(np.diag(reduced.rate) + speed * reduced.M)
+        assert values.real.max() < 0
+        assert np.abs(values.imag).max() < 1e-12
+
+
+def test_what_the_readme_says_the_reduction_costs(plant: LinearPlant) -> None:
+    errors = [reduce_plant(plant, order).error for order in (5, 7, 10)]
+    assert errors[1].elongation_step < 1e-8
+    assert errors[1].temperature_step < 0.01
+    assert errors[0].h_infinity > errors[1].h_infinity > errors[2].h_infinity
+    assert errors[0].hankel_bound > errors[1].hankel_bound > errors[2].hankel_bound
+
+
+def test_a_kelvin_everywhere_is_a_kelvin_at_every_sensor(plant: LinearPlant) -> None:
+    reduced = reduce_plant(plant, 7)
+    seen = reduced.C @ uniform_profile(reduced)
+    assert seen[:-1] == pytest.approx(1.0, abs=3e-4)
+    assert seen[-1] == pytest.approx(plant.elongation_per_kelvin, rel=3e-4)
+
+
+@pytest.fixture(scope="module")
+def designed_now() -> Mapping[str, Values]:
+    return shipped_values()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_shipped_parameter_sets_are_reproduced(name: str, designed_now: Mapping[str, Values]) -> None:
+    now = designed_now[name]
+    assert now.keys() == SHIPPED[name].keys()
+    for key, value in now.items():
+        scale = np.abs(np.atleast_1d(np.array(value))).max()
+        assert np.array(SHIPPED[name][key]) == pytest.approx(np.array(value), rel=1e-6, abs=1e-8 * scale), key
+    assert as_module(now).startswith('"""The parameter set')
+
+
+@pytest.mark.parametrize(
+    "sensors", [("base", "tip"), ("shaft",), ("shaft", "winding", "base", "middle", "tip")]
+)
+def test_the_laws_recursion_ends_at_the_steady_kalman_gain(sensors: tuple[str, ...]) -> None:
+    """The covariance in the law, at a constant speed, against scipy's solution of the Riccati equation."""
+    design = design_controller(sensors=sensors, unknown=Unknown(shaft_heat_time=400.0, link_heat_time=300.0))
+    speed, step, sigma = 3.0, 10.0, 0.1
+    values, reduced = design.parameters, design.reduced
+    decay, fade = np.exp(reduced.rate * step), np.exp(-step / np.array(values["disturbance_time"]))
+    reach = (decay - 1) / reduced.rate
+    F = np.zeros((9, 9))
+    F[:7, :7] = np.diag(decay + reach * speed * np.diag(reduced.M))
+    F[:7, 7] = reach * reduced.B[:, 1]
+    F[:7, 8] = reach * reduced.B[:, 2]
+    F[7:, 7:] = np.diag(fade)
+    Q = np.diag(
+        [
+            *(np.array(values["profile_std"]) ** 2 * (1 - decay**2)),
+            *(np.array(values["disturbance_std"]) ** 2 * (1 - fade**2)),
+        ]
+    )
+    rows = [i for i, name in enumerate(OUTPUTS[:5]) if name.removesuffix("_temperature") in sensors]
+    C = np.zeros((len(rows), 9))
+    C[:, :7] = reduced.C[rows]
+    before = linalg.solve_discrete_are(F.T, C.T, Q, sigma**2 * np.eye(len(rows)))
+    after = before - before @ C.T @ np.linalg.solve(
+        C @ before @ C.T + sigma**2 * np.eye(len(rows)), C @ before
+    )
+
+    instance = Instance(OBSERVER)
+    no_loss = dict.fromkeys(("coulomb_friction", "viscous_friction", "iron_loss_coefficient"), 0.0)
+    instance.set({**by_scalar(values), **no_loss, "speed": speed, "sample_time": step, "stuck_time": 1e9})
+    instance.initialize()
+    instance.step(0.0, 4000.0)
+    found = law.belief_of(OBSERVER.x.read(np.array(instance.snapshot().states)), 9).spread
+    std = np.sqrt(np.diag(after))
+    assert np.abs(found - after) / np.outer(std, std) == pytest.approx(0.0, abs=2e-3)
+
+
+def test_losses_in_the_law_are_the_motors(plant: LinearPlant) -> None:
+    """A heavy torque warms the winding, whose resistance grows: the law computes it with its own estimate."""
+    instance = Instance(OBSERVER)
+    instance.set({"torque": 4.0, "sample_time": 10.0, **{f"sensor_std[{i}]": 0.0 for i in range(1, 6)}})
+    instance.initialize()
+    instance.step(0.0, 7200.0)
+    run = warm_up_cell(MOTOR, LINK).run(
+        [demand(7200.0, 0.0, 4.0)],
+        ("link.elongation", "motor.winding_temperature"),
+        every=7200.0,
+        tolerance=1e-8,
+    )
+    assert instance.get("predicted_elongation") == pytest.approx(run.values["link.elongation"][-1], rel=1e-3)
+    p, u = (
+        MOTOR.p.read(np.array([s.start for s in MOTOR.scalars()][: MOTOR.p.size])),
+        MOTOR.u.read(np.zeros(9)),
+    )
+    warm = copper_loss(run.values["motor.winding_temperature"][-1], u._replace(torque=4.0), p)
+    assert warm > 1.05 * copper_loss(293.15, u._replace(torque=4.0), p), "the test is of a warm winding"
+
+
+def test_bad_designs_are_refused_in_a_sentence() -> None:
+    with pytest.raises(InputError, match="'elbow' is not measured in the cell; choose from shaft, winding"):
+        design_controller(sensors=("elbow",))
+    with pytest.raises(InputError, match="law: 'lag' has no design"):
+        design_controller("lag")
+    with pytest.raises(InputError, match="sensor_std: -1 K for base_temperature is not positive"):
+        design_controller(sensors=("base",), sensor_std=-1.0)
+    with pytest.raises(InputError, match=r"link\.width: -0.02 m is not positive"):
+        design_controller(plant=Plant(link={"width": -0.02}))
+    with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such parameter"):
+        plant_model(Plant(link={"colour": 1.0}))
+    with pytest.raises(InputError, match="order: 0 is not possible; the plant has 42 states"):
+        reduce_plant(plant_model(), 0)
+
+
+def test_the_regression_is_the_textbooks() -> None:
+    run = training_run()
+    sensors = ("shaft", "middle", "tip")
+    values = fit_regression(run, sensors, sensor_std=0.2)
+    used = run.temperature[:, [0, 3, 4]] - 295.15
+    count = len(run.elongation)
+    coefficients = np.linalg.solve(used.T @ used / count + 0.04 * np.eye(3), used.T @ run.elongation / count)
+    from warmlink.controllers.regression.component import COMPONENT as REGRESSION
+
+    readings = 295.15 + np.array([15.0, 0.0, 0.0, 9.0, 8.0])
+    instance = Instance(REGRESSION)
+    names = ("shaft", "winding", "base", "middle", "tip")
+    instance.set({f"{name}_temperature": value for name, value in zip(names, readings, strict=True)})
+    instance.set({**by_scalar(values), "correction_rate_limit": 1.0})
+    instance.initialize()
+    expected = coefficients @ (readings[[0, 3, 4]] - 295.15)
+    assert instance.get("predicted_elongation") == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_run_that_cannot_teach_is_refused() -> None:
+    with pytest.raises(InputError, match="2 rows are too few for a regression"):
+        fit_regression(TrainingRun(np.full((2, 5), 300.0), np.zeros(2)))
+    with pytest.raises(InputError, match="is not finite; leave such rows out"):
+        fit_regression(TrainingRun(np.full((50, 5), np.nan), np.zeros(50)))

@@ -1,0 +1,126 @@
+"""The forward model against independent figures, an independent solver, and differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.diagnosis.cause import catalogue
+from warmlink.orchestration.diagnosis.equations import Equations
+from warmlink.orchestration.diagnosis.forward import Forward
+from warmlink.orchestration.diagnosis.grid import CHECK, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.hidden import Segment, Truth, simulate
+from warmlink.orchestration.diagnosis.hide import INFORMATIVE
+from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.rigs import rig
+
+OUTPUTS = (
+    "motor.shaft_temperature",
+    "motor.winding_temperature",
+    "link.base_temperature",
+    "link.sensor_temperature[2]",
+    "link.tip_temperature",
+    "link.elongation",
+)
+MICRO = np.array([1, 1, 1, 1, 1, 1e6])
+
+
+def freed() -> list[str]:
+    cell = rig("WarmupCell")
+    return [v for cause in catalogue() if cause.kind == "plant" for v in cause.frees if v in cell.parameters]
+
+
+def run_of(duty: tuple[Segment, ...], interval: float = 10.0) -> Run:
+    ends = np.cumsum([s.duration for s in duty])
+    time = np.arange(0.0, ends[-1] + interval / 2, interval)
+    at = [duty[i] for i in np.clip(np.searchsorted(ends, time, side="right"), 0, len(duty) - 1)]
+    pad = np.array([np.nan if s.pad is None else s.pad for s in at])
+    return Run(
+        "run",
+        time,
+        {
+            "motor.speed": np.array([s.speed for s in at]),
+            "motor.torque": np.array([s.torque for s in at]),
+            "motor.ambient_temperature": np.array([s.ambient for s in at]),
+            "motor.pad_temperature": pad,
+        },
+        {},
+    )
+
+
+def forward(run: Run, resolution: Resolution, slots: list[str] | None = None) -> Forward:
+    return Forward(Equations(rig("WarmupCell", resolution.cells), slots or [], OUTPUTS), run, {}, resolution)
+
+
+def test_independent_figures_of_the_base_model_are_met() -> None:
+    run = run_of((Segment(7200, 3.43, 2.5),))
+    simulated = forward(run, FINAL)
+    course = simulated(simulated.start_values(), np.array([600.0, 1800, 3600, 7200])).values
+    assert course[:, 0] - 273.15 == pytest.approx([27.71, 35.78, 40.97, 43.40], abs=0.01)
+    assert course[:, 5] * 1e6 == pytest.approx([14.07, 49.95, 75.77, 87.95], rel=1e-3)
+
+
+def test_another_solver_gives_the_same() -> None:
+    run = run_of(INFORMATIVE)
+    simulated = forward(run, FINAL)
+    ours = simulated(simulated.start_values(), run.time).values
+    truth = simulate(Truth(), list(INFORMATIVE), run.time)
+    theirs = np.column_stack(
+        [truth.shaft, truth.winding, truth.base, truth.middle, truth.tip, truth.elongation]
+    )
+    error = np.abs(ours - theirs) * MICRO
+    assert error.max(axis=0).max() < 0.03  # K and um, at the switching of a 60 W pad
+    assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.005
+
+
+def test_finer_steps_converge_with_second_order() -> None:
+    run = run_of((Segment(900, 3.43, 2.5),), 100.0)
+
+    def course(step: float) -> np.ndarray:
+        resolution = Resolution(20, step, 0.0, step)
+        simulated = forward(run, resolution)
+        return simulated(simulated.start_values(), run.time).values[-1, :5]
+
+    finest = course(0.5)
+    coarse, fine = (np.abs(course(step) - finest).max() for step in (20.0, 10.0))
+    assert np.log2(coarse / fine) > 1.8
+
+
+def test_sensitivities_equal_differences() -> None:
+    slots = freed()
+    duty = tuple(replace(s, pad=None) for s in INFORMATIVE[:6])
+    run = run_of(duty, 60.0)
+    simulated = forward(run, Resolution(20, 0.5, 0.05, 15.0), slots)
+    z = simulated.start_values()
+    exact = simulated(z, run.time).by_slot
+    spans = {c.frees[0]: c.upper for c in catalogue()}
+    for i, slot in enumerate(slots):
+        step = 1e-4 * (abs(z[i]) or spans.get(slot, 1.0))
+        up, down = z.copy(), z.copy()
+        up[i] += step
+        down[i] -= step
+        difference = (simulated(up, run.time).values - simulated(down, run.time).values) / (2 * step)
+        scale = np.abs(difference).max(axis=0) + 1e-12
+        # The matrix is held in the derivative of a step, which costs a little where heat changes fast.
+        assert (np.sqrt(np.mean((exact[:, :, i] - difference) ** 2, axis=0)) / scale).max() < 0.02, slot
+
+
+def test_the_fine_grid_is_fine_enough() -> None:
+    run = run_of(INFORMATIVE)
+    courses = []
+    for resolution in (FINAL, CHECK):
+        simulated = forward(run, resolution)
+        courses.append(simulated(simulated.start_values(), run.time).values)
+    assert np.sqrt(np.mean(((courses[0] - courses[1]) * MICRO) ** 2, axis=0)).max() < 0.003
+
+
+def test_noisy_inputs_are_averaged_without_bias() -> None:
+    random = np.random.default_rng(0)
+    time = np.arange(0.0, 3600.0, 1.0)
+    torque = 2.5 + 1.0 * random.standard_normal(time.size)
+    inputs = {"motor.speed": np.full(time.size, 2.0), "motor.torque": torque}
+    ends = []
+    for resolution in (SEARCH, Resolution(20, 1.0, 0.0, 1.0)):
+        simulated = forward(Run("noisy", time, inputs, {}), resolution)
+        ends.append(simulated(simulated.start_values(), time[-1:]).values[0])
+    assert np.abs((ends[0] - ends[1]) * MICRO)[[0, 2, 3, 4, 5]].max() < 0.01

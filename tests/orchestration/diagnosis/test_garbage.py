@@ -1,0 +1,64 @@
+"""Garbage gets a clear sentence or a right answer, never a confident wrong one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.hide import hide, write_csv
+
+Columns = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def clean() -> Columns:
+    return hide({}, seed=30)
+
+
+def diagnosed(folder: Path, columns: Columns) -> str:
+    path = folder / "garbage.csv"
+    write_csv(columns, path)
+    return diagnose(path).verdict
+
+
+def test_a_dead_channel_is_refused(tmp_path: Path, clean: Columns) -> None:
+    columns = {**clean, "tip_temperature [degC]": np.full(clean["time [s]"].size, 22.0)}
+    with pytest.raises(InputError, match="never changes"):
+        diagnosed(tmp_path, columns)
+
+
+def test_swapped_temperatures_are_not_explained(tmp_path: Path, clean: Columns) -> None:
+    a, b = "winding_temperature [degC]", "tip_temperature [degC]"
+    assert diagnosed(tmp_path, {**clean, a: clean[b], b: clean[a]}) == "unknown"
+
+
+def test_shuffled_inputs_are_not_explained(tmp_path: Path, clean: Columns) -> None:
+    a, b = "speed [rad/s]", "torque [N.m]"
+    assert diagnosed(tmp_path, {**clean, a: clean[b], b: clean[a]}) == "unknown"
+
+
+def test_shuffled_rows_are_not_explained(tmp_path: Path, clean: Columns) -> None:
+    order = np.random.default_rng(0).permutation(clean["time [s]"].size)
+    columns = {name: values if "time" in name else values[order] for name, values in clean.items()}
+    assert diagnosed(tmp_path, columns) in ("unknown", "adequate")
+
+
+def test_fahrenheit_called_celsius_is_not_explained(tmp_path: Path, clean: Columns) -> None:
+    columns = {
+        name: 32 + 1.8 * v if name.endswith("temperature [degC]") and "pad" not in name else v
+        for name, v in clean.items()
+    }
+    assert diagnosed(tmp_path, columns) == "unknown"
+
+
+def test_millimetres_called_micrometres_are_not_explained(tmp_path: Path, clean: Columns) -> None:
+    assert diagnosed(tmp_path, {**clean, "elongation [um]": clean["elongation [um]"] / 1000}) == "unknown"
+
+
+def test_all_empty_is_refused(tmp_path: Path, clean: Columns) -> None:
+    inputs = ("time", "speed", "torque", "pad", "ambient")
+    columns = {n: v if n.startswith(inputs) else np.full(v.size, np.nan) for n, v in clean.items()}
+    with pytest.raises(InputError, match="at least 20"):
+        diagnosed(tmp_path, columns)

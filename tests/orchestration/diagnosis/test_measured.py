@@ -1,0 +1,147 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.thinning import quantum, spike_rows
+
+HEAD = (
+    "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],"
+    "shaft_temperature [degC],elongation [um]\n"
+)
+
+
+def rows(count: int = 30, step: float = 10.0) -> list[str]:
+    return [f"{i * step:g},3.43,2.5,22,{22 + 0.1 * i:g},{0.2 * i:g}" for i in range(count)]
+
+
+def written(folder: Path, lines: list[str], head: str = HEAD) -> Path:
+    path = folder / "run.csv"
+    path.write_text(head + "\n".join(lines) + "\n")
+    return path
+
+
+def test_columns_become_si_values(tmp_path: Path) -> None:
+    run = read_experiment(written(tmp_path, rows())).runs[0]
+    assert run.inputs["motor.ambient_temperature"][0] == pytest.approx(295.15)
+    assert run.readings["motor.shaft_temperature"][1] == pytest.approx(295.25)
+    assert run.readings["link.elongation"][10] == pytest.approx(2e-6)
+    assert run.fitted.sum() == pytest.approx(0.7 * 30, abs=1)
+
+
+def test_units_are_converted(tmp_path: Path) -> None:
+    head = HEAD.replace("time [s]", "time [min]").replace(
+        "shaft_temperature [degC]", "shaft_temperature [degF]"
+    )
+    run = read_experiment(written(tmp_path, rows(), head)).runs[0]
+    assert run.time[1] == pytest.approx(600.0)
+    assert run.readings["motor.shaft_temperature"][0] == pytest.approx(267.594, abs=1e-3)
+
+
+def test_an_empty_input_holds_and_an_empty_pad_is_off(tmp_path: Path) -> None:
+    head = HEAD.replace("\n", ",pad_temperature [degC]\n")
+    lines = [line + (",36" if i < 10 else ",") for i, line in enumerate(rows())]
+    lines[5] = lines[5].replace(",3.43,", ",,")
+    run = read_experiment(written(tmp_path, lines, head)).runs[0]
+    assert run.inputs["motor.speed"][5] == 3.43
+    assert np.isnan(run.inputs["motor.pad_temperature"][20])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda lines: [*lines[:5], "40,3.43,2.5,22,23,1", *lines[5:]], "row 7, column 'time [s]'"),
+        (lambda lines: [*lines[:5], "50,3.43,2.5,22,warm,1", *lines[6:]], "row 7, column 'shaft_temperature"),
+        (lambda lines: lines[:1], "only 1 rows"),
+        (lambda lines: [line.rsplit(",", 2)[0] + ",," for line in lines], "at least 20 are needed"),
+        (lambda lines: [lines[0].replace("3.43", ""), *lines[1:]], "first row"),
+        (lambda lines: [*lines[:9], ",3.43,2.5,22,23,1", *lines[10:]], "the time is missing"),
+        (lambda lines: [*lines[:9], "90,3.43,2.5,22,inf,1", *lines[10:]], "not finite"),
+    ],
+)
+def test_bad_rows_are_refused_with_row_and_column(tmp_path: Path, change, said: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError) as refusal:
+        read_experiment(written(tmp_path, change(rows())))
+    assert said in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        (HEAD.replace("speed [rad/s]", "speed [kg]"), "does not convert"),
+        (HEAD.replace("speed [rad/s]", "speed"), "has no unit"),
+        (HEAD.replace("speed [rad/s]", "velocity [rad/s]"), "is not known"),
+        (HEAD.replace("time [s]", "clock [s]"), "no time column"),
+        (HEAD.replace("elongation [um]", "elongation [m]"), "unit in the header seems wrong"),
+    ],
+)
+def test_bad_headers_are_refused(tmp_path: Path, head: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_experiment(written(tmp_path, rows(), head))
+
+
+EXPERIMENT = """
+system = "BenchRod"
+[[run]]
+data = "rod.csv"
+labels = {{ surface = "shiny" }}
+[channels]
+"heater_on [1]" = "heater.on"
+"T1 [degC]" = "link.sensor_temperature[1]"
+[known]
+"link.length" = "304.8 mm"
+{more}
+"""
+
+
+def experiment(folder: Path, more: str) -> Path:
+    lines = [f"{10 * i},1,{20 + 0.1 * i:g}" for i in range(30)]
+    (folder / "rod.csv").write_text("time [s],heater_on [1],T1 [degC]\n" + "\n".join(lines) + "\n")
+    path = folder / "rod.toml"
+    path.write_text(EXPERIMENT.format(more=more))
+    return path
+
+
+def test_offsets_and_differences_of_temperature_are_told_apart(tmp_path: Path) -> None:
+    more = '"link.ambient_offset" = "0.5 degC"\n"link.ambient_temperature" = "20 degC"\n'
+    read = read_experiment(experiment(tmp_path, more + '[noise]\n"link.sensor_temperature[1]" = "0.25 degC"'))
+    assert read.known["link.ambient_offset"] == 0.5
+    assert read.known["link.ambient_temperature"] == pytest.approx(293.15)
+    assert read.noise["link.sensor_temperature[1]"] == pytest.approx(0.25)
+    assert read.known["link.length"] == pytest.approx(0.3048)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ('"link.lenght" = "1 m"', "no variable link.lenght"),
+        ('"link.width" = "1 kg"', "does not convert"),
+        ('[calibrate]\n"heater.power" = { min = "9 W", max = "2 W" }', "not below max"),
+        ('[calibrate]\n"heater.power" = { min = "1 W" }', "max is missing"),
+        ('[calibrate]\n"heater.power" = { min = "1 W", max = "2 W", per = "colour" }', "no label 'colour'"),
+        ('[causes]\nper = ["colour"]', "no label 'colour'"),
+        ('[noise]\n"link.sensor_temperature[1]" = "-1 K"', "above 0"),
+        ("[colours]", "colours is not known"),
+    ],
+)
+def test_bad_experiments_are_refused(tmp_path: Path, more: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_experiment(experiment(tmp_path, more))
+
+
+def test_spikes_are_found_and_slow_heat_is_not() -> None:
+    random = np.random.default_rng(1)
+    slow = 20 + 30 * (1 - np.exp(-np.arange(500) / 60)) + 0.08 * random.standard_normal(500)
+    assert spike_rows(slow, 0.0).size == 0
+    spiked = slow.copy()
+    spiked[[50, 200, 333]] += [2.0, -1.5, 3.0]
+    assert list(spike_rows(spiked, 0.0)) == [50, 200, 333]
+
+
+def test_a_quantum_is_recognised() -> None:
+    values = 20 + 5 * np.sin(np.arange(400) / 40)
+    assert quantum(np.round(values, 1)) == pytest.approx(0.1)
+    assert quantum(values) == 0.0

@@ -1,0 +1,176 @@
+"""Effects hidden in the data by another solver are found, and nothing is found where nothing is hidden."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose
+from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.hide import (
+    EFFECTS,
+    MOVING,
+    REAL,
+    STILL,
+    WHITE,
+    Noise,
+    effect_of,
+    hide,
+    write_csv,
+)
+from warmlink.orchestration.diagnosis.verdict import Assessment, assess
+
+TWINS = {"expansion_coefficient", "elongation_scale"}
+
+
+def file_with(folder: Path, effects: dict[str, float], **how) -> Path:  # type: ignore[no-untyped-def]
+    path = folder / "run.csv"
+    write_csv(hide(effects, **how), path)
+    return path
+
+
+def sized(*names: str) -> dict[str, float]:
+    return {name: effect_of(name).size for name in names}
+
+
+def assessed(folder: Path, effects: dict[str, float], **how) -> Assessment:  # type: ignore[no-untyped-def]
+    return assess(read_experiment(file_with(folder, effects, **how)))
+
+
+def candidates(found: Assessment) -> list[set[str]]:
+    return [set(fit.key) for fit in (found.best, *found.rivals)]
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("radiation", 1),
+        ("forced_convection", 2),
+        ("conductivity", 3),
+        ("tip_heat_capacity", 4),
+        ("joint_resistance", 5),
+        ("friction_level", 6),
+        ("ambient_offset", 7),
+        ("sensor_lag:tip_temperature", 8),
+        ("sensor_stem_conduction:middle_temperature", 9),
+        ("camera_drift", 10),
+        ("clock_offset", 11),
+    ],
+)
+def test_a_hidden_cause_is_named_and_sized(tmp_path: Path, name: str, seed: int) -> None:
+    found = assessed(tmp_path, sized(name), seed=seed)
+    assert found.word == "named"
+    assert found.best.key == {name}
+    truth = effect_of(name)
+    value = found.best.theta[0] / (found.best.freed[0].start if truth.neutral == 1 else 1.0)
+    if name == "friction_level":
+        value = found.best.theta[0]
+    spread = float(np.sqrt(found.best.covariance()[0, 0])) * value / found.best.theta[0]
+    assert abs(value - truth.size) < 4 * abs(spread)
+
+
+def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Path) -> None:
+    found = diagnose(file_with(tmp_path, sized("expansion_coefficient"), seed=12))
+    assert found.verdict == "ambiguous"
+    assert [set(names) for names in found.ambiguous] == [TWINS]
+    assert found.proposed is not None
+    assert found.proposed.duty == ()
+
+
+def test_two_causes_at_once(tmp_path: Path) -> None:
+    found = assessed(tmp_path, sized("still_air_convection", "sensor_lag:base_temperature"), seed=13)
+    assert found.word == "named"
+    assert found.best.key == {"still_air_convection", "sensor_lag:base_temperature"}
+
+
+def test_three_causes_at_once(tmp_path: Path) -> None:
+    hidden = sized("copper_loss", "hub_heat_loss", "ambient_drift")
+    found = assessed(tmp_path, hidden, seed=14)
+    assert set(hidden) in candidates(found)
+    assert found.word in ("named", "ambiguous")
+
+
+@pytest.mark.parametrize("noise", [WHITE, replace(WHITE, temperature=0.16, elongation=0.2e-6), REAL])
+def test_nothing_hidden_is_adequate(tmp_path: Path, noise: Noise) -> None:
+    assert assessed(tmp_path, {}, noise=noise, seed=15).word == "adequate"
+
+
+@pytest.mark.parametrize("name", [name for name, effect in EFFECTS.items() if not effect.known])
+def test_an_effect_outside_the_catalogue_is_unknown(tmp_path: Path, name: str) -> None:
+    full = f"{name}:middle_temperature" if EFFECTS[name].per_channel else name
+    assert assessed(tmp_path, sized(full), seed=16).word == "unknown"
+
+
+def test_real_noise(tmp_path: Path) -> None:
+    found = assessed(tmp_path, sized("tip_heat_loss"), noise=REAL, seed=17)
+    assert {"tip_heat_loss"} in candidates(found)
+    assert found.word in ("named", "ambiguous")
+
+
+@pytest.mark.parametrize("duty", [STILL, MOVING])
+def test_an_uninformative_hour_is_never_misread(tmp_path: Path, duty) -> None:  # type: ignore[no-untyped-def]
+    found = assessed(tmp_path, sized("still_air_convection"), duty=duty, seed=18)
+    assert found.word in ("named", "ambiguous")
+    assert {"still_air_convection"} in candidates(found)
+
+
+def test_missing_columns_and_gaps(tmp_path: Path) -> None:
+    columns = hide(sized("joint_resistance"), seed=19)
+    for name in ("winding_temperature [degC]", "middle_temperature [degC]"):
+        del columns[name]
+    kept = np.ones(columns["time [s]"].size, dtype=bool)
+    kept[100:130] = False
+    columns = {name: values[kept] for name, values in columns.items()}
+    columns["tip_temperature [degC]"][40:90] = np.nan
+    path = tmp_path / "gaps.csv"
+    write_csv(columns, path)
+    found = assess(read_experiment(path))
+    assert found.word in ("named", "ambiguous")
+    assert {"joint_resistance"} in candidates(found)
+
+
+@pytest.fixture(scope="module")
+def named(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return diagnose(file_with(tmp_path_factory.mktemp("named"), sized("radiation"), seed=20))
+
+
+def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
+    gain = named.to_json()["gain"]
+    assert gain["heldout"]["rmse_before"] > 3
+    assert gain["heldout"]["rmse_after"] < 1.1
+    assert gain["compensation_um"]["after"] < 0.1 * gain["compensation_um"]["before"]
+
+
+def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
+    found = named.to_json("extended.ssv")
+    assert list(found)[:4] == ["verdict", "causes", "ambiguous", "next_experiment"]
+    assert {"wrong", "gain", "extended"} <= set(found)
+    cause = found["causes"][0]
+    assert {"name", "parameters", "evidence"} <= set(cause)
+    value = cause["parameters"]["link.emissivity"]
+    assert set(value) == {"value", "std", "low95", "high95", "unit"}
+    assert value["low95"] < 0.6 < value["high95"]
+    assert set(found["gain"]) == {"fit", "heldout", "runs", "compensation_um"}
+    wrong = found["wrong"]["tip_temperature"]
+    assert {"unit", "rmse", "noise", "bias", "whiteness_p", "when", "correlates_with"} == set(wrong)
+    assert wrong["unit"] == "K"
+    assert wrong["noise"] == pytest.approx(0.08, rel=0.1)
+
+
+def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
+    lines = named.summary().splitlines()
+    assert len(lines) <= 10
+    assert "radiat" in lines[1]
+
+
+def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> None:
+    from warmlink.orchestration.system.parameter_values import read_ssv
+
+    files = named.write(tmp_path / "out")
+    assert set(files) == {"diagnosis.json", "extended.ssv", "report.html"}
+    values = read_ssv(files["extended.ssv"])
+    assert values["link.emissivity"].value == pytest.approx(0.6, abs=0.05)
+    page = files["report.html"].read_text()
+    assert "http-equiv" not in page
+    assert "<script src" not in page

@@ -1,0 +1,23 @@
+import numpy as np
+import pytest
+
+from warmlink.orchestration.studies.case import warm_up_first
+
+
+def test_warming_up_first_gives_what_is_left_after_the_growth_has_settled() -> None:
+    time = np.arange(0, 7201.0)
+    growth = 50e-6 * (1 - np.exp(-time / 1000))
+    # Zero set at t, the rest grows by 50 um exp(-t/1000), which is 5 um from 1000 s ln 10 = 2303 s on.
+    assert warm_up_first(time, growth, 5e-6) == pytest.approx((7200 - 1000 * np.log(10)) / 60, abs=1.0)
+
+
+def test_warming_up_first_gives_everything_where_nothing_grows() -> None:
+    time = np.arange(0, 601.0)
+    assert warm_up_first(time, np.zeros(601), 5e-6) == 10.0
+
+
+def test_minutes_between_two_levels_count_once() -> None:
+    time = np.arange(0, 3601.0)
+    growth = np.where((time // 600) % 2 == 0, 0.0, 30e-6)
+    # Half of the hour is at either level, and a zero set at once makes use of one of them.
+    assert warm_up_first(time, growth, 5e-6) == pytest.approx(30, abs=0.5)

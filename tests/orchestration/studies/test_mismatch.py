@@ -1,0 +1,80 @@
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios.closed_loop import cell_components
+from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.studies import mismatch as mismatches
+from warmlink.orchestration.studies.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
+
+CELL = cell_components(catalogue.controller("none"))
+
+
+@pytest.mark.parametrize("name", [*mismatches.names(), "draw_1", "draw_12"])
+def test_every_mismatch_gives_values_that_the_components_take(name: str) -> None:
+    mismatch = mismatches.load(name)
+    values = start_values(mismatch.applied({}, CELL), CELL, name)
+    assert mismatch.about
+    assert bool(values) == (name != "nominal")
+
+
+def test_the_corners_are_20_percent_and_3_percent_off() -> None:
+    for name, thermal, expansion in (("thermal_high", 1.2, 1.03), ("thermal_low", 0.8, 0.97)):
+        scale = mismatches.load(name).scale
+        assert set(scale) == {*THERMAL_PARAMETERS, EXPANSION}
+        assert {scale[parameter] for parameter in THERMAL_PARAMETERS} == {thermal}
+        assert scale[EXPANSION] == expansion
+
+
+def test_draws_repeat_differ_and_keep_within_their_bounds() -> None:
+    draws = [mismatches.draw(seed).scale for seed in range(200)]
+    assert draws[3] == mismatches.load("draw_3").scale
+    assert draws[3] != draws[4]
+    for name in THERMAL_PARAMETERS:
+        factors = [draw[name] for draw in draws]
+        assert 0.8 <= min(factors) < 0.81
+        assert 1.19 < max(factors) <= 1.2
+    assert all(0.97 <= draw[EXPANSION] <= 1.03 for draw in draws)
+
+
+def test_a_factor_acts_on_the_scenarios_value_where_it_gives_one() -> None:
+    mismatch = Mismatch("mine", "", {"motor.joint_conductance": 2.0, "link.length": 1.5})
+    applied = mismatch.applied({"motor.joint_conductance": "3 W/K"}, {"motor": MOTOR, "link": LINK})
+    assert applied["motor.joint_conductance"] == 6.0
+    assert applied["link.length"] == pytest.approx(1.5 * 0.3302)
+
+
+def test_only_what_changes_the_elongation_touches_the_plant() -> None:
+    touching = {name for name in mismatches.names() if mismatches.load(name).touches_plant}
+    assert set(mismatches.names()) - touching == {"nominal", "noisy_sensors", "camera_absent"}
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("about = ", "not readable as TOML"),
+        ("factor = 3", "factor is not known"),
+        ("scale = 3", "scale and parameters are tables"),
+        ("[scale]\n'link.length' = 0", "0 is no factor"),
+        ("[scale]\n'link.length' = nan", "nan is no factor"),
+        ("[scale]\n'link.length' = true", "True is no factor"),
+        ("[scale]\n'link.lenght' = 1.1", "did you mean length"),
+        ("[scale]\n'arm.length' = 1.1", "there is no component arm"),
+        ("[parameters]\n'link.length' = '3 kg'", "kg does not convert to m"),
+    ],
+)
+def test_a_bad_mismatch_is_refused_in_one_sentence(content: str, sentence: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(content)
+    with pytest.raises(InputError, match=sentence) as refusal:
+        start_values(mismatches.load(str(path)).applied({}, CELL), CELL, "mine")
+    assert "\n" not in str(refusal.value)
+
+
+def test_an_unknown_mismatch_names_those_there_are() -> None:
+    with pytest.raises(InputError, match="thermal_high"):
+        mismatches.load("nothing")
