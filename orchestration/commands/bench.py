@@ -29,3 +29,27 @@ def bench_study_command(hours: float, controller: str, jobs: int, dask: bool, as
         answer_json([{**asdict(each), "hours_a_second": each.hours_a_second} for each in times])
     else:
         answer(times_table(times))
+
+
+def bench_scale_command(as_json: bool) -> None:
+    """Print the time of a macro step of arms with more and more axes, and that of an 8-hour shift."""
+    from dataclasses import asdict
+
+    from rich.console import Console
+
+    from warmlink.orchestration.bench.scale import bench_scale, scale_table
+
+    found = list(bench_scale())
+    if as_json:
+        answer_json(
+            [
+                {
+                    **asdict(each),
+                    "us_per_step_and_component": each.us_per_step_and_component,
+                    "us_per_step_and_axis": each.us_per_step_and_axis,
+                }
+                for each in found
+            ]
+        )
+    else:
+        Console().print(scale_table(found))
