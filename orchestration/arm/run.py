@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -101,19 +103,26 @@ def _coupling_error(plain: System, result: Result, scenario: ArmScenario, progre
 
 def arm_system(scenario: ArmScenario, controller: str | None, store: FmuStore) -> System:
     """The arm under a scenario's program, with a compensator an axis where there is a controller."""
+    return system_of(scenario, controller, store.files(arm_kinds(controller)))
+
+
+def arm_kinds(controller: str | None) -> list[str]:
+    """Names of the components that an arm is made of."""
     law = None if controller is None else catalogue.controller(controller).name
-    blueprint = arm_blueprint(compensated=law is not None)
+    return sorted(set(arm_blueprint(compensated=law is not None).components_with(law).values()))
+
+
+def system_of(scenario: ArmScenario, controller: str | None, fmus: Mapping[str, Path]) -> System:
+    """The arm as `arm_system` gives it, from FMU files by the component's name."""
+    law = None if controller is None else catalogue.controller(controller).name
+    blueprint = replace(arm_blueprint(compensated=law is not None), stop_time=scenario.stop_time)
     kinds = blueprint.components_with(law)
     declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
     values = merged(arm_values(), program_values(scenario.program))
     if controller is not None:
         values = merged(values, compensator_values(controller, scenario.sensor, scenario.sensor_noise))
     written = {name: value for name, value in scenario.parameters.items() if law or _of_plant(name)}
-    return blueprint.system(
-        store.files(set(kinds.values())),
-        law,
-        merged(values, start_values(written, declared, scenario.name)),
-    )
+    return blueprint.system(fmus, law, merged(values, start_values(written, declared, scenario.name)))
 
 
 def _of_plant(name: str) -> bool:

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import NAME, arm_blueprint
+from warmlink.orchestration.arm.blueprint import NAME
 from warmlink.orchestration.arm.compare import ArmRow, compare_arm, write_csv
 from warmlink.orchestration.arm.compensation import DESIGNED
+from warmlink.orchestration.arm.run import arm_kinds
 from warmlink.orchestration.arm.scenario import arm_scenario_names, load_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
@@ -36,8 +36,7 @@ def compare_arm_command(
     for law in laws:
         if law not in DESIGNED:
             raise InputError(f"{law}: has no design for the arm's axes; choose {', '.join(DESIGNED)}")
-    blueprint = arm_blueprint()
-    kinds = {k for law in laws for k in blueprint.components_with(catalogue.controller(law).name).values()}
+    kinds = {kind for law in laws for kind in arm_kinds(law)}
     chosen = store(fmus, sorted(kinds), remark)
     folder = out or Path("out") / f"compare_{NAME}"
     with fresh_folder(folder) as target:

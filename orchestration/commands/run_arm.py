@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import arm_blueprint
 from warmlink.orchestration.arm.compensation import DESIGNED
 from warmlink.orchestration.arm.outcome import ArmOutcome
+from warmlink.orchestration.arm.run import arm_kinds, run_arm
 from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
@@ -39,15 +38,13 @@ def run_arm_command(
     """Run, write and answer; gives the exit code."""
     scenario = _scenario(name, settings, step, stop, master)
     controller = controller or scenario.controller
-    law = catalogue.controller(controller).name
+    needed = arm_kinds(controller)
     if controller not in DESIGNED:
         remark(
             f"{controller} has no design for the arm's axes; it runs with the parameters of the warm-up cell"
         )
-    fmu_store = store(fmus, sorted(set(arm_blueprint().components_with(law).values())), remark)
+    fmu_store = store(fmus, needed, remark)
     folder = out or Path("out") / scenario.name
-    from warmlink.orchestration.arm.run import run_arm
-
     with fresh_folder(folder) as target:
         with progress_bar(scenario.title) as progress:
             outcome = run_arm(scenario, controller, fmu_store, progress)

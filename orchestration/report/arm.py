@@ -200,7 +200,7 @@ def _map(grid: Workspace, time: Array, growth: Array, points: Sequence[int]) -> 
             go.Heatmap(
                 x=1e3 * grid.out,
                 y=1e3 * grid.up,
-                z=np.where(np.isfinite(error), error, None),
+                z=error,
                 zmin=0.0,
                 zmax=top,
                 colorscale="Viridis",
