@@ -186,6 +186,9 @@ def compare(
     fmus: Annotated[
         str | None, typer.Option(help="`native` (C) or `python` FMUs. Default: native where a C compiler is.")
     ] = None,
+    system: Annotated[
+        str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, whose duty cycles are its programs.")
+    ] = "WarmupCell",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
     jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
     report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
@@ -202,7 +205,7 @@ def compare(
 
     raise SystemExit(
         compare_command(
-            controllers, duty_cycles, mismatch, with_ or [], fmus, out, jobs, report, as_json=json
+            system, controllers, duty_cycles, mismatch, with_ or [], fmus, out, jobs, report, as_json=json
         )
     )
 
@@ -378,6 +381,14 @@ def list_(json: Json = False) -> None:
     from warmlink.orchestration.commands.catalogue import list_command
 
     list_command(json)
+
+
+@bench.command(name="scale")
+def bench_scale(json: Json = False) -> None:
+    """Time arms of 1, 2, 6, 12 and 24 axes a macro step, and an 8-hour shift of six axes."""
+    from warmlink.orchestration.commands.bench import bench_scale_command
+
+    bench_scale_command(json)
 
 
 @bench.command(name="fmus")

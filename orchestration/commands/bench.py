@@ -51,3 +51,27 @@ def bench_masters_command(rounds: int, as_json: bool) -> None:
     answer("off by: from motor and link solved as one system of equations (BDF, tolerance 1e-11)")
     for name, packages in absent().items():
         answer(f"not installed: {name} ({', '.join(packages)})")
+
+
+def bench_scale_command(as_json: bool) -> None:
+    """Print the time of a macro step of arms with more and more axes, and that of an 8-hour shift."""
+    from dataclasses import asdict
+
+    from rich.console import Console
+
+    from warmlink.orchestration.bench.scale import bench_scale, scale_table
+
+    found = list(bench_scale())
+    if as_json:
+        answer_json(
+            [
+                {
+                    **asdict(each),
+                    "us_per_step_and_component": each.us_per_step_and_component,
+                    "us_per_step_and_axis": each.us_per_step_and_axis,
+                }
+                for each in found
+            ]
+        )
+    else:
+        Console().print(scale_table(found))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
+from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.arm.scenario import arm_scenario_names, load_arm_scenario
 from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about
@@ -16,8 +19,9 @@ def list_command(as_json: bool) -> None:
     """Print the catalogue as tables, or as JSON."""
     found = {
         "scenarios": {name: load_scenario(name).title for name in scenario_names()},
+        "scenarios of the arm": {name: load_arm_scenario(name).title for name in arm_scenario_names()},
         "controllers": {name: law.description for name, law in controllers().items()},
-        "systems": {name: blueprint.about for name, blueprint in SHIPPED.items()},
+        "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
         "components": {name: component.description for name, component in components().items()},
         "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
         "studies": {name: load_study(name).title for name in study_names()},
