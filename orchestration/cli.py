@@ -383,6 +383,20 @@ def list_(json: Json = False) -> None:
     list_command(json)
 
 
+@bench.command(name="diagnosis")
+def bench_diagnosis(
+    share: Annotated[float, typer.Option(help="Share of the full counts, 400 runs of a kind at most.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of all random choices; another one gives fresh runs.")] = 0,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
+    out: Annotated[Path, typer.Option(help="Folder for the tables.")] = Path("out/bench_diagnosis"),
+    json: Json = False,
+) -> None:
+    """Hide effects in fresh runs and count how often the diagnosis is right: shares and confusion matrix."""
+    from warmlink.orchestration.commands.bench import bench_diagnosis_command
+
+    bench_diagnosis_command(share, seed, jobs, out, json)
+
+
 @bench.command(name="scale")
 def bench_scale(json: Json = False) -> None:
     """Time arms of 1, 2, 6, 12 and 24 axes a macro step, and an 8-hour shift of six axes."""

@@ -7,6 +7,7 @@ deviations (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -137,7 +138,8 @@ def _distances(
             # (I + F F')^-1 by Woodbury's identity
             inner = np.eye(together.shape[1]) + together.T @ together
             part = together.T @ apart
-            result.append(float(np.sqrt(max(apart @ apart - part @ np.linalg.solve(inner, part), 0.0))))
+            left = float(apart @ apart - part @ np.linalg.solve(inner, part))
+            result.append(math.sqrt(max(left, 0.0)))
         else:
             taken = _orthonormal(together)
             result.append(float(np.linalg.norm(apart - taken @ (taken.T @ apart))))
