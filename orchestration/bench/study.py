@@ -123,7 +123,7 @@ def local_cluster(count: int) -> Iterator[str]:
     except ImportError:
         raise MissingExtraError("a Dask cluster", "studies") from None
     cluster: Any = LocalCluster(
-        n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
     )
     with cluster:
         yield str(cluster.scheduler_address)
