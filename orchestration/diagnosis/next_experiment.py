@@ -1,13 +1,12 @@
 """The next experiment: the feasible duty cycle that best tells apart what this one could not.
 
 For each candidate duty cycle the best model's readings are predicted; the distance to the nearest
-readings that a rival can give, all free numbers of both refitted, is the separation expected in standard
+readings that a rival can give, its numbers refitted, is the separation expected in standard
 deviations (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975) 57-70).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -121,7 +120,8 @@ def _distances(
 ) -> list[float]:
     """Separation of the best model from each rival on the last run of a problem.
 
-    The run is judged by itself, all numbers free, or `told` what the fitted runs say of the numbers.
+    The run is judged by itself, the rival's numbers free, or `told` what the fitted runs say of both
+    models' numbers.
     """
     run = len(problem.data) - 1
     whiten = [Whitener(n, problem.data[run].time) for n in fitter.noise]
@@ -130,18 +130,14 @@ def _distances(
     for rival in rivals:
         readings, columns = _whitened(problem, rival, run, whiten)
         apart = truth - readings
-        free = (
-            [own @ _root(best.covariance()), columns @ _root(rival.covariance())] if told else [own, columns]
-        )
-        together = np.column_stack(free)
         if told:
+            free = np.column_stack([own @ _root(best.covariance()), columns @ _root(rival.covariance())])
             # (I + F F')^-1 by Woodbury's identity
-            inner = np.eye(together.shape[1]) + together.T @ together
-            part = together.T @ apart
-            left = float(apart @ apart - part @ np.linalg.solve(inner, part))
-            result.append(math.sqrt(max(left, 0.0)))
+            part = free.T @ apart
+            rest = apart @ apart - part @ np.linalg.solve(np.eye(free.shape[1]) + free.T @ free, part)
+            result.append(float(np.sqrt(np.maximum(rest, 0.0))))
         else:
-            taken = _orthonormal(together)
+            taken = _orthonormal(columns)
             result.append(float(np.linalg.norm(apart - taken @ (taken.T @ apart))))
     return result
 
