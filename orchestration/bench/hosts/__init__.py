@@ -79,8 +79,6 @@ HOSTS = (
     Host("FMPy, plain loop", "fmpy_loop:run"),
     Host("libcosim", "libcosim:run", ("libcosimpy",)),
     Host("Ecos", "ecos:run", ("ecospy", "tbb")),
-    Host("OMSimulator", "omsimulator:run", ("OMSimulator",)),
-    Host("PyFMI Master", "pyfmi_master:run", ("PyFMI",)),
 )
 
 
