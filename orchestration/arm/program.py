@@ -86,7 +86,8 @@ def load_program(name: str) -> Program:
     path = LIBRARY / f"{name}.toml"
     if not path.is_file():
         raise InputError(f"{name}: no such program of the arm; choose {', '.join(names())}")
-    return parsed(tomllib.loads(path.read_text("utf-8")), name)
+    table = tomllib.loads(path.read_text("utf-8"))
+    return parsed({key: value for key, value in table.items() if key in KEYS}, name)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Program:

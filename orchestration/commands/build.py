@@ -16,6 +16,9 @@ KINDS = ("native", "python", "all")
 SHOWN_CONTROLLER = "lag"
 """Controller that the shipped WarmupCell.ssp holds; any other FMU of the same connectors may replace it."""
 
+SHOWN_ARM_SCENARIO = "six_axis_shift"
+"""What the shipped SixAxisArm.ssp does unless it is told otherwise."""
+
 
 def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) -> None:
     """Build, validate and list what was built."""
@@ -31,6 +34,7 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         built.append(_write_system(blueprint, fmus, out))
+    built += _write_arm(fmus, out)
     _validate(built)
     if as_json:
         answer_json([str(path) for path in built])
@@ -59,6 +63,16 @@ def _write_system(blueprint: Blueprint, fmus: dict[str, Path], out: Path) -> Pat
     path = out / f"{blueprint.name}.ssp"
     write_ssp(blueprint.system(fmus, controller(SHOWN_CONTROLLER).name), path)
     return path
+
+
+def _write_arm(fmus: dict[str, Path], out: Path) -> list[Path]:
+    """The arm in its shift, nested and flat, with an observer an axis."""
+    from warmlink.orchestration.arm.blueprint import write_arm
+    from warmlink.orchestration.arm.run import system_of
+    from warmlink.orchestration.arm.scenario import load_arm_scenario
+
+    scenario = load_arm_scenario(SHOWN_ARM_SCENARIO)
+    return write_arm(system_of(scenario, scenario.controller, fmus), out)
 
 
 def _validate(built: list[Path]) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder
@@ -46,6 +47,7 @@ STOPPED_EARLY = 1
 
 
 def compare_command(
+    system: str,
     controllers: str | None,
     duty_cycles: str | None,
     mismatches: str | None,
@@ -57,6 +59,19 @@ def compare_command(
     as_json: bool,
 ) -> int:
     """Run, write and answer; gives the exit code."""
+    if system == ARM:
+        from warmlink.orchestration.commands.compare_arm import compare_arm_command
+
+        if own:
+            raise InputError(f"--with {own[0]}: laws of your own run on WarmupCell; leave --system {ARM} out")
+        compare_arm_command(
+            listed(controllers), listed(duty_cycles), listed(mismatches), chosen_kind(fmus), out, as_json
+        )
+        return 0
+    if system != WARMUP_CELL.name:
+        raise InputError(
+            f"--system {system}: no such system to compare on; choose {WARMUP_CELL.name} or {ARM}"
+        )
     laws = chosen_controllers(_listed(controllers, list(catalogue.controllers())))
     owned = [load_own_law(place) for place in own]
     distinct([*laws, *(law.name for law in owned)], "controllers")
@@ -91,8 +106,14 @@ def compare_command(
 
 
 def _listed(text: str | None, default: Sequence[str]) -> list[str]:
+    found = listed(text)
+    return list(default) if found is None else found
+
+
+def listed(text: str | None) -> list[str] | None:
+    """Names with commas between them, each once; None where none were asked for."""
     if text is None:
-        return list(default)
+        return None
     return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.arm.scenario import is_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
@@ -34,6 +35,11 @@ def run_command(
     as_json: bool,
 ) -> int:
     """Run, write and answer; gives the exit code."""
+    if is_arm_scenario(name):
+        from warmlink.orchestration.commands.run_arm import run_arm_command
+
+        kind, given = chosen_kind(fmus), settings_given(settings)
+        return run_arm_command(name, controller, kind, out, given, step, stop, master, report, as_json)
     scenario = _scenario(name, settings, step, stop, master)
     controller = controller or scenario.controller
     laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
@@ -71,13 +77,18 @@ def _scenario(
         scenario = replace(scenario, duty=duty)
     if master is not None:
         scenario = replace(scenario, master=master)
-    parameters = dict(scenario.parameters)
+    return replace(scenario, parameters={**scenario.parameters, **settings_given(settings)})
+
+
+def settings_given(settings: list[str]) -> dict[str, str]:
+    """Start values by name, as `--set` has them; raises InputError where one has no value."""
+    parameters = {}
     for setting in settings:
         variable, equals, value = setting.partition("=")
         if not equals:
             raise InputError(f'--set {setting}: no value; write --set "motor.joint_conductance=2 W/K"')
         parameters[variable.strip()] = value.strip()
-    return replace(scenario, parameters=parameters)
+    return parameters
 
 
 def chosen_kind(name: str | None) -> FmuKind | None:

@@ -29,7 +29,7 @@ def start_values(
     """
     values: dict[str, dict[str, Value]] = {}
     for name, text in written.items():
-        instance, _, variable = name.partition(".")
+        instance, _, variable = name.rpartition(".")
         values.setdefault(instance, {})[variable] = start_value(name, text, components, where)
     for instance, chosen in values.items():
         _check(components[instance], instance, chosen)
@@ -45,7 +45,7 @@ def start_value(name: str, text: str | float, components: Mapping[str, Component
 
 def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar:
     """The input or parameter that `instance.variable` names. Raises as `start_values`."""
-    instance, _, variable = name.partition(".")
+    instance, _, variable = name.rpartition(".")
     if instance not in components:
         raise InputError(
             f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
