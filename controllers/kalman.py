@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.matrices import dot, outer, product
-from warmlink.fmus.arithmetic import Number, where
+from warmlink.controllers.matrices import dot, outer, product, symmetrised
+from warmlink.fmus.arithmetic import Number, maximum, where
 
 
 class Belief(NamedTuple):
@@ -32,7 +32,7 @@ def carried(belief: Belief, transition: Number, mean: Number, disturbance: Numbe
     disturbance : covariance that unknown heat adds in the step
     """
     spread, noise_spread = (
-        product(product(transition, covariance), transition.T)
+        symmetrised(product(product(transition, covariance), transition.T))
         for covariance in (belief.spread, belief.noise_spread)
     )
     return Belief(mean, spread + disturbance, noise_spread)
@@ -52,7 +52,7 @@ def corrected(
     teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,)
     """
     across = product(belief.spread, row)
-    gain = teaches * across * (use / (dot(row, across) + variance))
+    gain = teaches * across * (use / (maximum(dot(row, across), 0.0) + variance))
     return Belief(
         belief.mean + gain * where(use > 0, innovation, 0.0),
         _after(belief.spread, row, gain, variance),
@@ -61,12 +61,12 @@ def corrected(
 
 
 def variance_along(covariance: Number, row: Number) -> Number:
-    """Variance of a quantity whose derivative by the state is `row`."""
-    return dot(row, product(covariance, row))
+    """Variance of a quantity whose derivative by the state is `row`; rounding leaves none below 0."""
+    return maximum(dot(row, product(covariance, row)), 0.0)
 
 
 def _after(covariance: Number, row: Number, gain: Number, variance: Number) -> Number:
     """Covariance after a scalar measurement taken with any gain: Joseph's form, multiplied out."""
     across = product(covariance, row)
     change = outer(gain, across)
-    return covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain)
+    return symmetrised(covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain))

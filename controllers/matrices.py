@@ -48,6 +48,11 @@ def upper(square: Number) -> Number:
     return square[rows, columns]
 
 
+def symmetrised(square: Number) -> Number:
+    """Symmetric matrix with a square one's upper triangle: exactly symmetric, and half the expressions."""
+    return symmetric(upper(square), square.shape[0])
+
+
 def diagonal(vector: Number) -> Number:
     """Square matrix with a vector on its diagonal."""
     if symbolic(vector):

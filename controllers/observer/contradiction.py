@@ -38,7 +38,7 @@ def reconciled(
     with a pad on, nobody can tell which one is right. The estimate begins again from the duty.
     """
     in_link = belief.mean[MODES + 1]
-    noise = belief.noise_spread[MODES + 1, MODES + 1] ** 0.5
+    noise = maximum(belief.noise_spread[MODES + 1, MODES + 1], 0.0) ** 0.5
     too_much = absolute(in_link) - 4.0 * noise > plausible
 
     deviation, strangeness = [], []

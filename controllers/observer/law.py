@@ -212,7 +212,7 @@ def believed_spread(belief: Belief, seen: Number) -> Number:
 
 def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
     """The outputs, given the derivative of the elongation by the state."""
-    variance = maximum(variance_along(believed_spread(belief, x.evidence), row), 0.0)
+    variance = variance_along(believed_spread(belief, x.evidence), row)
     variance = variance + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {
