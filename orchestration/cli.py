@@ -100,13 +100,64 @@ def simulate(
         str | None, typer.Option(help='Communication step size, as "1 s". Default: its own.')
     ] = None,
     master: Annotated[str, typer.Option(help="Master algorithm (`warmlink list`).")] = "jacobi",
+    stepping: Annotated[
+        str, typer.Option(help="`plain` (Python), `compiled` (Numba), or `auto`: compiled where it pays.")
+    ] = "auto",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
+    isolate: Annotated[
+        bool,
+        typer.Option("--isolate", help="One process for each FMU: a crash there ends the run, no more."),
+    ] = False,
+    time_limit: Annotated[
+        str | None, typer.Option(help='How long one call of an isolated FMU may take. Default: "60 s".')
+    ] = None,
+    checkpoint: Annotated[
+        int | None,
+        typer.Option(help="Stream values to disk and leave a checkpoint every so many steps."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on from the checkpoint in the folder, where there is one.")
+    ] = False,
+    real_time: Annotated[
+        float | None,
+        typer.Option(help="Keep to the clock: 1 is real time, 10 goes ten times as fast."),
+    ] = None,
+    error_budget: Annotated[
+        bool | None,
+        typer.Option(
+            "--error-budget/--no-error-budget",
+            help="Bound the coupling error by a run with half the step. Default: yes, unless --checkpoint, "
+            "--resume or --real-time is given.",
+        ),
+    ] = None,
+    watch: Annotated[
+        list[str] | None,
+        typer.Option(help="Variable whose coupling error is asked for. Repeatable. Default: every output."),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Run a system of FMUs and write its outputs as CSV and Parquet."""
-    from warmlink.orchestration.commands.simulate import simulate_command
+    """Run a system of FMUs and write its outputs as CSV and Parquet.
 
-    raise SystemExit(simulate_command(system, stop, step, master, out, json))
+    Ctrl-C ends the run early and keeps what was computed, as does an FMU that fails (exit code 1).
+    """
+    from warmlink.orchestration.commands.simulate import SimulateOptions, simulate_command
+
+    options = SimulateOptions(
+        system,
+        stop,
+        step,
+        master,
+        stepping,
+        out,
+        isolate,
+        time_limit,
+        checkpoint,
+        resume,
+        real_time,
+        error_budget,
+        tuple(watch or ()),
+    )
+    raise SystemExit(simulate_command(options, json))
 
 
 @app.command()
@@ -226,6 +277,33 @@ def sweep(
 
 
 @app.command()
+def design(
+    system: Annotated[str, typer.Argument(help="`WarmupCell`, or an .ssp with one motor and one link.")],
+    law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
+    sensors: Annotated[
+        str,
+        typer.Option(help="Thermometers to go by: `shaft,winding,base,middle,tip`, any of them, or `none`."),
+    ] = "base,tip",
+    sensor_std: Annotated[str, typer.Option(help="Standard deviation of a thermometer's noise.")] = "0.1 K",
+    camera_std: Annotated[
+        str | None, typer.Option(help='That of the camera, as "0.2 um". Default: the DriftCamera\'s own.')
+    ] = None,
+    sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
+    out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
+    json: Json = False,
+) -> None:
+    """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
+
+    The plant's parameters are those of the system's motor and link.
+
+    Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
+    """
+    from warmlink.orchestration.commands.design import design_command
+
+    design_command(system, law, sensors, sensor_std, camera_std, sample_time, out, json)
+
+
+@app.command()
 def check(
     file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file, anybody's.")], json: Json = False
 ) -> None:
@@ -233,6 +311,43 @@ def check(
     from warmlink.orchestration.commands.check import check_command
 
     raise SystemExit(check_command(file, json))
+
+
+@app.command()
+def diagnose(
+    data: Annotated[
+        Path, typer.Argument(help="A measured run (CSV) of the warm-up cell, or an experiment (TOML).")
+    ],
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/NAME.")] = None,
+    json: Json = False,
+) -> None:
+    """Show what the simulation gets wrong, name the cause, extend the model, measure the improvement.
+
+    Writes diagnosis.json, report.html and the extended model as .ssv and .ssp. Any verdict is exit code 0.
+    """
+    from warmlink.orchestration.commands.diagnose import diagnose_command
+
+    diagnose_command(data, out, json)
+
+
+@app.command()
+def hide(
+    effects: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Effects to hide, as radiation, joint_resistance=0.3, sensor_lag:tip_temperature."
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
+    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
+    noise: Annotated[
+        str, typer.Option(help="`white`, or `real`: correlated, rounded, with spikes.")
+    ] = "white",
+) -> None:
+    """Make a measured run with a hidden effect, from a solver of its own, to practise `diagnose` on."""
+    from warmlink.orchestration.commands.diagnose import hide_command
+
+    hide_command(effects or [], out, seed, noise)
 
 
 @app.command()
@@ -262,10 +377,24 @@ def bench_study(
 
 @app.command(name="list")
 def list_(json: Json = False) -> None:
-    """List what warmlink knows: scenarios, controllers, systems, components, master algorithms."""
+    """List what warmlink knows: scenarios, controllers, systems, components, mismatches, studies, masters."""
     from warmlink.orchestration.commands.catalogue import list_command
 
     list_command(json)
+
+
+@bench.command(name="diagnosis")
+def bench_diagnosis(
+    share: Annotated[float, typer.Option(help="Share of the full counts, 400 runs of a kind at most.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of all random choices; another one gives fresh runs.")] = 0,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
+    out: Annotated[Path, typer.Option(help="Folder for the tables.")] = Path("out/bench_diagnosis"),
+    json: Json = False,
+) -> None:
+    """Hide effects in fresh runs and count how often the diagnosis is right: shares and confusion matrix."""
+    from warmlink.orchestration.commands.bench import bench_diagnosis_command
+
+    bench_diagnosis_command(share, seed, jobs, out, json)
 
 
 @bench.command(name="scale")
@@ -282,6 +411,20 @@ def bench_fmus(json: Json = False) -> None:
     from warmlink.orchestration.commands.bench import bench_fmus_command
 
     bench_fmus_command(json)
+
+
+@bench.command(name="masters")
+def bench_masters(
+    rounds: Annotated[int, typer.Option(help="Runs of each; the best counts.")] = 2, json: Json = False
+) -> None:
+    """Time our master beside FMPy's loop, libcosim, Ecos and what else is installed, on the same FMUs.
+
+    Three trivial FMUs of C with five connections, then an hour of the warm-up cell with native and with
+    Python FMUs: time of a communication step and of the whole process, elongation, and what it is off by.
+    """
+    from warmlink.orchestration.commands.bench import bench_masters_command
+
+    bench_masters_command(rounds, json)
 
 
 if __name__ == "__main__":

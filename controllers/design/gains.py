@@ -41,11 +41,11 @@ class Unknown:
     shaft_heat_time: float = 1200.0
     link_heat: float = 0.5
     link_heat_time: float = 2400.0
-    profile: float = 0.03
+    profile: float = 0.003
     expansion: float = 0.03
     expansion_time: float = 1e6
-    offset: float = 1e-6
-    offset_time: float = 3600.0
+    offset: float = 5e-6
+    offset_time: float = 1e5
     uniform: float = 0.03
 
 

@@ -54,8 +54,8 @@ class ReductionError:
     Attributes
     ----------
     hankel_bound : bound on the H-infinity norm of what truncation takes from the smoothed plant (`Balanced`)
-    h_infinity : the same norm for the plant itself, not smoothed, from its inputs in `SIZES` to its outputs
-        in `PRECISIONS`: computed by a sweep of frequencies, the largest over the checked speeds
+    h_infinity : the same norm for the plant itself, not smoothed, from inputs in `SIZES` to outputs in
+        `PRECISIONS`: computed by a sweep of frequencies, the largest over the checked speeds
     elongation_step : largest error in m of the elongation after a step of an input
     temperature_step : the same for the temperatures, in K
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief
+from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, outer, symmetric
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
@@ -13,7 +14,7 @@ from warmlink.controllers.observer.model import (
     losses,
     temperature,
 )
-from warmlink.fmus.arithmetic import Number, absolute, exp, finite, maximum, stack, total, where
+from warmlink.fmus.arithmetic import Number, absolute, exp, maximum, stack, total, where
 from warmlink.fmus.packaging.component import Record
 
 LEAST_SHARE = 0.5
@@ -33,32 +34,56 @@ def reconciled(
 
     A sensor that drifts away slowly has no telling innovation: the filter makes up heat that explains it.
     Such heat soon exceeds what a wrong model may account for. Then the sensor that is farthest from what the
-    duty alone makes of its temperature is left out, and the made-up heat is forgotten.
+    duty alone makes of its temperature is left out, and any other that the duty does not bear out either:
+    with a pad on, nobody can tell which one is right. The estimate begins again from the duty.
     """
     in_link = belief.mean[MODES + 1]
     noise = belief.noise_spread[MODES + 1, MODES + 1] ** 0.5
     too_much = absolute(in_link) - 4.0 * noise > plausible
 
+    deviation, strangeness = [], []
     farthest: Number = 0.0
-    strangeness = []
     for i in range(SENSORS):
         expected = temperature(i, duty_modes, p)
+        candidate = where(p.sensor_std[i] > 0, (1.0 - trust.out[i]) * fail_safe.present(readings[i]), 0.0)
+        deviation.append(where(candidate > 0, absolute(readings[i] - expected), 0.0))
         allowed = 3.0 * p.sensor_std[i] + p.model_share * absolute(expected - u.ambient_temperature)
-        strange = absolute(readings[i] - expected) / maximum(allowed, 1e-3)
-        candidate = where(p.sensor_std[i] > 0, 1.0 - trust.out[i], 0.0)
-        strangeness.append(where(candidate > 0, where(finite(strange), strange, 0.0), 0.0))
+        strangeness.append(deviation[i] / maximum(allowed, 1e-3))
         farthest = maximum(farthest, strangeness[i])
-    out = stack(
-        *(
-            where(too_much, where(strangeness[i] >= farthest, where(farthest > 0, 1.0, 0.0), 0.0), 0.0)
-            for i in range(SENSORS)
-        )
+    left_out = []
+    warmth: Number = 0.0
+    for i in range(SENSORS):
+        farthest_here = where(strangeness[i] >= farthest, where(farthest > 0, 1.0, 0.0), 0.0)
+        strange = where(strangeness[i] > 1.0, 1.0, farthest_here)
+        left_out.append(where(too_much, strange, 0.0))
+        warmth = maximum(warmth, deviation[i])
+    out = stack(*left_out)
+    again = _begun_again(belief, duty_modes, warmth, p)
+    return Belief(
+        *(where(too_much, new, old) for new, old in zip(again, belief, strict=True))
+    ), trust._replace(out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for))
+
+
+def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) -> Belief:
+    """Belief by the duty alone, with no unknown heat, and as much doubt in K as the sensors suggest.
+
+    What a camera has taught is kept.
+    """
+    taught = belief.mean.shape[0] - STATES
+    doubt = (
+        symmetric(p.warm_spread, MODES) * warmth**2
+        + outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
+        + diagonal(p.profile_std**2)
     )
-    keep = stack(
-        *[1.0] * (MODES), *[where(too_much, 0.0, 1.0)] * HEATS, *[1.0] * (belief.mean.shape[0] - STATES)
-    )
-    return belief._replace(mean=keep * belief.mean), trust._replace(
-        out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for)
+    zero = [0.0] * HEATS
+    nothing = outer(p.uniform_profile, belief.mean[MODES:]) * 0.0
+    kept = [diagonal_of(each)[STATES:] for each in (belief.spread, belief.noise_spread)]
+    heats = p.disturbance_std[:HEATS] ** 2
+    mean = stack(duty_modes, *zero, *([belief.mean[STATES:]] if taught else []))
+    return Belief(
+        mean,
+        blocks(doubt, nothing, diagonal(stack(heats, *([kept[0]] if taught else [])))),
+        blocks(doubt, nothing, diagonal(stack(*zero, *([kept[1]] if taught else [])))),
     )
 
 

@@ -110,14 +110,16 @@ def look(belief: Belief, x: Record, u: Record, p: Record, step: Number) -> tuple
     row = elongation_row(belief.mean, p)
     variance = p.camera_std**2
     innovation = u.measured_drift - (x.elongation - x.correction)
+    # A leap within the camera's authority is harmless, so it is believed.
+    expected = variance_along(belief.spread, row) + variance + (p.camera_authority / p.gate) ** 2
     trust = fail_safe.Trust(*(stack(value) for value in (0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)))
     verdict = fail_safe.judged(
         trust,
         0,
         news,
         innovation,
-        variance_along(belief.spread, row) + variance,
-        variance_along(belief.spread, row) + variance,
+        expected,
+        expected,
         fail_safe.Gates(p.gate, LARGEST, p.mean_time, p.camera_return_time),
         age,
     )

@@ -19,6 +19,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.exporter import finish_at_exit
 from warmlink.fmus.packaging.instance import Instance, Snapshot
 
 _TIME_TOLERANCE = 1e-6
@@ -76,6 +77,7 @@ class ComponentSlave(Fmi2Slave):
         self._unfit: str | None = None
         self._refused: list[str] = []
         self._discarded = self._lost = False
+        finish_at_exit(kwargs.get("resources", ""))
 
     # The functions below are called by pythonfmu's library and have the names that it expects.
 

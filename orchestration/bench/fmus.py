@@ -15,7 +15,7 @@ from warmlink.fmus.packaging.build import build_python_fmus
 from warmlink.fmus.packaging.catalogue import Entry, catalogue
 
 _LOOP = Path(__file__).with_suffix(".c")
-_NATIVE_STEPS, _PYTHON_STEPS = 100_000, 1_000
+_NATIVE_STEPS, _PYTHON_STEPS = 50_000, 300
 
 
 @dataclass(frozen=True)

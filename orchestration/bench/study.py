@@ -28,10 +28,12 @@ DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place
 
 @dataclass(frozen=True)
 class StudyTime:
-    """Wall time of the same runs on some workers, their start included.
+    """Wall time of the same runs on some workers, the start of local ones included.
 
-    `efficiency` is the time of one worker of the same kind over that of all, divided by their number; None
-    where there is no such time.
+    `cpu_seconds` is what this process and the workers computed, a Dask cluster's own start included: on cores
+    that nothing else uses, the wall time is that, divided by the number of workers. `efficiency` is the wall
+    time of one worker of the same kind over that of all, divided by their number; None where there is no such
+    time. It means something on a machine that does nothing else.
     """
 
     workers: str
@@ -39,6 +41,7 @@ class StudyTime:
     runs: int
     hours: float
     wall_seconds: float
+    cpu_seconds: float | None
     efficiency: float | None = None
 
     @property
@@ -78,9 +81,11 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool) -> Iterato
     kinds = sorted(WARMUP_CELL.components_with(cases[0].law).values())
     chosen = store(None, kinds, remark)
     fmus = FmuSet.read(chosen.kind, chosen.files(kinds, remark))
-    began = time.perf_counter()
+    wall, cpu = time.perf_counter(), _cpu_seconds()
     with LocalWorkers(fmus, jobs) as workers:
-        yield _timed(f"{jobs} processes", jobs, cases, workers, began)
+        timed = _timed(f"{jobs} processes", jobs, cases, workers, wall)
+    # The workers' time counts once they have ended.
+    yield replace(timed, cpu_seconds=_since(cpu))
     if dask:
         alone = _on_dask(fmus, cases, 1)
         yield alone
@@ -90,21 +95,24 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool) -> Iterato
 
 def times_table(times: list[StudyTime]) -> str:
     """The times as text."""
-    lines = [f"{'':<22}{'runs':>7}{'hours':>9}{'s':>9}{'hours/s':>10}{'efficiency':>13}"]
+    lines = [f"{'':<22}{'runs':>7}{'hours':>9}{'s':>9}{'hours/s':>10}{'CPU s':>9}{'efficiency':>13}"]
     for each in times:
+        cpu = "" if each.cpu_seconds is None else f"{each.cpu_seconds:.1f}"
         share = "" if each.efficiency is None else f"{each.efficiency:.2f}"
         lines.append(
             f"{each.workers:<22}{each.runs:>7}{each.hours:>9.0f}{each.wall_seconds:>9.1f}"
-            f"{each.hours_a_second:>10.1f}{share:>13}".rstrip()
+            f"{each.hours_a_second:>10.1f}{cpu:>9}{share:>13}".rstrip()
         )
     return "\n".join(lines)
 
 
 def _on_dask(fmus: FmuSet, cases: list[Case], count: int) -> StudyTime:
+    cpu = _cpu_seconds()
     with local_cluster(count) as address, ClusterWorkers(fmus, address) as workers:
         # The workers' own start is the cluster's, which stands before any study.
         list(workers.run(cases[: 2 * count]))
-        return _timed(f"Dask, {count} workers", count, cases, workers, time.perf_counter())
+        timed = _timed(f"Dask, workers: {count}", count, cases, workers, time.perf_counter())
+    return replace(timed, cpu_seconds=_since(cpu))
 
 
 @contextmanager
@@ -115,7 +123,7 @@ def local_cluster(count: int) -> Iterator[str]:
     except ImportError:
         raise MissingExtraError("a Dask cluster", "studies") from None
     cluster: Any = LocalCluster(
-        n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
     )
     with cluster:
         yield str(cluster.scheduler_address)
@@ -126,4 +134,19 @@ def _timed(name: str, count: int, cases: list[Case], workers: Workers, began: fl
     if stopped:
         raise InputError(f"{len(stopped)} runs stopped early, the first because of: {stopped[0]}")
     took = time.perf_counter() - began
-    return StudyTime(name, count, len(cases), sum(case.hours for case in cases), took)
+    return StudyTime(name, count, len(cases), sum(case.hours for case in cases), took, None)
+
+
+def _cpu_seconds() -> float | None:
+    """CPU time of this process and of those of its children that have ended; None where it is not told."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
+def _since(before: float | None) -> float | None:
+    now = _cpu_seconds()
+    return None if now is None or before is None else now - before

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from warmlink.orchestration.commands.console import answer, answer_json
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.commands.console import answer, answer_json, progress_bar
 
 
 def bench_fmus_command(as_json: bool) -> None:
@@ -31,6 +35,28 @@ def bench_study_command(hours: float, controller: str, jobs: int, dask: bool, as
         answer(times_table(times))
 
 
+def bench_masters_command(rounds: int, as_json: bool) -> None:
+    """Print our master beside other people's; each case when it is done."""
+    import sys
+    from dataclasses import asdict
+
+    from warmlink.orchestration.bench.masters import Extent, absent, bench_masters, masters_table
+    from warmlink.orchestration.commands.console import remark
+
+    told = remark if sys.stderr.isatty() else (lambda name: None)
+    found = []
+    for rows in bench_masters(Extent(rounds=rounds), told):
+        found += rows
+        if not as_json:
+            answer(masters_table(rows) + "\n")
+    if as_json:
+        answer_json({"rows": [asdict(row) for row in found], "not_installed": absent()})
+        return
+    answer("off by: from motor and link solved as one system of equations (BDF, tolerance 1e-11)")
+    for name, packages in absent().items():
+        answer(f"not installed: {name} ({', '.join(packages)})")
+
+
 def bench_scale_command(as_json: bool) -> None:
     """Print the time of a macro step of arms with more and more axes, and that of an 8-hour shift."""
     from dataclasses import asdict
@@ -53,3 +79,34 @@ def bench_scale_command(as_json: bool) -> None:
         )
     else:
         Console().print(scale_table(found))
+
+
+def bench_diagnosis_command(share: float, seed: int, jobs: int, out: Path, as_json: bool) -> None:
+    """Hide effects in fresh runs, diagnose them, and print how often that was right."""
+    from warmlink.orchestration.diagnosis.bench import FULL, bench_diagnosis
+
+    if not 0 < share <= 1:
+        raise InputError(f"--share: {share:g} is not a share; give a number above 0, at most 1")
+    counts = {kind: max(1, round(share * count)) for kind, count in FULL.items()}
+    with progress_bar("Hidden effects") as progress:
+        bench = bench_diagnosis(counts, seed, jobs, lambda done, total: progress(done / total))
+    bench.write(out)
+    if as_json:
+        answer_json(bench.table())
+        return
+    _print_shares(bench.table())
+    answer(f"seed {seed}; confusion matrix and every trial in {out}")
+
+
+def _print_shares(rows: list[dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None)
+    for heading in rows[0]:
+        table.add_column(heading.replace("_", " "), justify="left" if heading == "kind" else "right")
+    for row in rows:
+        table.add_row(
+            *("-" if v is None else f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values())
+        )
+    Console().print(table)

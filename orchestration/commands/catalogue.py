@@ -9,6 +9,9 @@ from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about
 from warmlink.orchestration.scenarios.scenario import load_scenario, scenario_names
+from warmlink.orchestration.studies import mismatch
+from warmlink.orchestration.studies.study import load_study
+from warmlink.orchestration.studies.study import names as study_names
 from warmlink.orchestration.system.shipped import SHIPPED
 
 
@@ -20,6 +23,8 @@ def list_command(as_json: bool) -> None:
         "controllers": {name: law.description for name, law in controllers().items()},
         "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
         "components": {name: component.description for name, component in components().items()},
+        "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
+        "studies": {name: load_study(name).title for name in study_names()},
         "masters": {name: about(name) for name in ALGORITHMS},
     }
     if as_json:

@@ -52,6 +52,18 @@ def noted_progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
         yield lambda share, note: bar.update(task, completed=share, note=note)
 
 
+@contextmanager
+def spinner(what: str) -> Iterator[Callable[[str], None]]:
+    """Spinner on a terminal, nothing elsewhere; give it what is being done."""
+    if not sys.stderr.isatty():
+        yield lambda doing: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(what) as status:
+        yield lambda doing: status.update(f"{what}: {doing}")
+
+
 def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:
     """Turn a share of the work done into a call for each of `total` named parts."""
     done = 0

@@ -3,96 +3,227 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.commands.console import progress_bar, remark
+from warmlink.orchestration.commands.simulate_answer import give_answer
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.checkpoint import LongRun
+from warmlink.orchestration.master.compiled import Stepping
+from warmlink.orchestration.master.error_budget import CouplingError, estimate_coupling_error
+from warmlink.orchestration.master.isolation import Isolation
+from warmlink.orchestration.master.pacing import Pacing
+from warmlink.orchestration.master.recorder import is_recorded
 from warmlink.orchestration.master.result import Result
-from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.run import Progress, simulate
+from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.report.series import write_series
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.system.model import DefaultExperiment
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.read import read_system
 
 STOPPED_EARLY = 1
 DEFAULT_STEPS = 500
+DEFAULT_CHECKPOINT = 3600
 
 
-def simulate_command(
-    path: Path, stop: str | None, step: str | None, master: str, out: Path | None, as_json: bool
-) -> int:
+@dataclass(frozen=True)
+class SimulateOptions:
+    """What the command line says; times as written, as `"1 h"`.
+
+    Attributes
+    ----------
+    system : the .ssp file
+    stop, step : None for what the system proposes
+    master, stepping : names
+    out : folder for results; None for one under `out`
+    time_limit : for one call of an isolated FMU
+    checkpoint : communication steps between checkpoints; None for a run kept in memory
+    real_time : simulated seconds a second of wall time; None for as fast as it goes
+    error_budget : whether to repeat the run with half the step; None where that costs no more than time
+    watch : variables to be bounded and, if they are no outputs, recorded; all outputs where none are given
+    """
+
+    system: Path
+    stop: str | None = None
+    step: str | None = None
+    master: str = "jacobi"
+    stepping: str = "auto"
+    out: Path | None = None
+    isolate: bool = False
+    time_limit: str | None = None
+    checkpoint: int | None = None
+    resume: bool = False
+    real_time: float | None = None
+    error_budget: bool | None = None
+    watch: tuple[str, ...] = ()
+
+    @property
+    def folder(self) -> Path:
+        """Where results go."""
+        return self.out or Path("out") / self.system.stem
+
+    @property
+    def isolation(self) -> Isolation | None:
+        """One process for each FMU, where asked for."""
+        if not self.isolate:
+            if self.time_limit is not None:
+                raise InputError("--time-limit: holds for FMUs in processes of their own; add --isolate")
+            return None
+        if self.time_limit is None:
+            return Isolation()
+        return Isolation(positive(self.time_limit, "s", "--time-limit"))
+
+    @property
+    def pacing(self) -> Pacing | None:
+        """Clock to keep to, where asked for."""
+        if self.real_time is None:
+            return None
+        if not 0 < self.real_time < float("inf"):
+            raise InputError(
+                f"--real-time {self.real_time:g}: no pace; give a number above 0, 1 for real time"
+            )
+        return Pacing(self.real_time)
+
+    @property
+    def long_run(self) -> LongRun | None:
+        """Streams and checkpoints, where asked for."""
+        if self.checkpoint is None and not self.resume:
+            return None
+        every = DEFAULT_CHECKPOINT if self.checkpoint is None else self.checkpoint
+        return LongRun(self.folder, every, self.resume)
+
+    @property
+    def loop(self) -> Stepping:
+        """How to step."""
+        for known in ("auto", "plain", "compiled"):
+            if self.stepping == known:
+                return known
+        raise InputError(f"--stepping {self.stepping}: not known; choose auto, plain or compiled")
+
+    @property
+    def bounds_coupling(self) -> bool:
+        """Whether to repeat the run: unasked, neither in real time nor where it may last for days."""
+        if self.error_budget is not None:
+            return self.error_budget
+        return self.real_time is None and self.long_run is None
+
+
+def simulate_command(options: SimulateOptions, as_json: bool) -> int:
     """Run, write and answer; gives the exit code."""
-    chosen = algorithm(master)
+    chosen = algorithm(options.master)
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        system = read_system(path, Path(work))
+        system = read_system(options.system, Path(work))
         for told in system.remarks:
             remark(told)
-        experiment = _experiment(system.default_experiment, stop, step, path)
-        assert experiment.stop_time is not None
-        assert experiment.step_size is not None
-        with progress_bar(system.name) as progress:
-            result = simulate(
-                system,
-                experiment.stop_time,
-                experiment.step_size,
-                chosen,
-                start_time=experiment.start_time,
-                progress=lambda done, count: progress(done / count),
-            )
-    folder = out or Path("out") / path.stem
-    with fresh_folder(folder) as target:
-        write_series(result, target)
-    if as_json:
-        answer_json(_summary(result, folder))
-    else:
-        _print_summary(result, f"{system.name} · {experiment.step_size:g} s steps · {master}", folder)
+        times = _experiment(system.default_experiment, options)
+        runs = _Runs(system, chosen, options, times, Path(work))
+        try:
+            with progress_bar(system.name) as progress:
+                result = runs.first(lambda done, count: progress(done / count / (1 + 2 * runs.repeats)))
+                bounds = runs.bounds(result, lambda done, count: progress((1 + 2 * done / count) / 3))
+        except SlaveError as fault:
+            # It did not even get to a first value.
+            remark(f"{fault}; there are no results")
+            return STOPPED_EARLY
+        with fresh_folder(options.folder) as target:
+            write_series(result, target)
+    head = f"{system.name} · {times.step_size:g} s steps · {options.master}"
+    give_answer(result, bounds, head, options.folder, as_json=as_json)
+    for told in result.remarks:
+        remark(told)
     if result.reason is not None:
         remark(f"stopped early: {result.reason}; what was computed up to there is kept")
         return STOPPED_EARLY
     return 0
 
 
-def _experiment(
-    proposed: DefaultExperiment, stop: str | None, step: str | None, path: Path
-) -> DefaultExperiment:
-    stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
-    if stop_time is None:
-        raise InputError(f'{path}: the system proposes no stop time; give one, as --stop "1 h"')
-    step_size = proposed.step_size if step is None else positive(step, "s", "--step")
-    return replace(proposed, stop_time=stop_time, step_size=step_size or stop_time / DEFAULT_STEPS)
+@dataclass(frozen=True)
+class _Times:
+    """Start, stop and step in s."""
+
+    start: float
+    stop: float
+    step_size: float
 
 
-def _summary(result: Result, folder: Path) -> dict[str, Any]:
-    return {
-        "stop_time_s": float(result.times[-1]) if len(result.times) else None,
-        "stopped": result.reason,
-        "results": str(folder),
-        "outputs": {
-            name: {
-                "unit": result.table.units[name],
-                "last": float(result[name][-1]),
-                "min": float(result[name].min()),
-                "max": float(result[name].max()),
-            }
-            for name in result.table.names
-            if len(result.times)
-        },
-    }
+@dataclass(frozen=True)
+class _Runs:
+    """The run that was asked for, and the one with half its step."""
+
+    system: System
+    algorithm: Algorithm
+    options: SimulateOptions
+    times: _Times
+    work: Path
+
+    @property
+    def repeats(self) -> bool:
+        return self.options.bounds_coupling
+
+    def first(self, progress: Progress) -> Result:
+        """Do what was asked for."""
+        options, times = self.options, self.times
+        return simulate(
+            self.system,
+            times.stop,
+            times.step_size,
+            self.algorithm,
+            start_time=times.start,
+            record=self._recorded(),
+            isolation=options.isolation,
+            stepping=options.loop,
+            long_run=options.long_run,
+            pacing=options.pacing,
+            progress=progress,
+        )
+
+    def bounds(self, result: Result, progress: Progress) -> tuple[CouplingError, ...]:
+        """Bound the coupling error of the watched variables; nothing where the run stopped early."""
+        if not self.repeats or result.status != "completed":
+            return ()
+        names = self.options.watch or result.table.names
+
+        def again(stop: float, step_size: float) -> Result:
+            options = self.options
+            # Values of a run that is streamed may not fit into the memory.
+            streamed = None if options.long_run is None else LongRun(self.work / "half", every=None)
+            return simulate(
+                self.system,
+                stop,
+                step_size,
+                self.algorithm,
+                start_time=self.times.start,
+                record=names,
+                isolation=options.isolation,
+                stepping=options.loop,
+                long_run=streamed,
+                check_stability=False,
+                progress=progress,
+            )
+
+        return estimate_coupling_error(again, result, self.times.step_size, self.algorithm.order, names)
+
+    def _recorded(self) -> tuple[str, ...] | None:
+        if not self.options.watch:
+            return None
+        outputs = [
+            f"{name}.{variable.name}"
+            for name, component in self.system.components.items()
+            for variable in read_description(component.fmu).variables.values()
+            if is_recorded(variable)
+        ]
+        return (*outputs, *self.options.watch)
 
 
-def _print_summary(result: Result, head: str, folder: Path) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=head, title_justify="left", box=None)
-    for heading in ("output", "unit", "last", "least", "largest"):
-        table.add_column(heading, justify="left" if heading in ("output", "unit") else "right")
-    for name, figures in _summary(result, folder)["outputs"].items():
-        cells = (f"{figures[key]:.6g}" for key in ("last", "min", "max"))
-        table.add_row(name, figures["unit"] or "1", *cells)
-    Console().print(table)
-    answer(f"results  {folder}")
+def _experiment(proposed: DefaultExperiment, options: SimulateOptions) -> _Times:
+    stop = proposed.stop_time if options.stop is None else positive(options.stop, "s", "--stop")
+    if stop is None:
+        raise InputError(f'{options.system}: the system proposes no stop time; give one, as --stop "1 h"')
+    step = proposed.step_size if options.step is None else positive(options.step, "s", "--step")
+    return _Times(proposed.start_time, stop, step or stop / DEFAULT_STEPS)

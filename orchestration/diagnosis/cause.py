@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-Kind = Literal["plant", "temperature sensor", "camera", "reading", "record"]
+Kind = Literal["plant", "temperature sensor", "camera", "reading", "record", "simulation"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,9 @@ class Cause:
     neutral : value that changes nothing; None: the nominal value
     shown_unit : unit in which people read the value
     looks_like, check : what it looks like in the data, and what to look at on the machine
+    kind : what it belongs to; one of the simulation itself is checked before all others, not fitted
     relative : whether the bounds are factors on the nominal value
+    material : whether it is a property of the material, which no label of a run changes
     covariate : input whose column the cause needs
     """
 
@@ -39,6 +41,7 @@ class Cause:
     neutral: float | None = None
     shown_unit: str = ""
     relative: bool = False
+    material: bool = False
     covariate: str | None = None
     kind: Kind = "plant"
 

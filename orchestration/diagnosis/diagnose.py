@@ -114,9 +114,15 @@ class Diagnosis:
             return []
         best = self.assessment.best.key
         sets: dict[frozenset[str], list[str]] = {}
-        for rival in self.assessment.rivals:
-            own = best - rival.key
-            sets.setdefault(own, ["+".join(sorted(own))]).append("+".join(sorted(rival.key - best)))
+        exchanged: set[str] = set()
+        # What single exchanges say already is not said again of their combinations.
+        for rival in sorted(self.assessment.rivals, key=lambda fit: len(fit.key - best)):
+            own, other = best - rival.key, rival.key - best
+            if len(other) == 1:
+                exchanged |= other
+            elif other <= exchanged:
+                continue
+            sets.setdefault(own, ["+".join(sorted(own))]).append("+".join(sorted(other)))
         return [list(dict.fromkeys(names)) for names in sets.values()]
 
     @cached_property
@@ -163,6 +169,12 @@ class Diagnosis:
             },
             "wrong": {name: self._wrong_entry(name, wrong) for name, wrong in self.wrong.items()},
             "remaining": {name: self._wrong_entry(name, wrong) for name, wrong in self.remaining.items()},
+            "artefacts": {
+                "communication_step": {
+                    "solved_in_one_piece": True,
+                    "error_sigma": self.assessment.artefact,
+                }
+            },
             "hint": None if self.hint is None else self.hint.to_json(),
             "gain": self._gain(),
             "extended": {"ssv": ssv, "ssp": ssp},

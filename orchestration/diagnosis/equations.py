@@ -7,13 +7,13 @@ FMUs, without the communication steps between them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.diagnosis.rigs import Rig
+from warmlink.orchestration.diagnosis.rigs import Rig, rig
 
 Vector = NDArray[np.float64]
 
@@ -110,6 +110,12 @@ class Equations:
             np.array(by_state).reshape(m, points, n).transpose(1, 0, 2),
             np.array(by_slot).reshape(m, points, k).transpose(1, 0, 2),
         )
+
+
+@lru_cache(maxsize=24)
+def equations(name: str, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...]) -> Equations:
+    """Compiled functions of a shipped rig, kept for the next problem of the same kind."""
+    return Equations(rig(name, cells), slots, outputs)
 
 
 class Linearised:

@@ -93,13 +93,14 @@ class Columns:
         for run, (gram, gradient) in enumerate(zip(point.gram, point.gradient, strict=True)):
             selection = np.zeros((gradient.size, count))
             for j, freed in enumerate(wanted):
-                if run in freed.runs and not (freed.calibrated and _overridden(freed, overriding, run)):
+                if run in freed.runs and not (freed.calibrated and overridden(freed, overriding, run)):
                     selection[list(freed.slots), j] = 1.0
             self.gram += selection.T @ gram @ selection
             self.gradient += selection.T @ gradient
 
 
-def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
+def overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
+    """Whether a cause's own number takes a calibrated one's place in a run."""
     return any(
         o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by
     )

@@ -271,6 +271,17 @@ def effect_of(name: str) -> Effect:
     return EFFECTS[stem]
 
 
+def ordinary(names: Sequence[str]) -> dict[str, float]:
+    """Ordinary strengths in SI of effects by name.
+
+    Raises
+    ------
+    InputError
+        An effect is not known.
+    """
+    return {name: effect_of(name).size for name in names}
+
+
 def write_csv(columns: Mapping[str, Vector], path: Path) -> None:
     """Write a run, whole or not at all."""
     import pandas as pd

@@ -7,7 +7,7 @@ column.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 TIME = "time"
+MOST_ROWS = 200_000
+"""Rows that are kept; of a longer file groups of rows are averaged."""
+
 FEWEST_ROWS = 20
 """Rows with a reading; fewer say nothing about noise."""
 
@@ -124,7 +127,34 @@ def read_run(
         values, _ = _column(path, table, header, "K", True)
         extra[variable] = _held(path, header, values, empty_is_off=False)
     _refuse_empty(path, readings)
-    return Run(path.stem, time, inputs, readings, extra), tuple(columns)
+    return condensed(Run(path.stem, time, inputs, readings, extra)), tuple(columns)
+
+
+def condensed(run: Run, most: int = MOST_ROWS) -> Run:
+    """Average a run's rows in groups of equal size where there are more than can be used.
+
+    A pad that is off in the first row of a group is off in the group.
+    """
+    if run.time.size <= most:
+        return run
+    starts = np.arange(0, run.time.size, -(-run.time.size // most))
+
+    def mean(values: Vector) -> Vector:
+        full = np.isfinite(values)
+        count = np.add.reduceat(full.astype(float), starts)
+        sums = np.add.reduceat(np.where(full, values, 0.0), starts)
+        return np.where(count > 0, sums / np.maximum(count, 1.0), np.nan)
+
+    def held(values: Vector) -> Vector:
+        return np.where(np.isfinite(values[starts]), mean(values), np.nan)
+
+    return replace(
+        run,
+        time=run.time[starts],
+        inputs={name: held(values) for name, values in run.inputs.items()},
+        readings={name: mean(values) for name, values in run.readings.items()},
+        covariates={name: held(values) for name, values in run.covariates.items()},
+    )
 
 
 def _read_table(path: Path) -> pd.DataFrame:

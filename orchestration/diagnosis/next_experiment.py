@@ -1,7 +1,7 @@
 """The next experiment: the feasible duty cycle that best tells apart what this one could not.
 
 For each candidate duty cycle the best model's readings are predicted; the distance to the nearest
-readings that a rival can give, all free numbers of both refitted, is the separation expected in standard
+readings that a rival can give, its numbers refitted, is the separation expected in standard
 deviations (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975) 57-70).
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.experiment import Experiment
-from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fitting import Fit, Fitter, overridden
 from warmlink.orchestration.diagnosis.gain import Scores
 from warmlink.orchestration.diagnosis.lack_of_fit import _orthonormal
 from warmlink.orchestration.diagnosis.measured import Run
@@ -115,39 +115,50 @@ def _separations(
     return _distances(fitter, problem, best, rivals)
 
 
-def _distances(fitter: Fitter, problem: Problem, best: Fit, rivals: Sequence[Fit]) -> list[float]:
-    """Separation of the best model from each rival on the last run of a problem."""
+def _distances(
+    fitter: Fitter, problem: Problem, best: Fit, rivals: Sequence[Fit], told: bool = False
+) -> list[float]:
+    """Separation of the best model from each rival on the last run of a problem.
+
+    The run is judged by itself, the rival's numbers free, or `told` what the fitted runs say of both
+    models' numbers.
+    """
     run = len(problem.data) - 1
     whiten = [Whitener(n, problem.data[run].time) for n in fitter.noise]
     truth, own = _whitened(problem, best, run, whiten)
     result = []
     for rival in rivals:
         readings, columns = _whitened(problem, rival, run, whiten)
-        taken = _orthonormal(np.column_stack([own, columns]))
         apart = truth - readings
-        apart = apart - taken @ (taken.T @ apart)
-        result.append(float(np.linalg.norm(apart)))
+        if told:
+            free = np.column_stack([own @ _root(best.covariance()), columns @ _root(rival.covariance())])
+            # (I + F F')^-1 by Woodbury's identity
+            part = free.T @ apart
+            rest = apart @ apart - part @ np.linalg.solve(np.eye(free.shape[1]) + free.T @ free, part)
+            result.append(float(np.sqrt(np.maximum(rest, 0.0))))
+        else:
+            taken = _orthonormal(columns)
+            result.append(float(np.linalg.norm(apart - taken @ (taken.T @ apart))))
     return result
 
 
 def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Vector, Vector]:
-    carried = Scores.carry(problem, fit)
-    z = problem.values(run, *carried)
-    values, by_slot = problem.predict(run, z)
-    columns = (
-        np.stack(
-            [
-                by_slot[:, :, list(f.slots)].sum(axis=2) if run in f.runs else np.zeros(values.shape)
-                for f in carried[0]
-            ],
-            axis=2,
-        )
-        if carried[0]
-        else np.zeros((*values.shape, 0))
-    )
+    freed, theta = Scores.carry(problem, fit)
+    values, by_slot = problem.predict(run, problem.values(run, freed, theta))
+    here = {(f.variable, f.group, f.calibrated): f for f in freed}
+    columns = np.zeros((*values.shape, len(fit.freed)))
+    for j, fitted in enumerate(fit.freed):
+        f = here.get((fitted.variable, fitted.group, fitted.calibrated))
+        if f is not None and run in f.runs and not (f.calibrated and overridden(f, freed, run)):
+            columns[:, :, j] = by_slot[:, :, list(f.slots)].sum(axis=2)
     joined = np.concatenate([values[:, :, None], columns], axis=2)
     together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
     return together[:, 0], together[:, 1:]
+
+
+def _root(covariance: Vector) -> Vector:
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
 def _run_of(duty: Sequence[Stage], problem: Problem) -> Run:
@@ -176,7 +187,7 @@ def _another_run(fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: E
     for labels in combinations:
         like = replace(runs[0], name="next", labels=dict(zip(names, labels, strict=True)))
         problem = Problem(replace(experiment, runs=(*runs, like)))
-        found.append((max(_distances(fitter, problem, best, rivals)), labels))
+        found.append((max(_distances(fitter, problem, best, rivals, told=True)), labels))
     if not found or max(found)[0] < NEVER:
         return Proposed((), f"No further run of this kind tells {_title(best)} from its rivals.", 0.0)
     separation, labels = max(found)

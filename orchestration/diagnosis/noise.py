@@ -34,6 +34,9 @@ _WORTH = 8.0
 _APART = 14.0
 """The same for a channel whose noise is unlike that of the others."""
 
+_LIKED = 4.0
+"""Loss of twice the log-likelihood within which a form of the noise is still credible."""
+
 _FEWEST = 16
 """Readings, or frequencies, that say something about noise."""
 
@@ -170,6 +173,11 @@ def estimate(spectra: Sequence[Spectrum]) -> list[NoiseModel]:
     common = int(np.argmin(together)) if known else 0
     if known and together[common] > together[0] - _WORTH:
         common = 0
+    elif known:
+        # Of forms that the data like about equally the one with the most noise in slow courses: what
+        # is only noise must not be called a finding.
+        liked = np.flatnonzero(together < together[common] + _LIKED)
+        common = int(max(liked, key=lambda i: _long_run(*forms[i], step)))
     models = [NoiseModel(spectrum.least) for spectrum in spectra]
     for row, i in zip(table, known, strict=True):
         own = int(np.argmin(row))
@@ -178,6 +186,12 @@ def estimate(spectra: Sequence[Spectrum]) -> list[NoiseModel]:
         white = max(float(np.sqrt(variance * (1 - share))), spectra[i].least)
         models[i] = NoiseModel(white, float(np.sqrt(variance * share)), memory)
     return models
+
+
+def _long_run(memory: float, share: float, step: float) -> float:
+    """Variance of slow courses as a multiple of the readings' variance."""
+    decay = float(np.exp(-step / memory))
+    return (1 - share) + share * (1 + decay) / (1 - decay)
 
 
 def _robust_mean(power: Vector) -> float:

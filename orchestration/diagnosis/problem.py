@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.cause import Cause, catalogue
-from warmlink.orchestration.diagnosis.equations import Equations
+from warmlink.orchestration.diagnosis.equations import equations
 from warmlink.orchestration.diagnosis.experiment import PER_RUN, Calibrated, Experiment
 from warmlink.orchestration.diagnosis.forward import Forward
-from warmlink.orchestration.diagnosis.grid import FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.grid import CHECK, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.initial import initial_values
 from warmlink.orchestration.diagnosis.instruments import NEUTRAL, Readings, channel_of
 from warmlink.orchestration.diagnosis.measured import Run, names_of
-from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
+from warmlink.orchestration.diagnosis.noise import NoiseModel
+from warmlink.orchestration.diagnosis.rigs import ELONGATION
 from warmlink.orchestration.diagnosis.thinning import Thinned, thinned
 
 Vector = NDArray[np.float64]
@@ -95,7 +96,23 @@ class Problem:
         values, by_slot = self._readings[run](z)
         return values + self._corrections[run], by_slot
 
-    def refine(self, values: Sequence[Vector], finer: Resolution = FINAL) -> float:
+    def artefact(self, values: Sequence[Vector], noise: Sequence[NoiseModel]) -> float:
+        """Error of the simulation's own steps and cells in standard deviations of all readings together.
+
+        From a simulation with half the cells' size and half the steps. Where it might be taken for an
+        effect, that finer one serves from here on.
+        """
+        sigma = np.array([each.white for each in noise])
+        total = 0.0
+        fine, finer = self._finer(FINAL), self._at(CHECK)
+        for i, z in enumerate(values):
+            error = (finer[i](z)[0] - fine[i](z)[0])[self.data[i].fitted] / sigma
+            total += float(np.sum(error**2))
+        if total > 1.0:
+            self._finest = CHECK
+        return float(np.sqrt(total))
+
+    def refine(self, values: Sequence[Vector]) -> float:
         """Take the grid's error out at given values of the freed variables.
 
         Parameters
@@ -108,7 +125,7 @@ class Problem:
             Largest error taken out, in units of 1 mK or 10 nm.
         """
         largest = 0.0
-        for i, (fine, z) in enumerate(zip(self._finer(finer), values, strict=True)):
+        for i, (fine, z) in enumerate(zip(self._finer(self._finest), values, strict=True)):
             error = fine(z)[0] - self._readings[i](z)[0]
             self._corrections[i] = error
             scale = np.array([1e-8 if v == ELONGATION else 1e-3 for v in self.variables])
@@ -154,7 +171,10 @@ class Problem:
             slots = tuple(self.slots.index(v) for v in variables)
             also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
             # An instrument stays the same from run to run; what surrounds and covers the machine may not.
-            labels = ["", *(self.experiment.cause_labels if cause.kind == "plant" else ())]
+            labels = [
+                "",
+                *(self.experiment.cause_labels if cause.kind == "plant" and not cause.material else ()),
+            ]
             for label in labels:
                 groups = self._groups(label or None)
                 if also is not None:
@@ -182,6 +202,8 @@ class Problem:
     def _variables_of(self, cause: Cause) -> Iterable[tuple[str, tuple[str, ...]]]:
         """Names of the cause, by channel where it is an instrument's, and the variables that it frees."""
         rig_here = self.experiment.rig
+        if cause.kind == "simulation":
+            return
         if cause.kind == "plant":
             covered = cause.covariate is None or any(
                 cause.covariate in run.covariates or any(n.endswith(cause.covariate) for n in run.inputs)
@@ -229,10 +251,10 @@ class Problem:
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _at(self, resolution: Resolution) -> list[Readings]:
-        equations = Equations(rig(self.experiment.rig.name, resolution.cells), self._inner, self.variables)
+        compiled = equations(self.experiment.rig.name, resolution.cells, self._inner, self.variables)
         return [
             Readings(
-                Forward(equations, run, self.known_of(run), resolution),
+                Forward(compiled, run, self.known_of(run), resolution),
                 self.variables,
                 self._outer,
                 data.time,
@@ -246,6 +268,7 @@ class Problem:
             self._fine = (resolution, self._at(resolution))
         return self._fine[1]
 
+    _finest: Resolution = FINAL
     _fine: tuple[Resolution, list[Readings]] | None = None
 
     def known(self, run: int) -> Mapping[str, float]:

@@ -28,11 +28,13 @@ MOST_CAUSES = 3
 NEAR = 7.0
 """Chi-square by which a set must be worse to be told apart from the best."""
 
-_SLACK = 6.0
+_SLACK, _WINS = 6.0, 4.0
+"""What a prediction may be off by, for a set of as many causes and for a larger one."""
+
 _MOST_FITS = 45
 _PER_ROUND = 4
 _COLLINEAR = 1 - 1e-6
-_DRAWS = 8000
+_DRAWS = 6000
 
 
 @dataclass(frozen=True)
@@ -111,15 +113,25 @@ class Search:
     def run(self) -> Fit:
         """Search until no proposal may be better or as good, or the fits are used up."""
         while len(self.fits) < _MOST_FITS:
-            limit = self.score(self.best) + NEAR + _SLACK
+            best = self.best
             ranked = sorted((self._expected(p), i, p) for i, p in enumerate(self._proposals.values()))
-            promising = [p for expected, _, p in ranked[:_PER_ROUND] if expected < limit]
+            promising = [
+                p for expected, _, p in ranked if expected < self.score(best) + self._margin(p, best)
+            ][:_PER_ROUND]
             if not promising:
                 break
             for proposal in promising:
                 self._progress(" + ".join(sorted(proposal.key)))
                 self.add(self.fitter.fit(proposal.items, proposal.start))
         return self.best
+
+    def _margin(self, proposal: Proposal, best: Fit) -> float:
+        """How much worse than the best a proposal may look and still be worth a fit.
+
+        Sets of as many causes matter when they come near, larger ones only when they win.
+        """
+        larger = len(proposal.items) > len(best.items)
+        return _WINS if larger else NEAR + _SLACK
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
@@ -128,8 +140,9 @@ class Search:
         close = [
             fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < score + within
         ]
-        every = [twin for fit in close for twin in (fit, *self._twins(fit))]
-        return sorted((fit for fit in every if fit is not best), key=self.score)
+        every = {twin.key: twin for fit in close for twin in (*self._twins(fit), fit)}
+        every.pop(best.key, None)
+        return sorted(every.values(), key=self.score)
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
         """The same fit under labels that split the fitted runs alike: no data tell them apart."""

@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.measured import Run
 
 Vector = NDArray[np.float64]
 
-MOST_ROWS = 600
+MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
 
 SHORTEST = 5.0
@@ -56,7 +56,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
         spikes[i] = wrong.size
         table[wrong, i] = np.nan
     scatter = np.array([_scatter(column) for column in table.T])
-    span = float(run.time[-1])
+    span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
     if spacing >= length * 0.75:

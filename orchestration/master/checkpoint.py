@@ -14,9 +14,9 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
+from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recorder import Recorder
-from warmlink.orchestration.master.stores import Folder
 from warmlink.orchestration.system.model import Value
 
 FILE = "checkpoint"
@@ -63,12 +63,11 @@ class Checkpoints:
         Where a slave cannot serialise its state.
     """
 
-    def __init__(self, chosen: LongRun, network: Network, fingerprint: str, store: Folder) -> None:
+    def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
         self.every = chosen.every
         self.path = chosen.folder / FILE
         self._network = network
         self._fingerprint = fingerprint
-        self._store = store
         if chosen.every is not None:
             unable = [s.name for s in network.slaves if not s.capabilities.serialize_state]
             if unable:
@@ -90,7 +89,7 @@ class Checkpoints:
     def save(self, recorder: Recorder, stepper: Stepper, sweeps: int) -> None:
         """Write a checkpoint of the present communication point, the values first."""
         recorder.flush()
-        self._store.secure()
+        recorder.store.secure()
         network = self._network
         kept = Checkpoint(
             self._fingerprint,
@@ -107,6 +106,10 @@ class Checkpoints:
             file.flush()
             os.fsync(file.fileno())
         scratch.replace(self.path)
+
+    def forget(self) -> None:
+        """Remove what an earlier run left, so that nobody takes it for this one's."""
+        self.path.unlink(missing_ok=True)
 
     def load(self) -> Checkpoint | None:
         """Read the checkpoint; None where there is none yet.
@@ -144,21 +147,22 @@ class Checkpoints:
         return sweeps
 
 
-def fingerprint(assembly: Assembly, recorder: Recorder, algorithm: Algorithm) -> str:
-    """Give a digest of all that decides a run's values.
+def fingerprint(
+    assembly: Assembly, names: Sequence[str], points: CommunicationPoints, algorithm: Algorithm
+) -> str:
+    """Give a digest of all that decides a run's values, and of what is recorded.
 
     The stop time is among it, for slaves are told it and may keep it in their state.
     """
     slaves = [(s.name, getattr(getattr(s, "info", None), "guid", "")) for s in assembly.slaves]
     values = {name: sorted(given.items()) for name, given in assembly.values.items()}
-    points = recorder.points
     parts: Sequence[Any] = (
         slaves,
         list(assembly.connections),
         sorted(values.items()),
         points,
         algorithm,
-        recorder.names,
+        tuple(names),
     )
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()
 

@@ -10,15 +10,20 @@ from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.slave import Names, Slave
 from warmlink.orchestration.master.stores import Store
 from warmlink.orchestration.master.table import Table
+from warmlink.orchestration.system.description import Variable
 
 
 def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
     """Name every scalar output that is a number, as `slave.variable`."""
     return tuple(
-        f"{slave.name}.{v.name}"
-        for slave in slaves
-        for v in slave.variables.values()
-        if v.causality == "output" and v.kind not in (None, "String") and not v.dimensions
+        f"{slave.name}.{v.name}" for slave in slaves for v in slave.variables.values() if is_recorded(v)
+    )
+
+
+def is_recorded(variable: Variable) -> bool:
+    """Tell whether a variable is recorded unasked: an output that is a scalar number."""
+    return (
+        variable.causality == "output" and variable.kind not in (None, "String") and not variable.dimensions
     )
 
 

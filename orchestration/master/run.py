@@ -14,7 +14,7 @@ from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.balance_control import BalanceControl
-from warmlink.orchestration.master.checkpoint import Checkpoints, LongRun, fingerprint
+from warmlink.orchestration.master.checkpoint import Checkpoint, Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -146,10 +146,14 @@ def _prepare(
     stepper = algorithm.bind(network, points)
     if long_run is None:
         return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm)
-    folder = Folder(long_run.folder)
-    recorder = Recorder(network, names, points, folder)
-    checkpoints = Checkpoints(long_run, network, fingerprint(assembly, recorder, algorithm), folder)
-    return Run(network, recorder, stepper, algorithm, checkpoints, long_run.resume)
+    # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
+    names = list(dict.fromkeys(names))
+    checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, algorithm))
+    found = checkpoints.load() if long_run.resume else None
+    recorder = Recorder(network, names, points, Folder(long_run.folder, keep=found.rows if found else 0))
+    if found is None:
+        checkpoints.forget()
+    return Run(network, recorder, stepper, algorithm, checkpoints, found)
 
 
 def _balances(assembly: Assembly, balances: Sequence[Balance] | None) -> Sequence[Balance]:
@@ -165,7 +169,7 @@ class Run:
     stepper: Stepper
     algorithm: Algorithm
     checkpoints: Checkpoints | None = None
-    resume: bool = False
+    found: Checkpoint | None = None
     clock: Clock | None = None
     progress: Progress | None = None
     compiled: bool = False
@@ -234,12 +238,12 @@ class Run:
 
     def _begin(self, assembly: Assembly) -> None:
         """Initialize, or go on from a checkpoint."""
-        found = self.checkpoints.load() if self.checkpoints is not None and self.resume else None
         self._sweeps = initialize(self.network, self.recorder.points, assembly.values)
-        if found is None or self.checkpoints is None:
+        if self.found is None or self.checkpoints is None:
             self.recorder.take(0)
         else:
-            self._sweeps = self.checkpoints.restore(found, self.recorder, self.stepper)
+            self._sweeps = self.checkpoints.restore(self.found, self.recorder, self.stepper)
+            self.found = None
         inner = self._inner()
         explicit = isinstance(inner, Jacobi | GaussSeidel)
         if self.check_stability and explicit and not self.network.unable_to_restore():

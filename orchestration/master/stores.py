@@ -30,6 +30,9 @@ class Store(Protocol):
     def put(self, first: int, rows: NDArray[np.float64]) -> None:
         """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
 
+    def secure(self) -> None:
+        """Have everything taken survive the process, as far as that can be had."""
+
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take the last rows and give all, shape (rows, columns)."""
 
@@ -46,6 +49,9 @@ class Memory:
     def put(self, first: int, rows: NDArray[np.float64]) -> None:
         """Nothing to do: the block is never full before the end."""
 
+    def secure(self) -> None:
+        """Nothing to do: the memory goes with the process."""
+
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Give what was filled."""
         return rest
@@ -61,18 +67,26 @@ class Folder:
     ----------
     folder : Path
         Made where it does not exist.
+    keep : int
+        Rows that an interrupted run left there and that its checkpoint counts on; 0 begins anew.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, keep: int = 0) -> None:
         self.folder = folder
+        self._keep = keep
         self._file: BinaryIO | None = None
         self._columns = 0
 
     def open(
         self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
     ) -> NDArray[np.float64]:
-        """Give a block of 4096 rows."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        """Give a block of 4096 rows.
+
+        Raises
+        ------
+        InputError
+            Where the folder cannot be written, or does not hold the rows to keep.
+        """
         about = {
             "columns": [{"name": name, "unit": units[name]} for name in names],
             "start_time_s": points.start_time,
@@ -80,12 +94,20 @@ class Folder:
             "steps": points.count,
         }
         scratch = self.folder / (COLUMNS + ".new")
-        scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
-        scratch.replace(self.folder / COLUMNS)
         path = self.folder / VALUES
         self._columns = len(names)
-        # Rows of an interrupted run are left until its checkpoint says how many count.
-        self._file = path.open("r+b" if path.exists() else "w+b")
+        kept = self._header(0, write=False) + self._keep * 8 * self._columns
+        if self._keep and (not path.exists() or path.stat().st_size < kept):
+            raise InputError(f"{path}: lacks values that the checkpoint beside it counts on; start anew")
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
+            scratch.replace(self.folder / COLUMNS)
+            self._file = path.open("r+b" if self._keep else "w+b")
+        except OSError as fault:
+            raise InputError(
+                f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
+            ) from None
         return np.full((min(BLOCK_ROWS, points.count + 1), len(names)), np.nan)
 
     def put(self, first: int, rows: NDArray[np.float64]) -> None:

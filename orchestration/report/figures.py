@@ -116,5 +116,7 @@ def heat_map(
     )
     figure.update_yaxes(autorange="reversed", automargin=True)
     figure.update_xaxes(side="top", automargin=True)
-    height = 110 + 30 * len(rows)
-    return styled(figure, height)
+    styled(figure, 130 + 30 * len(rows))
+    # Room above the columns' names for the figure's tools.
+    figure.update_layout(margin={"t": 70, "b": 15})
+    return figure

@@ -2,34 +2,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from warmlink.orchestration.master.result import Result
 
+BLOCK_ROWS = 1 << 10
+
 
 def write_series(result: Result, folder: Path) -> None:
-    """Write `results.csv` and `results.parquet`: a column a variable, with its unit in the name."""
+    """Write `results.csv` and `results.parquet`: a column a variable, with its unit in the name.
+
+    Written block by block, so that a run whose values lie on disk never has to fit into the memory.
+    """
+    import pyarrow
     from pyarrow import csv, parquet
 
-    columns: dict[str, ArrayLike] = {"time [s]": result.times}
-    for name in result.table.names:
-        columns[result.table.heading(name)] = result[name]
-    table = _table(columns)
-    csv.write_csv(table, folder / "results.csv")
-    parquet.write_table(table, folder / "results.parquet")
+    names = ["time [s]", *(result.table.heading(name) for name in result.table.names)]
+    schema = pyarrow.schema([(name, pyarrow.float64()) for name in names])
+    with (
+        csv.CSVWriter(folder / "results.csv", schema) as lines,
+        parquet.ParquetWriter(folder / "results.parquet", schema) as columns,
+    ):
+        for block in _blocks(result):
+            table = _table(names, block)
+            lines.write_table(table)
+            columns.write_table(table)
 
 
-def _table(columns: dict[str, ArrayLike]) -> object:
+def _blocks(result: Result) -> Iterator[NDArray[np.float64]]:
+    """Times and values of some thousand points after another, shape (columns, points)."""
+    points = result.table.points
+    for first in range(0, len(result.table), BLOCK_ROWS):
+        values = np.asarray(result.table.values[first : first + BLOCK_ROWS])
+        times = points.start_time + np.arange(first, first + len(values), dtype=np.float64) * points.step_size
+        yield np.vstack([times, values.T])
+
+
+def _table(names: list[str], block: NDArray[np.float64]) -> Any:
     """Arrow table of float columns; built from buffers, since anything else would load pandas first."""
     import pyarrow
 
-    arrays = []
-    for values in columns.values():
-        flat = np.ascontiguousarray(values, dtype=np.float64)
-        arrays.append(
-            pyarrow.Array.from_buffers(pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)])
-        )
-    return pyarrow.Table.from_arrays(arrays, names=list(columns))
+    arrays = [
+        pyarrow.Array.from_buffers(pyarrow.float64(), column.size, [None, pyarrow.py_buffer(column)])
+        for column in np.ascontiguousarray(block)
+    ]
+    return pyarrow.Table.from_arrays(arrays, names=names)

@@ -14,6 +14,7 @@ import numpy as np
 
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -119,9 +120,11 @@ def case_of(
     Raises
     ------
     InputError
-        If the scenario names a parameter, unit or master that does not exist, or a component refuses a value.
+        If the scenario names a parameter, unit or master that does not exist, its step does not
+        divide its time, or a component refuses a value.
     """
     algorithm(scenario.master)
+    CommunicationPoints.between(0.0, scenario.stop_time, scenario.step_size)
     return Case(
         label=label,
         law=controller.name,

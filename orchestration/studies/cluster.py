@@ -13,6 +13,12 @@ from warmlink.orchestration.studies.workers import attempt, died, longest_first
 
 CONNECT_TIMEOUT_S = 5.0
 
+TASK_HOURS = 25.0
+"""Closed-loop hours of a task: about half a second, against some milliseconds that a task costs in itself."""
+
+TASKS_A_THREAD = 8
+"""Tasks that a thread should have at least, so that all end together."""
+
 
 class ClusterWorkers:
     """The workers of a scheduler, which need warmlink installed and get the FMUs from here.
@@ -44,7 +50,8 @@ class ClusterWorkers:
         except Exception as fault:
             self._client.close()
             raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
-        self._fmus: Any = self._client.scatter(fmus, broadcast=True, hash=False)
+        # A task, unlike scattered data, is done again when every worker that held its result has died.
+        self._fmus: Any = self._client.submit(_itself, fmus, pure=False)
 
     def __enter__(self) -> ClusterWorkers:
         return self
@@ -55,23 +62,63 @@ class ClusterWorkers:
         self._client.close()
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Run cases; the scheduler gives those of a dead worker to another one."""
+        """Run cases; the scheduler gives those of a dead worker to another one.
+
+        It blames a death on all that the worker had before it, so what is blamed too often is run once more,
+        alone.
+        """
+        suspects: list[int] = []
+        for places, outcomes in self._ended(cases, self._shares(cases)):
+            if outcomes is None:
+                suspects += places
+            else:
+                yield from zip(places, outcomes, strict=True)
+        for suspect in suspects:
+            for _, outcomes in self._ended(cases, [[suspect]]):
+                yield suspect, died(cases[suspect]) if outcomes is None else outcomes[0]
+
+    def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
+        """Places of the cases in shares that are worth a task each, several for every worker."""
+        total = sum(case.hours for case in cases)
+        threads = sum(self._client.nthreads().values()) or 1
+        enough = min(TASK_HOURS, total / (TASKS_A_THREAD * threads))
+        shares: list[list[int]] = []
+        hours = enough
+        for place in longest_first(cases):
+            if hours >= enough:
+                shares.append([])
+                hours = 0.0
+            shares[-1].append(place)
+            hours += cases[place].hours
+        return shares
+
+    def _ended(
+        self, cases: Sequence[Case], shares: Sequence[list[int]]
+    ) -> Iterator[tuple[list[int], list[Outcome] | None]]:
+        """Run shares of the cases; None are the outcomes of one that was blamed for deaths."""
         from distributed import as_completed
         from distributed.scheduler import KilledWorker
 
-        order = longest_first(cases)
-        futures = self._client.map(attempt, [cases[i] for i in order], fmus=self._fmus, pure=False)
-        places = {future.key: place for future, place in zip(futures, order, strict=True)}
+        work = [[cases[place] for place in share] for share in shares]
+        futures = self._client.map(_attempt_all, work, fmus=self._fmus, pure=False)
+        share_of = {future.key: share for future, share in zip(futures, shares, strict=True)}
         for future in as_completed(futures, loop=self._client.loop):
-            place = places[future.key]
             try:
-                outcome = future.result()
+                outcomes: list[Outcome] | None = future.result()
             except KilledWorker:
-                outcome = died(cases[place])
+                outcomes = None
             except Exception as fault:
                 raise InputError(
                     f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
                     "run again to go on"
                 ) from fault
-            yield place, outcome
+            yield share_of[future.key], outcomes
             future.release()
+
+
+def _attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
+    return [attempt(case, fmus) for case in cases]
+
+
+def _itself(fmus: FmuSet) -> FmuSet:
+    return fmus

@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -18,7 +18,7 @@ class FmuSet:
     """Contents of FMUs by the component's name."""
 
     kind: FmuKind
-    contents: Mapping[str, bytes]
+    contents: Mapping[str, bytes] = field(repr=False)
 
     @classmethod
     def read(cls, kind: FmuKind, files: Mapping[str, Path]) -> FmuSet:

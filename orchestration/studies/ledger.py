@@ -69,7 +69,8 @@ class Ledger:
                 break
             try:
                 known: dict[str, Any] = json.loads(line)
-                self._known[str(known.pop("run"))] = Outcome(**known)
+                key = str(known.pop("run"))
+                self._known[key] = Outcome(**known)
             except (ValueError, KeyError, TypeError):
                 break
             self._end += len(line)

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
 from warmlink.controllers.own import Law
@@ -64,6 +65,7 @@ class OwnLaw:
             return path
         try:
             if store.kind == "native":
+                _check_symbolic(self.component)
                 from warmlink.fmus.packaging.native_fmu import build_native_fmus
 
                 return build_native_fmus([self.entry], folder)[0]
@@ -176,6 +178,37 @@ def _refused(place: str) -> Iterator[None]:
         raise InputError(
             f"--with {place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
         ) from fault
+
+
+def _check_symbolic(component: Component) -> None:
+    """Hold the law in symbols, from which C is made, against the law in numbers.
+
+    Python's `math` turns a symbol into NaN without a word.
+
+    Raises
+    ------
+    TypeError
+        If the two differ.
+    """
+    import casadi as ca
+    import numpy as np
+
+    starts = [s.start if s.start is not None else 0.0 for s in component.scalars()]
+    p = np.array(starts[: component.p.size])
+    u = 1.1 * np.array(starts[component.p.size :][: component.u.size]) + 0.1
+    d = component.settled(p)
+    x = component.states_at_start(u, d)
+
+    def both(x: Any, u: Any, d: Any) -> list[Any]:
+        observed = component.outputs_of(x, u, d, 7.0)
+        return [observed] if component.update is None else [observed, component.updated(x, u, d, 7.0, 1.0)]
+
+    symbols = [ca.SX.sym(name, len(values)) for name, values in (("x", x), ("u", u), ("d", d))]
+    function = ca.Function("law", symbols, [ca.vertcat(*both(*symbols))])
+    in_symbols = np.asarray(function(x, u, d), dtype=float).ravel()
+    in_numbers = np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in both(x, u, d)])
+    if not np.allclose(in_symbols, in_numbers, rtol=1e-9, atol=1e-12, equal_nan=True):
+        raise TypeError("the law gives another result for symbols than for numbers")
 
 
 def _line(fault: Exception) -> str:

@@ -142,9 +142,7 @@ class Cell:
 
         new = dict(x)
         for name in ("motor", "link"):
-            inputs = wired.inputs(name, new)
-            held = Symbols(x[name], inputs, p[name], p[name], time, ca.SX(self.step))
-            new[name] = micro_step(self._parts[name], held, inputs)
+            new[name] = _integrated(self._parts[name], x[name], wired.inputs(name, new), p[name], self.step)
         for name in ("sensors", "compensator", "camera"):
             if not self._parts[name].sampled:  # a law without a memory
                 continue
@@ -230,6 +228,15 @@ class _Wiring:
         import casadi as ca
 
         return ca.SX([v.start for v in LINK.inputs])
+
+
+def _integrated(part: Component, x: Any, u: Any, p: Any, step: float) -> Any:
+    """State after one micro step as the native FMU makes it, with inputs held: its Jacobian is its own."""
+    import casadi as ca
+
+    s = Symbols.of(part)
+    alone = ca.Function("micro_step", [s.x, s.u, s.d, s.time, s.step], [micro_step(part, s, s.u)])
+    return alone(x, u, p, 0.0, step)
 
 
 def _compiled(functions: list[Any]) -> list[Any]:

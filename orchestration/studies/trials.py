@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,6 @@ from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus import faults
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duty import Duty
@@ -135,13 +134,15 @@ class FaultRun:
     delay: float | None
 
 
-def fault_runs(law: Component, duties: list[Duty], seeds: range, with_camera: bool) -> Iterator[FaultRun]:
-    """Run a law with one random fault a seed, in a duty cycle drawn for each.
+def fault_runs(
+    cell: Cell, duties: Sequence[Duty], seeds: Iterable[int], with_camera: bool
+) -> Iterator[FaultRun]:
+    """Run a cell with one random fault a seed, in a duty cycle drawn for each.
 
-    The fault falls on an instrument that the law goes by: the sensors it uses by default, and the camera.
+    The fault falls on an instrument that the law goes by: the sensors it uses by default, and the camera if
+    `with_camera`.
     """
-    cell = Cell(law)
-    stds = {v.name: v.starts for v in law.parameters}["sensor_std"]
+    stds = {v.name: v.starts for v in cell.law.parameters}["sensor_std"]
     assert stds is not None
     used = tuple(name for name, std in zip(SENSED, stds, strict=True) if std > 0)
     if with_camera:

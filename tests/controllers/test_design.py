@@ -191,7 +191,7 @@ def test_bad_designs_are_refused_in_a_sentence() -> None:
         design_controller("lag")
     with pytest.raises(InputError, match="sensor_std: -1 K for base_temperature is not positive"):
         design_controller(sensors=("base",), sensor_std=-1.0)
-    with pytest.raises(InputError, match=r"link\.width: -0.02 m is not positive"):
+    with pytest.raises(InputError, match=r"link\.width: -0\.02 m is not positive"):
         design_controller(plant=Plant(link={"width": -0.02}))
     with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such parameter"):
         plant_model(Plant(link={"colour": 1.0}))

@@ -12,4 +12,5 @@ CAUSE = Cause(
     shown_unit="W/(m.K)",
     looks_like="base and tip differ by more or less than simulated",
     check="Check the alloy and temper of the link, and whether it is hollow or jointed.",
+    material=True,
 )

@@ -11,4 +11,5 @@ CAUSE = Cause(
     shown_unit="1/K",
     looks_like="the gradient along the link is right while cold and wrong while hot",
     check="Compare the alloy's conductivity at 20 and 60 degC.",
+    material=True,
 )

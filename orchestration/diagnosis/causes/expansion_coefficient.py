@@ -12,4 +12,5 @@ CAUSE = Cause(
     shown_unit="1/K",
     looks_like="temperatures right, elongation wrong by a constant factor",
     check="Check the alloy; an independent length gauge tells it from a wrong scale of the camera.",
+    material=True,
 )

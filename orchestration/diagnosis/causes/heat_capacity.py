@@ -12,4 +12,5 @@ CAUSE = Cause(
     shown_unit="J/(kg.K)",
     looks_like="warms and cools too fast or too slowly, but settles rightly",
     check="Weigh the link; look for cables, hoses and brackets fixed to it.",
+    material=True,
 )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-_HOSTS = Path(__file__).with_name("hosts")
+HOSTS_FOLDER = Path(__file__).with_name("hosts")
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Outcome:
 def run_apart(script: str, *arguments: str, jobs: Sequence[dict[str, Any]] = ()) -> Outcome:
     """Run `hosts/<script>.py`; it must end well."""
     done = subprocess.run(
-        [sys.executable, str(_HOSTS / f"{script}.py"), *arguments],
+        [sys.executable, str(HOSTS_FOLDER / f"{script}.py"), *arguments],
         input=json.dumps(jobs),
         capture_output=True,
         text=True,

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
+import re
+import shutil
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from apart import Outcome, run_apart
+from apart import HOSTS_FOLDER, Outcome, run_apart
 from variants import failing_motor, other_motor
 
 from warmlink.fmus.packaging.catalogue import Entry, catalogue
@@ -125,6 +130,27 @@ def test_every_dependency_is_proven_and_every_other_is_absent(
 
 def test_wrong_use_is_answered_and_survived(python_fmus: dict[str, Path]) -> None:
     assert run_apart("misuse", str(python_fmus["MotorHeatSource"])).result == "survived"
+
+
+@pytest.mark.slow
+@pytest.mark.platform
+def test_nothing_of_an_fmu_touches_freed_memory_as_the_process_ends(python_fmus: dict[str, Path]) -> None:
+    valgrind = shutil.which("valgrind")
+    if valgrind is None:
+        pytest.skip("valgrind is not installed")
+    library = "Heater.so"
+    command = [valgrind, "--error-limit=no", "-q", sys.executable, str(HOSTS_FOLDER / "end.py")]
+    done = subprocess.run(
+        [*command, str(python_fmus["Heater"])],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONMALLOC": "malloc"},
+        timeout=200,
+        check=True,
+    )
+    faults = re.split(r"\n==\d+== \n", done.stderr)
+    assert not [f for f in faults if "finalizePythonInterpreter (in" in f and library in f]
+    assert "ended" in done.stdout
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from warmlink.orchestration.diagnosis.instruments import CLOCK
 from warmlink.orchestration.diagnosis.rigs import RIGS, rig
 from warmlink.orchestration.system.shipped import SHIPPED
 
-PROMISED = [
+PROMISED = (
     "radiation",
     "still_air_convection",
     "forced_convection",
@@ -32,7 +32,8 @@ PROMISED = [
     "sensor_stem_conduction",
     "camera_drift",
     "clock_offset",
-]
+    "communication_step",
+)
 
 
 def test_every_promised_cause_is_there() -> None:
@@ -51,6 +52,8 @@ def test_every_cause_frees_a_parameter_of_an_fmu() -> None:
                 assert variable in cell.parameters, cause.name
             elif cause.kind == "record":
                 assert variable == CLOCK
+            elif cause.kind == "simulation":
+                assert variable.startswith("simulation.")
             elif cause.kind == "camera":
                 assert has(CAMERA, variable), cause.name
             elif cause.kind == "temperature sensor":

@@ -5,6 +5,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.measured import Run, condensed
 from warmlink.orchestration.diagnosis.thinning import quantum, spike_rows
 
 HEAD = (
@@ -139,6 +140,17 @@ def test_spikes_are_found_and_slow_heat_is_not() -> None:
     spiked = slow.copy()
     spiked[[50, 200, 333]] += [2.0, -1.5, 3.0]
     assert list(spike_rows(spiked, 0.0)) == [50, 200, 333]
+
+
+def test_endless_files_are_condensed() -> None:
+    count = 1000
+    time = np.arange(count) * 1.0
+    pad = np.where(time < 500, 300.0, np.nan)
+    readings = {"link.tip_temperature": 295 + time / 100}
+    run = condensed(Run("long", time, {"motor.pad_temperature": pad}, readings), most=100)
+    assert run.time.size == 100
+    assert run.readings["link.tip_temperature"][0] == pytest.approx(295.045)
+    assert np.isfinite(run.inputs["motor.pad_temperature"]).sum() == 50
 
 
 def test_a_quantum_is_recognised() -> None:

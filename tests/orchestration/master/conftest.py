@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.trivial_fmu import build_trivial_fmu
+from warmlink.orchestration.bench.trivial_fmu import build_trivial_fmu
 
 
 def _build(folder: Path, version: str) -> Path:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from time import sleep
 
 import pytest
 
@@ -43,8 +45,24 @@ def native_fmu(shared_folder: Path, c_compiler: Compiler) -> BuildNative:
 
     def build(name: str, version: FmiVersion) -> Path:
         path = shared_folder / f"fmi{version[0]}" / f"{name}.fmu"
-        if not path.is_file():
-            write_archive(path, native_fmu_files(entries[name], version, [c_compiler]))
+        with _alone(shared_folder / f"{name}{version}.lock"):
+            if not path.is_file():
+                write_archive(path, native_fmu_files(entries[name], version, [c_compiler]))
         return path
 
     return build
+
+
+@contextmanager
+def _alone(lock: Path) -> Iterator[None]:
+    """Held by one worker at a time."""
+    while True:
+        try:
+            lock.mkdir()
+            break
+        except FileExistsError:
+            sleep(0.05)
+    try:
+        yield
+    finally:
+        lock.rmdir()

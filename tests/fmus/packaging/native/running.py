@@ -34,7 +34,8 @@ class Native:
             self.fmu: Any = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(logMessage=lambda *call: self.messages.append(call[-1].decode()), **options)
         else:
-            callbacks = fmi2.fmi2CallbackFunctions()
+            # Held here too: a further instantiation would let go of functions that this instance still calls.
+            self._callbacks = callbacks = fmi2.fmi2CallbackFunctions()
             callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(
                 lambda *call: self.messages.append(call[4].decode())
             )

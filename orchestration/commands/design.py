@@ -1,0 +1,84 @@
+"""`warmlink design`: a controller's gains for a system, as a parameter set for its FMU."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from warmlink.controllers.design.gains import design_controller
+from warmlink.controllers.design.plant import Plant
+from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.start_values import Values
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.studies.design import plant_of, write_design
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
+
+
+def design_command(
+    system: str,
+    law: str,
+    sensors: str,
+    sensor_std: str,
+    camera_std: str | None,
+    sample_time: str,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Design, write and answer."""
+    if out is not None and out.suffix != ".ssv":
+        raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
+    plant = _plant(system)
+    names = [name.strip() for name in sensors.split(",") if name.strip() not in ("", "none")]
+    noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
+    facts: dict[str, object] = {"law": law, "sensors": names}
+    if law == "regression":
+        values: Values = {**fit_regression(training_run(plant), names, noise), "sample_time": period}
+    else:
+        camera = None if camera_std is None else positive(camera_std, "m", "--camera-std")
+        design = design_controller(law, names, noise, period, plant, camera_std=camera)
+        values = design.parameters
+        error = design.reduced.error
+        facts |= {
+            "modes": design.reduced.order,
+            "reduction_error_um": 1e6 * error.elongation_step,
+            "reduction_error_K": error.temperature_step,
+        }
+    path = out or Path(f"{law}.ssv")
+    write_design(law, values, path)
+    facts |= {"motor": dict(plant.motor), "link": dict(plant.link), "values": str(path)}
+    if as_json:
+        answer_json(facts)
+    else:
+        answer(_answer(facts, plant))
+        answer(f"values  {path}")
+
+
+def _plant(system: str) -> Plant:
+    if system in SHIPPED:
+        if system != WARMUP_CELL.name:
+            raise InputError(
+                f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
+            )
+        return Plant()
+    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        read = read_system(Path(system), Path(work))
+        for told in read.remarks:
+            remark(told)
+        return plant_of(read)
+
+
+def _answer(facts: Mapping[str, Any], plant: Plant) -> str:
+    changed = [f"motor.{name}" for name in plant.motor] + [f"link.{name}" for name in plant.link]
+    lines = [f"{facts['law']} from {', '.join(facts['sensors']) or 'the duty alone'}"]
+    if "modes" in facts:
+        elongation, temperature = facts["reduction_error_um"], facts["reduction_error_K"]
+        lines.append(
+            f"{facts['modes']} modes; the reduction costs at most {elongation:.2g} µm and {temperature:.2g} K"
+        )
+    lines.append(f"plant: {', '.join(changed) + ' differ from nominal' if changed else 'nominal'}")
+    return "\n".join(lines)

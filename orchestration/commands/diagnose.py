@@ -1,0 +1,55 @@
+"""`warmlink diagnose` and `warmlink hide`: what a simulation gets wrong, and runs to practise on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.commands.console import answer, answer_json, remark, spinner
+
+NO_CONTROLLER = "none"
+
+
+def diagnose_command(path: Path, out: Path | None, as_json: bool) -> None:
+    """Diagnose, write the files and print the summary."""
+    from warmlink.orchestration.diagnosis.diagnose import JSON, SSP, SSV, diagnose
+    from warmlink.orchestration.fmu_store import store
+    from warmlink.orchestration.system.shipped import SHIPPED
+
+    folder = out or Path("out") / path.stem
+    with spinner(f"Diagnosing {path.name}") as progress:
+        diagnosis = diagnose(path, progress)
+        progress("writing the extended model")
+        blueprint = SHIPPED[diagnosis.experiment.rig.name]
+        needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
+        fmu_store = store(None, sorted(needed), remark)
+        diagnosis.write(folder, fmu_store)
+    if as_json:
+        answer_json(diagnosis.to_json(SSV, SSP))
+        return
+    answer(diagnosis.summary())
+    answer(f"report  {folder / 'report.html'}    figures  {folder / JSON}    extended model  {folder / SSP}")
+
+
+def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str) -> None:
+    """Write a run that hides effects."""
+    from warmlink.orchestration.diagnosis.hide import EFFECTS, REAL, WHITE, effect_of, hide, write_csv
+
+    kinds = {"white": WHITE, "real": REAL}
+    if noise not in kinds:
+        raise InputError(f"--noise {noise}: no such noise; choose {' or '.join(kinds)}")
+    if out.suffix != ".csv":
+        raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
+    strengths = {}
+    for given in effects:
+        name, equals, size = given.partition("=")
+        effect = effect_of(name)
+        try:
+            strengths[name] = float(size) if equals else effect.size
+        except ValueError:
+            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None
+    write_csv(hide(strengths, noise=kinds[noise], seed=seed), out)
+    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
+    answer(f"{out}: two hours with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known")

@@ -1,0 +1,64 @@
+"""Controllers designed for a system: the plant's parameters from its files, the gains to a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from warmlink.controllers.design.plant import Plant
+from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.component import Parameter as Declared
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.units import parse_unit
+
+
+def plant_of(system: System) -> Plant:
+    """Parameters of a system's one motor and one link where they differ from nominal, in SI units.
+
+    Raises
+    ------
+    InputError
+        If the system has no motor or no link of ours, or several.
+    """
+    return Plant(motor=_differing(system, MOTOR), link=_differing(system, LINK))
+
+
+def write_design(law: str, values: Values, path: Path) -> None:
+    """Write designed values as the parameter set (SSV) of the law's FMU."""
+    declared = {s.name: s.variable for s in catalogue.controller(law).scalars()}
+    held = {}
+    for name, value in by_scalar(values).items():
+        unit = declared[name].unit
+        held[name] = Parameter(name, "Real", value, None if unit == "1" else parse_unit(unit))
+    try:
+        write_ssv(held, path, f"{law}, designed")
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be written ({fault.strerror}); choose another --out") from None
+
+
+def _differing(system: System, component: Component) -> dict[str, float]:
+    found = [
+        held for held in system.components.values() if read_description(held.fmu).model_name == component.name
+    ]
+    if len(found) != 1:
+        have = ", ".join(held.name for held in found) or "none"
+        raise InputError(
+            f"{system.name}: a design needs one {component.name}, and the system has {have}; give a system "
+            "with one motor and one link"
+        )
+    variables = read_description(found[0].fmu).variables
+    differing = {}
+    for scalar in component.scalars():
+        if not isinstance(scalar.variable, Declared):
+            continue
+        start = variables[scalar.name].start if scalar.name in variables else None
+        value = found[0].parameters.values.get(scalar.name, start)
+        if value is not None and float(value) != scalar.start:
+            differing[scalar.name] = float(value)
+    return differing

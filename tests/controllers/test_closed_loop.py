@@ -1,0 +1,194 @@
+"""The observers in closed loop with the cell: what they remove, how honest they are, what faults do to them.
+
+Samples of what `trials` runs at length; the noise is that of the design, 0.1 K a reading.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from warmlink.controllers.kalman import corrected, variance_along
+from warmlink.controllers.observer import law, model
+from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
+from warmlink.controllers.regression.component import COMPONENT as REGRESSION
+from warmlink.fmus import faults
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.instance import Instance
+from warmlink.orchestration.scenarios.duty_files import library, load
+from warmlink.orchestration.studies.rollout import RECORDED, Cell, Record
+from warmlink.orchestration.studies.trials import (
+    Fault,
+    coverage,
+    fault_runs,
+    instruments,
+    mismatched,
+    removed_percent,
+    worse_by,
+)
+
+TOLERANCE = 5e-6
+
+CellOf = Callable[[Component], Cell]
+
+
+@pytest.fixture(scope="session")
+def cell_of() -> CellOf:
+    made: dict[str, Cell] = {}
+
+    def of(law_component: Component) -> Cell:
+        name = law_component.name
+        if name not in made:
+            made[name] = Cell(law_component, law_states=True)
+        return made[name]
+
+    return of
+
+
+def run(cell: Cell, duty: str, seed: int = 1, plant_seed: int = 0, stop_time: float | None = None) -> Record:
+    plant = mismatched(plant_seed)
+    values = {**instruments(seed), "motor": dict(plant.motor), "link": dict(plant.link)}
+    return cell.run(load(duty).table(cell.step, stop_time), values)
+
+
+pytestmark = pytest.mark.xdist_group("closed_loop")
+
+
+def test_the_cell_in_one_step_is_the_instances_stepped_in_turn(cell_of: CellOf) -> None:
+    """Motor and link as their Python instances give them, exchanged as the cell does."""
+    from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+    from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+
+    record = run(cell_of(OBSERVER), "windshield_wiper", stop_time=120.0)
+    motor, link = Instance(MOTOR), Instance(LINK)
+    motor.set({"speed": 3.43, "torque": 2.5})
+    link.set({"speed": 3.43})
+    for each in (motor, link):
+        each.initialize()
+    for k in range(120):
+        motor.set({"link_base_temperature": link.get("base_temperature")})
+        motor.step(float(k), 1.0)
+        link.set({"heat_flow": motor.get("heat_flow")})
+        link.step(float(k), 1.0)
+    assert record["elongation"][-1] == pytest.approx(link.get("elongation"), rel=1e-9)
+    assert record["shaft_temperature"][-1] == pytest.approx(motor.get("shaft_temperature"), rel=1e-12)
+
+
+@pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
+@pytest.mark.parametrize("duty", [duty.name for duty in library()])
+def test_no_duty_cycle_needs_a_warm_up(cell_of: CellOf, component: Component, duty: str) -> None:
+    record = run(cell_of(component), duty)
+    assert removed_percent(record) >= 98.0
+    assert np.abs(record.error).max() < TOLERANCE
+    assert record["distrusted"].mean() < 0.01
+
+
+@pytest.mark.parametrize(("component", "least"), [(OBSERVER, 93.0), (DRIFT, 97.0)], ids=["observer", "drift"])
+@pytest.mark.parametrize("duty", ["heavy_payload", "still_with_pad", "stop_and_go", "pick_and_place_slow"])
+def test_a_wrong_model_costs_little(cell_of: CellOf, component: Component, least: float, duty: str) -> None:
+    """Every thermal parameter off by up to 20 %, the expansion coefficient by up to 3 %."""
+    for seed in (8, 9, 10):
+        record = run(cell_of(component), duty, seed, plant_seed=seed)
+        assert removed_percent(record) >= least
+        assert record["distrusted"].mean() < 0.01, "a wrong model is no fault of a sensor"
+
+
+def test_regression_is_worse_than_the_observer(cell_of: CellOf) -> None:
+    for duty in ("windshield_wiper", "still_with_pad", "stop_and_go"):
+        simple, better = (removed_percent(run(cell_of(each), duty)) for each in (REGRESSION, OBSERVER))
+        assert 90.0 < simple < better
+
+
+@pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
+def test_two_standard_deviations_cover_95_percent_at_nominal(cell_of: CellOf, component: Component) -> None:
+    """Over duty cycles whose heat the law is told of; with a pad it is not, and rightly says less."""
+    told = [duty.name for duty in library() if "pad" not in duty.name.split("_")]
+    shares = [
+        coverage(run(cell_of(component), told[seed % len(told)], seed + 1, stop_time=7200.0))
+        for seed in range(28)
+    ]
+    assert 0.93 <= np.mean(shares) <= 0.97
+    assert coverage(run(cell_of(component), "still_with_pad")) >= 0.93
+
+
+def test_innovations_are_white_and_of_the_size_stated(cell_of: CellOf) -> None:
+    """Ljung and Box's test on each sensor's innovations, in several runs, at nominal parameters.
+
+    The gain is kept ready for a heating pad, so a trace of correlation remains: two or three hundredths.
+    """
+    values, first = [], []
+    for seed in range(1, 7):
+        record = run(cell_of(OBSERVER), "shift_with_breaks", seed, stop_time=3000.0)
+        for series in innovations(record):
+            count, lags = series.size, 20
+            centred = series - series.mean()
+            r = np.array([centred[k:] @ centred[: count - k] for k in range(1, lags + 1)]) / (
+                centred @ centred
+            )
+            statistic = count * (count + 2) * np.sum(r**2 / (count - np.arange(1, lags + 1)))
+            values.append(stats.chi2.sf(statistic, lags))
+            first.append(r[0])
+            assert series.std() == pytest.approx(1.0, abs=0.05)
+            assert abs(series.mean()) < 3 / np.sqrt(count)
+    assert min(values) > 1e-4
+    assert np.median(values) > 0.02
+    assert abs(np.mean(first)) < 0.03
+
+
+def innovations(record: Record) -> list[np.ndarray]:
+    """Innovations of the base and tip sensor in standard deviations, from the recorded states of the law."""
+    p = OBSERVER.d.read(np.array([s.start for s in OBSERVER.scalars()][: OBSERVER.p.size], dtype=float))
+    states = record.values[:, len(RECORDED) :]
+    duty = load("shift_with_breaks").table(1.0, record.time[-1])
+    found: dict[int, list[float]] = {2: [], 4: []}
+    sensed = record.values[:, [RECORDED.index(f"sensed_{name}") for name in law.SENSED]]
+    for k in range(300, record.time.size):
+        values = dict(zip(("speed", "torque", "ambient_temperature"), duty[k], strict=False))
+        u = OBSERVER.u.read(np.array([values.get(name, 0.0) for name in OBSERVER.u.names]))
+        belief = law.predict(law.belief_of(OBSERVER.x.read(states[k - 1]), model.STATES), u, p, 1.0)
+        for sensor, series in found.items():
+            row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
+            innovation = sensed[k, sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
+            series.append(innovation / (variance_along(belief.noise_spread, row) + 0.01) ** 0.5)
+            belief = corrected(belief, row, innovation, 0.01, 1.0)
+        # The reconstruction is the law itself: its estimate after both readings is the state recorded.
+        assert belief.mean == pytest.approx(OBSERVER.x.read(states[k]).estimate, rel=1e-9, abs=1e-12)
+    return [np.array(series) for series in found.values()]
+
+
+# faults ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
+def test_no_fault_makes_it_worse_than_no_compensation(cell_of: CellOf, component: Component) -> None:
+    """A sample of the thousand that `trials.fault_runs` does."""
+    runs = list(fault_runs(cell_of(component), library(), range(30), with_camera=component is DRIFT))
+    assert max(each.worse_by for each in runs) <= TOLERANCE
+    for each in runs:
+        if each.fault.kind == faults.DROPOUT and each.fault.instrument != "camera":
+            assert each.delay is not None
+            assert each.delay <= 1.0
+    leaps = [e for e in runs if e.fault.kind == faults.JUMP and abs(e.fault.size) > 1.0]
+    assert leaps
+    assert all(each.delay is not None for each in leaps)
+
+
+@pytest.mark.parametrize("instrument", ["base_temperature", "tip_temperature"])
+@pytest.mark.parametrize("rate", [-15.0, 15.0])
+def test_a_drifting_sensor_is_found_by_contradiction(cell_of: CellOf, instrument: str, rate: float) -> None:
+    fault = Fault(instrument, faults.DRIFT, 1200.0, 0.0, rate / 3600)
+    cell = cell_of(OBSERVER)
+    record = cell.run(load("windshield_wiper").table(1.0), fault.applied(instruments(1)))
+    assert record["distrusted"][1200:].any()
+    assert worse_by(record) <= TOLERANCE
+    # The other sensor and the duty carry on: the last error is a fraction of the growth.
+    assert abs(record.error[-1]) < 0.25 * record["elongation"][-1]
+
+
+def test_a_stuck_sensor_is_found_when_the_cell_moves_on(cell_of: CellOf) -> None:
+    fault = Fault("base_temperature", faults.STUCK, 900.0, 0.0, 0.0)
+    record = cell_of(OBSERVER).run(load("windshield_wiper").table(1.0), fault.applied(instruments(1)))
+    assert np.flatnonzero(record["distrusted"])[0] - 900 < 600
+    assert np.abs(record.error).max() < 2 * TOLERANCE

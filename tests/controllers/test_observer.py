@@ -1,0 +1,205 @@
+"""The observers as laws: both arithmetics, state, starts, and the outputs' meaning."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from warmlink.controllers import interface
+from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.controllers.observer_drift import law as drift_law
+from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
+from warmlink.controllers.regression.component import COMPONENT as REGRESSION
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.instance import Instance, Snapshot
+
+LAWS = [OBSERVER, DRIFT, REGRESSION]
+COLD = 295.15
+
+
+def running(component: Component, values: Mapping[str, float]) -> Instance:
+    instance = Instance(component)
+    instance.set(values)
+    instance.initialize()
+    return instance
+
+
+def inputs(k: int, draw: np.random.Generator) -> dict[str, float]:
+    """What a cell that warms might send, with a sensor missing now and then and a camera."""
+    rise = 10 * (1 - math.exp(-k / 300)) + 0.1 * draw.normal(size=5)
+    values = dict(zip(interface.SENSED, COLD + rise, strict=True))
+    if k % 7 == 3:
+        values["base_temperature"] = math.nan
+    return {
+        **values,
+        "speed": 3.0 * (k % 50 < 40),
+        "torque": 2.0,
+        "measured_drift": 1e-7 * (k // 30),
+        "drift_valid": 1.0,
+    }
+
+
+@pytest.mark.parametrize("component", LAWS, ids=lambda c: c.name)
+def test_they_stand_in_for_one_another(component: Component) -> None:
+    assert component.inputs == interface.INPUTS
+    assert component.outputs == interface.OUTPUTS
+
+
+@pytest.mark.parametrize("component", LAWS, ids=lambda c: c.name)
+def test_expressions_give_what_floats_give(component: Component) -> None:
+    layouts = (component.x, component.u, component.p)
+    x, u, p = (ca.SX.sym(n, layout.size) for n, layout in zip("xup", layouts, strict=True))
+    start = ca.Function("start", [u, p], [component.states_at_start(u, p)])
+    update = ca.Function("update", [x, u, p], [component.updated(x, u, p, 0.0, 1.0)])
+    observe = ca.Function("observe", [x, u, p], [component.outputs_of(x, u, p, 0.0)])
+    draw = np.random.default_rng(1)
+    flat_p = np.array([s.start for s in component.scalars()][: component.p.size], dtype=float)
+    flat_u = np.array([v.start for v in component.inputs])
+    state = component.states_at_start(flat_u, flat_p)
+    assert np.ravel(start(flat_u, flat_p)) == pytest.approx(state, rel=1e-12, abs=1e-15)
+    for k in range(60):
+        for name, value in inputs(k, draw).items():
+            flat_u[component.u.index[name]] = value
+        symbolic = np.ravel(update(state, flat_u, flat_p))
+        state = component.updated(state, flat_u, flat_p, 0.0, 1.0)
+        assert symbolic == pytest.approx(state, rel=1e-9, abs=1e-13)
+        assert np.ravel(observe(state, flat_u, flat_p)) == pytest.approx(
+            component.outputs_of(state, flat_u, flat_p, 0.0), rel=1e-9, abs=1e-13
+        )
+
+
+@pytest.mark.parametrize("component", LAWS, ids=lambda c: c.name)
+def test_a_restored_law_goes_on_bit_for_bit(component: Component) -> None:
+    instance, draw = running(component, {}), np.random.default_rng(2)
+    sent = [inputs(k, draw) for k in range(60)]
+    for k in range(30):
+        instance.set(sent[k])
+        instance.step(float(k), 1.0)
+    kept = json.loads(json.dumps(asdict(instance.snapshot())))
+
+    def rest(each: Instance) -> list[list[float]]:
+        found = []
+        for k in range(30, 60):
+            each.set(sent[k])
+            each.step(float(k), 1.0)
+            found.append(each.outputs().tolist())
+        return found
+
+    first = rest(instance)
+    other = Instance(component)
+    other.restore(Snapshot(**kept))
+    assert rest(other) == first
+    instance.restore(Snapshot(**kept))
+    assert rest(instance) == first
+
+
+@pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
+@pytest.mark.parametrize("used", [(), (0,), (2,), (2, 4), (0, 1, 2, 3, 4)], ids=str)
+def test_any_subset_of_sensors_will_do(component: Component, used: tuple[int, ...]) -> None:
+    values = {f"sensor_std[{i + 1}]": 0.1 if i in used else 0.0 for i in range(5)}
+    unused = {name: math.nan for i, name in enumerate(interface.SENSED) if i not in used}
+    instance = running(component, {**values, **unused})
+    for k in range(5):
+        instance.step(float(k), 1.0)
+    assert instance.get("distrusted") == 0.0, "a sensor that the law does not use is no matter"
+    assert abs(instance.get("correction")) < 1e-7
+    assert instance.get("ready") == 1.0
+
+
+def test_every_sensor_gone_leaves_the_duty() -> None:
+    duty = {"speed": 3.43, "torque": 2.5, "sample_time": 10.0}
+    alone = running(OBSERVER, {**duty, **{f"sensor_std[{i}]": 0.0 for i in range(1, 6)}})
+    blind = running(OBSERVER, {**duty, **dict.fromkeys(interface.SENSED, math.nan)})
+    for each in (alone, blind):
+        each.step(0.0, 1800.0)
+    assert blind.get("distrusted") == 1.0
+    assert blind.get("correction") == pytest.approx(alone.get("correction"), rel=1e-9)
+    assert blind.get("correction") > 30e-6
+
+
+def test_a_warm_start_is_recognised_and_bumpless() -> None:
+    """A cell left warm: the estimate begins near what the readings say, the correction goes there slowly."""
+    warm = dict(zip(interface.SENSED, COLD + np.array([20.0, 21.0, 15.0, 11.0, 10.0]), strict=True))
+    instance = running(OBSERVER, warm)
+    # Between the growth of a link at the tip's and at the base's temperature throughout.
+    predicted = instance.get("predicted_elongation")
+    assert 10 * 6.88e-6 < predicted < 15 * 6.88e-6
+    assert instance.get("correction") == 0.0
+    assert (instance.get("ready"), instance.get("warning")) == (0.0, 1.0)
+    last = 0.0
+    for k in range(60):
+        instance.step(float(k), 1.0)
+        assert abs(instance.get("correction") - last) <= 2e-6 * (1 + 1e-9)
+        last = instance.get("correction")
+    assert last == pytest.approx(instance.get("predicted_elongation"), abs=1e-12)
+    assert instance.get("warning") == 0.0
+
+
+def test_what_a_limit_holds_back_counts_in_the_uncertainty() -> None:
+    instance = running(OBSERVER, {"base_temperature": COLD + 15, "tip_temperature": COLD + 10})
+    assert instance.get("correction_std") >= instance.get("predicted_elongation")
+
+
+def test_doubt_about_the_expansion_is_added_where_given() -> None:
+    warm = {"base_temperature": COLD + 15, "tip_temperature": COLD + 10, "correction_rate_limit": 1.0}
+    sure, unsure = running(OBSERVER, warm), running(OBSERVER, {**warm, "relative_std": 0.02})
+    for each in (sure, unsure):
+        each.step(0.0, 10.0)
+    added = unsure.get("correction_std") ** 2 - sure.get("correction_std") ** 2
+    assert added == pytest.approx((0.02 * unsure.get("predicted_elongation")) ** 2, rel=1e-6)
+
+
+# the camera -----------------------------------------------------------------------------------------------
+
+
+def with_camera(drift: float, valid: float = 1.0, seconds: int = 400, **values: float) -> Instance:
+    """A cold cell at rest whose camera says, each 30 s, that the tool point is off by a constant amount.
+
+    Sensors have their noise, and the camera's reading a nanometre to and fro: a reading that repeats itself
+    would be no news.
+    """
+    instance = running(DRIFT, {"sample_time": 10.0, **values})
+    draw = np.random.default_rng(6)
+    for k in range(seconds // 10):
+        instance.set(dict(zip(interface.SENSED, COLD + 0.1 * draw.normal(size=5), strict=True)))
+        if k % 3 == 0 and k:
+            remaining = drift - instance.get("correction") + 1e-9 * (k % 2)
+            instance.set({"measured_drift": remaining, "drift_valid": valid})
+        instance.step(10.0 * k, 10.0)
+    return instance
+
+
+def test_a_constant_error_that_only_the_camera_sees_vanishes() -> None:
+    """Within what the thermometers' noise leaves; without the camera it stays."""
+    taught, alone = with_camera(2e-6, seconds=3000), with_camera(2e-6, valid=0.0, seconds=3000)
+    assert taught.get("correction") - 2e-6 == pytest.approx(0.0, abs=0.1e-6)
+    assert alone.get("correction") == pytest.approx(0.0, abs=0.3e-6)
+    offset = np.array(taught.snapshot().states)[drift_law.STATES - 1]
+    assert offset + alone.get("correction") == pytest.approx(2e-6, abs=0.06e-6)
+
+
+def test_a_camera_that_is_not_valid_teaches_nothing() -> None:
+    blind, absent = with_camera(2e-6, valid=0.0), with_camera(0.0, valid=0.0)
+    assert blind.get("correction") == absent.get("correction")
+
+
+def test_the_camera_may_add_no_more_than_its_authority() -> None:
+    instance = with_camera(50e-6, seconds=3000, gate=1e9)
+    assert instance.get("correction") == pytest.approx(3e-6, abs=0.3e-6)
+    assert instance.get("distrusted") == 1.0
+
+
+def test_a_camera_that_leaps_is_left_out() -> None:
+    instance = with_camera(50e-6, seconds=900)
+    assert abs(instance.get("correction")) < 1e-6
+    assert instance.get("distrusted") == 1.0
+
+
+def test_the_camera_does_not_move_the_temperatures() -> None:
+    taught, alone = with_camera(2e-6, seconds=300), with_camera(2e-6, valid=0.0, seconds=300)
+    modes = [np.array(each.snapshot().states)[: drift_law.STATES - 2] for each in (taught, alone)]
+    assert np.array_equal(*modes)

@@ -1,0 +1,40 @@
+"""Real measurements, where the machine has them; they are not part of the project."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from warmlink.orchestration.diagnosis.diagnose import diagnose
+
+DATA = Path(os.environ.get("WARMLINK_DATA", Path(__file__).parents[4] / "shared" / "data"))
+
+
+def given(name: str) -> Path:
+    path = DATA / name
+    if not path.is_file():
+        pytest.skip(f"{path} is absent: set WARMLINK_DATA to the folder with the measured runs")
+    return path
+
+
+@pytest.mark.platform
+def test_a_robot_joint_needs_nothing_added() -> None:
+    found = diagnose(given("motor/motor.toml"))
+    assert found.verdict == "adequate"
+    assert found.to_json()["gain"]["runs"]["fit"]["temperature_J3"]["rmse_before"] < 0.05
+
+
+@pytest.mark.platform
+@pytest.mark.slow
+def test_a_rod_is_ambiguous_and_some_member_predicts_the_held_out_run() -> None:
+    found = diagnose(given("rod/rod.toml"))
+    assert found.verdict == "ambiguous"
+    members = found.to_json()["gain"]["heldout"]["members"]
+    errors = []
+    for member in members.values():
+        channels = member["runs"]["0609hs"].values()
+        errors.append((sum(c["rmse_after"] ** 2 for c in channels) / len(channels)) ** 0.5)
+    assert min(errors) < 0.7
+    assert found.proposed is not None
+    assert "surface" in found.proposed.why
+    assert "orientation" in found.proposed.why

@@ -1,0 +1,110 @@
+"""Bad studies end in one sentence and exit code 2 before anything runs, with nothing left behind."""
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from warmlink.orchestration.cli import main
+
+
+@pytest.fixture(autouse=True)
+def _in_the_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    text = (folder / "study.toml").read_text()
+    bad = {
+        "unknown": text.replace("compensator.gain", "compensator.gian"),
+        "empty": text.replace('max = "8 um/W"', 'max = "2 um/W"'),
+        "nan": text.replace("at_most = 0.08", "at_most = nan"),
+        "broken": "title = ",
+    }
+    for name, content in bad.items():
+        (folder / f"{name}.toml").write_text(content)
+
+
+def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
+    before = sorted(Path().rglob("*"))
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    out, err = capsys.readouterr()
+    assert stop.value.code == 2, err
+    assert out == ""
+    assert err.startswith("warmlink: ")
+    assert err.count("\n") == 1, err
+    assert sorted(Path().rglob("*")) == before
+    return err
+
+
+@pytest.mark.parametrize("command", ["tune", "sweep"])
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["absent.toml"], "absent.toml: no such study"),
+        (["broken.toml"], "not readable as TOML"),
+        (["unknown.toml"], "did you mean gain"),
+        (["empty.toml"], "nothing lies between"),
+        (["nan.toml"], "nan is no bound"),
+        (["study.toml", "--jobs", "0"], "--jobs 0"),
+        (["study.toml", "--fmus", "wasm"], "--fmus wasm"),
+        (["study.toml", "--scheduler", "tcp://127.0.0.1:9"], "no Dask scheduler answers there"),
+        (["study.toml", "--scheduler", "nonsense"], "no Dask scheduler answers there"),
+        (["study.toml", "--out", "study.toml/here"], "cannot be written"),
+    ],
+)
+def test_a_bad_study_is_refused(
+    command: str,
+    arguments: list[str],
+    sentence: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("warmlink.orchestration.studies.cluster.CONNECT_TIMEOUT_S", 1.0)
+    assert sentence in refused([command, *arguments], capsys, monkeypatch)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--controllers", "magic"], "magic: no such controller"),
+        (["--duty-cycles", "nothing"], "nothing: no such"),
+        (["--duty-cycles", ","], "--duty-cycles: names none"),
+        (["--mismatch", "nothing"], "nothing: no such mismatch"),
+        (["--mismatch", ","], "--mismatch: names none"),
+        (["--with", "mine.py:MyLaw"], "there is no file"),
+        (["--with", "mine.py"], "names no law"),
+        (["--jobs", "0"], "--jobs 0"),
+    ],
+)
+def test_a_bad_comparison_is_refused(
+    arguments: list[str],
+    sentence: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml", *arguments]
+    assert sentence in refused(given, capsys, monkeypatch)
+
+
+def test_a_locked_storage_and_a_busy_folder_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import fcntl
+
+    monkeypatch.setattr("warmlink.orchestration.studies.storage.LOCK_TIMEOUT_S", 0.1)
+    (folder / "busy").mkdir()
+    with (folder / "busy" / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert "another study is at work there" in refused(
+            ["sweep", "study.toml", "--out", "busy"], capsys, monkeypatch
+        )
+    text = (folder / "study.toml").read_text()
+    (folder / "study.toml").write_text(text.replace("[tune]", '[tune]\nstorage = "sqlite:///locked.db"'))
+    other = sqlite3.connect("locked.db")
+    other.execute("CREATE TABLE held (x)")
+    other.execute("BEGIN EXCLUSIVE")
+    try:
+        assert "locked" in refused(["tune", "study.toml"], capsys, monkeypatch)
+    finally:
+        other.close()

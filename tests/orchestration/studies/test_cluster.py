@@ -1,0 +1,56 @@
+"""The same study on a Dask cluster of two workers, one of which is killed in the middle."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from warmlink.orchestration.studies.cluster import ClusterWorkers
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.study import load_study
+from warmlink.orchestration.studies.sweep import points_of, sweep
+
+from .conftest import Here
+from .test_workers import deadly, short
+
+distributed = pytest.importorskip("distributed")
+psutil = pytest.importorskip("psutil")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Any:
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+    ) as cluster:
+        yield cluster
+
+
+def test_figures_are_those_of_this_process_though_a_worker_dies(
+    cluster: Any, folder: Path, fmus: FmuSet
+) -> None:
+    study = load_study(str(folder / "study.toml"))
+    points = points_of(study)
+    here = sweep(study, points, Here(fmus), lambda done: None)
+    killed = []
+
+    def kill_one(done: int) -> None:
+        if done == 2 and not killed:
+            killed.append(next(iter(cluster.workers.values())).pid)
+            psutil.Process(killed[0]).kill()
+
+    with ClusterWorkers(fmus, cluster.scheduler_address) as workers:
+        there = sweep(study, points, workers, kill_one)
+    assert killed
+    assert repr(there) == repr(here)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL is POSIX")
+def test_a_run_that_always_kills_its_worker_is_recorded(cluster: Any, folder: Path, fmus: FmuSet) -> None:
+    good = short(folder)
+    with ClusterWorkers(fmus, cluster.scheduler_address) as workers:
+        found = dict(workers.run([good, deadly(folder, 99), good]))
+    assert [place for place, outcome in sorted(found.items()) if outcome.stopped is not None] == [1]
+    assert "the worker died at each" in str(found[1].stopped)

@@ -1,0 +1,137 @@
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.commands.compare_table import table
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios.closed_loop import run_scenario
+from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.studies import mismatch as mismatches
+from warmlink.orchestration.studies.case import Case, Outcome, failed
+from warmlink.orchestration.studies.compare import (
+    COLUMNS,
+    Comparison,
+    chosen_controllers,
+    plan,
+    run_comparison,
+    write_csv,
+)
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
+
+from .conftest import Here
+
+
+def cases(folder: Path, *wrong: str) -> list[Case]:
+    duties = [load_scenario(str(folder / name)) for name in ("work.toml", "pause.toml")]
+    return plan(chosen_controllers(["lag"]), duties, [mismatches.load(name) for name in wrong])
+
+
+def comparison(folder: Path, fmus: FmuSet, *wrong: str) -> Comparison:
+    return run_comparison(cases(folder, *wrong), Here(fmus), lambda share: None)
+
+
+def test_figures_are_those_of_warmlink_run(folder: Path, fmus: FmuSet) -> None:
+    row = comparison(folder, fmus, "nominal").row("lag", "work")
+    outcome = run_scenario(load_scenario(str(folder / "work.toml")), "lag", FmuStore(fmus.kind))
+    assert row.outcome.max_abs_um == outcome.metrics.max_abs_um
+    assert row.outcome.p95_abs_um == outcome.metrics.p95_abs_um
+    assert row.outcome.time_to_tolerance_s == outcome.metrics.time_to_tolerance_s
+    assert row.uncompensated_um == outcome.uncompensated.max_abs_um
+    assert row.removed_percent == outcome.to_dict()["reduction_percent"]
+    assert row.equal_within_um is not None
+    assert outcome.coupling_error_um is not None
+    budget = outcome.coupling_error_um + outcome.discretisation_error_um
+    assert row.equal_within_um == pytest.approx(budget)
+
+
+def test_rows_are_the_same_whatever_the_number_of_workers(folder: Path, fmus: FmuSet) -> None:
+    planned = cases(folder, "nominal", "draw_4")
+    here = run_comparison(planned, Here(fmus), lambda share: None)
+    shares: list[float] = []
+    with LocalWorkers(fmus, 2) as workers:
+        there = run_comparison(planned, workers, shares.append)
+    assert here == there
+    assert list(here.rows) == [(case.label[0], case.label[1], case.label[2]) for case in planned]
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
+
+
+def test_the_table_has_the_columns_that_others_read(folder: Path, fmus: FmuSet, tmp_path: Path) -> None:
+    found = comparison(folder, fmus, "nominal", "camera_absent")
+    write_csv(found, tmp_path / "compare.csv")
+    with (tmp_path / "compare.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert tuple(rows[0]) == COLUMNS
+    assert [row["controller"] for row in rows] == ["none"] * 4 + ["lag"] * 4
+    assert {row["mismatch"] for row in rows} == {"nominal", "camera_absent"}
+    assert [float(row["removed_percent"]) for row in rows[:4]] == [0.0] * 4
+    # The elongation is that of the nominal cell, and so is its budget.
+    assert rows[0]["equal_within_um"] == rows[1]["equal_within_um"] != ""
+
+
+def made(scores: dict[str, float], budget: float, tolerance: float = 5e-6) -> Comparison:
+    def outcome(score: float, budget: float | None = None) -> Outcome:
+        return Outcome(score, score, score, None, 30.0, 20.0, 0.1, 0.0, budget)
+
+    planned = [
+        Case((name, "work", "nominal"), name, {}, 3600.0, 1.0, "gauss_seidel", tolerance) for name in scores
+    ]
+
+    class Given:
+        def run(self, cases):  # type: ignore[no-untyped-def]
+            for i, case in enumerate(cases):
+                score = scores[case.label[0]]
+                found = outcome(score, budget if case.label[0] == "none" else None)
+                yield i, found if score == score else failed("the slave stopped")
+
+    return run_comparison(planned, Given(), lambda share: None)
+
+
+def test_scores_within_the_budget_are_equal() -> None:
+    found = made({"none": 50.0, "a": 3.00, "b": 3.05, "c": 3.2}, 0.1)
+    equal = {name: found.equal_to_best(found.row(name, "work")) for name in found.controllers}
+    assert equal == {"none": False, "a": True, "b": True, "c": False}
+
+
+def test_a_defeat_is_marked() -> None:
+    found = made(
+        {"none": 8.0, "good": 4.0, "outside": 6.0, "equal": 8.05, "harm": 9.0, "x": float("nan")}, 0.1
+    )
+    rows = {name: found.row(name, "work") for name in found.controllers}
+    assert [name for name, row in rows.items() if row.defeated] == ["none", "outside", "equal", "harm", "x"]
+    assert [name for name, row in rows.items() if row.worse_than_none] == ["harm"]
+    shown = dict(
+        zip(found.controllers, (list(column.cells) for column in table(found).columns[1:]), strict=True)
+    )
+    assert shown["good"][1].split() == ["4.0", "50", "%", "*"]
+    assert shown["outside"][1].split() == ["6.0", "25", "%", "!"]
+    assert shown["harm"][1].split() == ["9.0", "-12", "%", "!!"]
+    assert shown["x"][1].split() == ["stopped", "!!"]
+
+
+def test_the_command_writes_table_and_report(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    arguments = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml,pause.toml"]
+    arguments += ["--mismatch", "nominal,thermal_low", "--out", "here"]
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 0
+    shown = capsys.readouterr().out
+    assert "worse than none" in shown
+    assert "thermal_low" in shown
+    assert len((folder / "here" / "compare.csv").read_text().splitlines()) == 1 + 2 * 2 * 2
+    assert "Productive minutes won" in (folder / "here" / "report.html").read_text()
+
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments, "--json", "--no-report"])
+    with pytest.raises(SystemExit):
+        main()
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["controller"] for row in rows] == ["none"] * 4 + ["lag"] * 4
+    assert all(row["productive_minutes_won"] is not None for row in rows)

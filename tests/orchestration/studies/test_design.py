@@ -1,0 +1,93 @@
+from pathlib import Path
+
+import pytest
+
+from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.studies.design import plant_of
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.parameter_values import read_ssv
+from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.system.write import write_ssp
+
+
+def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.setattr("sys.argv", ["warmlink", "design", *arguments])
+    try:
+        main()
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def cell(fmus: FmuSet, **values: dict[str, float]) -> System:
+    files = fmus.files()
+    return WARMUP_CELL.system(files, "LagCompensator", values)
+
+
+def test_for_the_nominal_cell_it_is_what_ships(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "observer.ssv"
+    assert (
+        run(["WarmupCell", "--law", "observer", "--sensors", "base,tip", "--out", str(path)], monkeypatch)
+        == 0
+    )
+    values = read_ssv(path)
+    starts = {scalar.name: scalar.start for scalar in OBSERVER.scalars() if scalar.name in values}
+    assert len(values) > 100
+    assert set(values) == set(starts)
+    for name, start in starts.items():
+        assert values[name].value == pytest.approx(start, rel=1e-9, abs=1e-15), name
+
+
+def test_a_systems_own_parameters_are_designed_for(
+    tmp_path: Path, fmus: FmuSet, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    system = cell(fmus, motor={"joint_conductance": 2.0}, link={"conductivity": 200.0})
+    plant = plant_of(system)
+    assert dict(plant.motor) == {"joint_conductance": 2.0}
+    assert dict(plant.link) == {"conductivity": 200.0}
+    write_ssp(system, tmp_path / "mine.ssp")
+    out = tmp_path / "mine.ssv"
+    assert run([str(tmp_path / "mine.ssp"), "--sensors", "shaft", "--out", str(out)], monkeypatch) == 0
+    assert "motor.joint_conductance, link.conductivity differ from nominal" in capsys.readouterr().out
+    values = read_ssv(out)
+    nominal = {scalar.name: scalar.start for scalar in OBSERVER.scalars()}
+    assert values["mode_rate[2]"].value != pytest.approx(nominal["mode_rate[2]"], rel=0.01)
+    assert [values[f"sensor_std[{i}]"].value for i in range(1, 6)] == [0.1, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["absent.ssp"], "absent.ssp"),
+        (["BenchRod"], "BenchRod: has no motor with a link"),
+        (["WarmupCell", "--law", "lag"], "'lag' has no design"),
+        (["WarmupCell", "--sensors", "base,nose"], "'nose' is not measured"),
+        (["WarmupCell", "--sensor-std", "0 K"], "--sensor-std: 0 K is not positive"),
+        (["WarmupCell", "--sensor-std", "1 m"], "m does not convert to K"),
+        (["WarmupCell", "--out", "gains.txt"], "is no parameter set"),
+        (["WarmupCell", "--out", "taken/x.ssv"], "cannot be written"),
+    ],
+)
+def test_a_bad_design_is_refused(
+    arguments: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("taken").write_text("a file")
+    assert run(arguments, monkeypatch) == 2
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == [tmp_path / "taken"]
+
+
+def test_a_system_without_a_motor_is_refused(fmus: FmuSet) -> None:
+    kept = {"link": cell(fmus).components["link"]}
+    with pytest.raises(InputError, match="needs one MotorHeatSource, and the system has none"):
+        plant_of(System("rod", kept))

@@ -1,0 +1,128 @@
+from pathlib import Path
+
+import pytest
+
+from warmlink.controllers.own import Law, component_of
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import State
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.studies.case import Outcome, case_of, run_case
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.own_law import load_own_law
+
+HERE = Path(__file__).parent
+EXAMPLE = f"{HERE / 'my_law.py'}:MyLaw"
+
+NONE_OF_IT = '"""Nothing."""\nfrom warmlink.controllers.own import Law\n'
+
+
+def test_the_example_is_the_one_of_the_readme() -> None:
+    readme = (HERE.parents[2] / "controllers" / "README.md").read_text("utf-8")
+    assert (HERE / "my_law.py").read_text("utf-8").partition('"""\n\n')[2].strip() in readme
+
+
+def outcome(kind: FmuKind, folder: Path, fmus: FmuSet, tmp_path: Path) -> Outcome:
+    law = load_own_law(EXAMPLE)
+    files = dict(fmus.files() if fmus.kind == kind else FmuStore(kind).files(set(fmus.contents)))
+    files["MyLaw"] = law.fmu(FmuStore(kind, tmp_path))
+    scenario = load_scenario(str(folder / "work.toml"))
+    return run_case(case_of(scenario, law.component, ("MyLaw", "work", "nominal")), files)
+
+
+def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
+    folder: Path, fmus: FmuSet, tmp_path: Path
+) -> None:
+    native, python = (outcome(kind, folder, fmus, tmp_path) for kind in ("native", "python"))
+    assert native.stopped is None
+    assert native.max_abs_um == pytest.approx(python.max_abs_um, rel=1e-9)
+    none = run_case(
+        case_of(load_scenario(str(folder / "work.toml")), load_own_law(EXAMPLE).component, ("", "", "")),
+        {**fmus.files(), "MyLaw": load_own_law(EXAMPLE).fmu(FmuStore("native", tmp_path))},
+    )
+    assert none.max_abs_um == native.max_abs_um
+
+
+def test_it_becomes_a_row_of_compare(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    arguments = ["compare", "--controllers", "none", "--with", EXAMPLE, "--duty-cycles", "work.toml"]
+    arguments += ["--mismatch", "nominal", "--no-report", "--out", "here", "--jobs", "1"]
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 0, capsys.readouterr().err
+    names = [line.partition(",")[0] for line in (folder / "here" / "compare.csv").read_text().splitlines()]
+    assert names == ["controller", "none", "MyLaw"]
+
+
+def test_a_component_serves_as_well_as_a_class(tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(
+        (HERE / "my_law.py").read_text()
+        + "\n\nfrom warmlink.controllers.own import component_of\n\nLAW = component_of(MyLaw)\n"
+    )
+    law = load_own_law(f"{path}:LAW")
+    assert law.name == "LAW"
+    assert law.component.name == "MyLaw"
+
+
+@pytest.mark.parametrize(
+    ("source", "name", "sentence"),
+    [
+        (None, "MyLaw", "there is no file"),
+        ("def (", "MyLaw", "does not work (SyntaxError"),
+        ("import nowhere_at_all", "MyLaw", "does not work (ModuleNotFoundError"),
+        (NONE_OF_IT, "MyLaw", "MyLaw is no law"),
+        (NONE_OF_IT + "MyLaw = 3", "MyLaw", "MyLaw is no law"),
+        (NONE_OF_IT + "class MyLaw(Law):\n    pass", "MyLaw", "gives no correction"),
+        (
+            NONE_OF_IT
+            + "class MyLaw(Law):\n    def correction(self, x, u, p, time):\n        return u.warmth",
+            "MyLaw",
+            "does not work (AttributeError",
+        ),
+        (
+            NONE_OF_IT
+            + "class MyLaw(Law):\n    def correction(self, x, u, p, time):\n        self.last = 3\n",
+            "MyLaw",
+            "MyLaw.last: a law's object keeps nothing",
+        ),
+        ("", "", "names no law"),
+    ],
+)
+def test_what_is_no_law_is_refused_in_one_sentence(
+    source: str | None, name: str, sentence: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.py"
+    if source is not None:
+        path.write_text(source)
+    with pytest.raises(InputError) as refusal:
+        load_own_law(f"{path}:{name}")
+    assert sentence in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_law_that_is_no_plain_arithmetic_does_not_become_c(tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(
+        NONE_OF_IT
+        + "import math\n\nclass MyLaw(Law):\n    def correction(self, x, u, p, time):\n"
+        + "        return math.exp(-u.speed) * 1e-6\n"
+    )
+    law = load_own_law(f"{path}:MyLaw")
+    with pytest.raises(InputError, match=r"does not become a native FMU .*warmlink.fmus.arithmetic"):
+        law.fmu(FmuStore("native", tmp_path))
+
+
+def test_states_need_an_update() -> None:
+    class Forgetful(Law):
+        states = (State("x", "1"),)
+
+        def correction(self, x, u, p, time):  # type: ignore[no-untyped-def]
+            return x.x
+
+    with pytest.raises(InputError, match="has states, but no update"):
+        component_of(Forgetful)

@@ -1,0 +1,120 @@
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.studies.axis import Axis
+from warmlink.orchestration.studies.study import load_study, names, read_study
+
+GIVEN: dict[str, Any] = {
+    "controller": "lag",
+    "duty_cycles": ["windshield_wiper"],
+    "parameters": {"compensator.gain": {"min": "2 um/W", "max": "8 um/W"}},
+}
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_shipped_study_reads(name: str) -> None:
+    study = load_study(name)
+    assert study.title
+    assert study.axes
+    assert study.shipped is not None
+
+
+def test_bounds_are_converted_and_the_shipped_point_is_known() -> None:
+    study = read_study("mine", GIVEN, Path())
+    assert (study.axes[0].low, study.axes[0].high) == (pytest.approx(2e-6), pytest.approx(8e-6))
+    assert study.shipped == {"compensator.gain": 4.21e-6}
+    narrow = {**GIVEN, "parameters": {"compensator.gain": {"min": 5e-6, "max": 6e-6}}}
+    assert read_study("mine", narrow, Path()).shipped is None
+
+
+def test_a_point_meets_every_duty_cycle_and_mismatch() -> None:
+    given = {**GIVEN, "duty_cycles": ["windshield_wiper", "stop_and_go"], "mismatches": ["nominal", "draw_1"]}
+    given["parameters"] = {"motor.joint_conductance": {"min": 0.5, "max": 2.0}}
+    study = read_study("mine", given, Path())
+    cases = study.cases({"motor.joint_conductance": 1.5}, "point 0")
+    assert [case.label[1:] for case in cases] == study.runs
+    factor = dict(study.mismatches[1].scale)["motor.joint_conductance"]
+    assert [case.values["motor"]["joint_conductance"] for case in cases] == pytest.approx(
+        [1.5, 1.5 * factor] * 2
+    )
+
+
+def test_the_digest_knows_what_matters_and_nothing_else() -> None:
+    first = read_study("mine", GIVEN, Path()).digest("fmus")
+    assert read_study("other", {**GIVEN, "title": "x", "tune": {"trials": 9}}, Path()).digest("fmus") == first
+    for change in ({"seed": 2}, {"tune": {"batch": 3}}, {"duty_cycles": ["stop_and_go"]}, {"step_size": 2}):
+        assert read_study("mine", {**GIVEN, **change}, Path()).digest("fmus") != first
+    assert read_study("mine", GIVEN, Path()).digest("others") != first
+
+
+def changed(**change: Any) -> dict[str, Any]:
+    return {**GIVEN, **change}
+
+
+def varied(name: str, **table: Any) -> dict[str, Any]:
+    return changed(parameters={name: table})
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (changed(colour=1), "colour is not known"),
+        (changed(controller="magic"), "magic: no such controller"),
+        (changed(controller=None), "names no controller"),
+        (changed(duty_cycles=["nothing"]), "nothing: no such"),
+        (changed(duty_cycles=[]), "duty_cycles is no list of names"),
+        (changed(duty_cycles=["stop_and_go", "stop_and_go"]), "names one twice"),
+        (changed(mismatches=["nothing"]), "nothing: no such mismatch"),
+        (changed(parameters={}), "varies nothing"),
+        (varied("compensator.gian", min=1, max=2), "did you mean gain"),
+        (varied("arm.gain", min=1, max=2), "there is no component arm"),
+        (varied("compensator.gain", min="2 um/W", max="2 um/W"), "nothing lies between"),
+        (varied("compensator.gain", min="3 um/W", max="2 um/W"), "nothing lies between"),
+        (varied("compensator.gain", min="2 um/W"), "has no bounds"),
+        (varied("compensator.gain", min="2 kg", max="3 kg"), "kg does not convert"),
+        (varied("compensator.gain", min="nan", max="3 um/W"), "not a finite number"),
+        (varied("compensator.gain", values=[]), "nothing to choose from"),
+        (varied("compensator.gain", values=[1], max=3), "is no range"),
+        (varied("compensator.gain", min=0, max=1, log=True), "bounds above 0"),
+        (varied("compensator.time_constant", min="-1 s", max="9 s"), "time_constant: -1 s is not positive"),
+        (changed(constraint={}), "constraint is not a list"),
+        (changed(constraint=[{"metric": "rms_um"}]), "constraint 1.at_most: None is no bound"),
+        (changed(seed=-1), "seed: -1 does not fit"),
+        (changed(tune={"trials": 0}), "tune.trials: 0 does not fit"),
+        (changed(tune={"sampler": "magic"}), "'magic' is not known; choose tpe or random"),
+        (changed(tune={"storage": "study.db"}), "is no URL"),
+        (changed(sweep={"kind": "magic"}), "choose grid or latin_hypercube"),
+        (changed(step_size="7 s"), "7 s"),
+        (changed(master="magic"), "magic"),
+    ],
+)
+def test_a_bad_study_is_refused_in_one_sentence(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence) as refusal:
+        read_study("mine", given, Path())
+    assert "\n" not in str(refusal.value)
+
+
+@given(
+    low=st.floats(1e-6, 10),
+    span=st.floats(1e-3, 100),
+    log=st.booleans(),
+    integer=st.booleans(),
+    share=st.floats(0, 1),
+    count=st.integers(1, 9),
+)
+def test_values_of_an_axis_keep_within_its_bounds(
+    low: float, span: float, log: bool, integer: bool, share: float, count: int
+) -> None:
+    if integer:
+        low, span, log = float(round(low)), float(round(span) + 1), False
+    axis = Axis("motor.x", "1", low, low + span, log, integer, (), low)
+    values = [axis.at(share), *axis.levels(count)]
+    assert all(axis.low <= value <= axis.high for value in values)
+    assert not integer or all(value == round(value) for value in values)
+    assert axis.levels(count) == sorted(axis.levels(count))
+    assert len(set(axis.levels(count))) == len(axis.levels(count)) <= count or (integer and count == 1)

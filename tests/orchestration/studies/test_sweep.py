@@ -1,0 +1,63 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.report.sweep import write_report
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
+from warmlink.orchestration.studies.sweep import points_of, sweep, write_parquet
+
+from .conftest import Here
+
+
+@pytest.fixture
+def study(folder: Path) -> Study:
+    return load_study(str(folder / "study.toml"))
+
+
+def test_a_grid_holds_every_combination_in_order(study: Study) -> None:
+    points = points_of(study)
+    gains = [point["compensator.gain"] for point in points]
+    times = [point["compensator.time_constant"] for point in points]
+    assert gains == pytest.approx(np.repeat([2e-6, 5e-6, 8e-6], 3))
+    assert times == pytest.approx(np.tile([600.0, (600 * 7200) ** 0.5, 7200.0], 3))
+
+
+def test_a_hypercube_has_one_point_in_each_stratum_of_each_axis(study: Study) -> None:
+    study = replace(study, sweep=SweepSettings("latin_hypercube", 40))
+    points = points_of(study)
+    assert points == points_of(study)
+    assert points != points_of(replace(study, seed=9))
+    gains = np.array([point["compensator.gain"] for point in points])
+    logs = np.log([point["compensator.time_constant"] for point in points])
+    for values, low, high in ((gains, 2e-6, 8e-6), (logs, np.log(600), np.log(7200))):
+        strata = np.floor(40 * (values - low) / (high - low)).astype(int)
+        assert sorted(strata) == list(range(40))
+
+
+def test_a_grid_that_nobody_can_mean_is_refused(study: Study) -> None:
+    with pytest.raises(InputError, match="a grid of 4000000 points"):
+        points_of(replace(study, sweep=SweepSettings("grid", 2000)))
+
+
+def test_the_table_has_a_row_a_run(study: Study, fmus: FmuSet, tmp_path: Path) -> None:
+    import pandas as pd
+
+    points = [*points_of(study)[:2], {**points_of(study)[2], "compensator.time_constant": -1.0}]
+    found = sweep(study, points, Here(fmus), lambda done: None)
+    write_parquet(study, found, tmp_path / "sweep.parquet")
+    frame = pd.read_parquet(tmp_path / "sweep.parquet")
+    assert list(frame["point"]) == [0, 0, 1, 1, 2, 2]
+    assert list(frame["duty_cycle"]) == ["work", "pause"] * 3
+    assert frame["compensator.gain [m/W]"].to_numpy() == pytest.approx([2e-6] * 6)
+    assert frame["max_abs_um"][:4].notna().all()
+    assert frame["objective"][0] == frame["max_abs_um"][:2].max()
+    assert frame["max_abs_um"][4:].isna().all()
+    assert frame["reason"][:4].isna().all()
+    assert frame["reason"][4] == "compensator.time_constant: -1 s is not positive; give a value above 0 s"
+    assert list(frame["feasible"][4:]) == [False, False]
+    write_report(study, found, tmp_path / "report.html")
+    assert "Points without an objective" in (tmp_path / "report.html").read_text()

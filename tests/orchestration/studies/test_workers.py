@@ -1,0 +1,146 @@
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.ledger import FILE, Ledger
+from warmlink.orchestration.studies.local import LocalWorkers
+
+OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)
+
+
+@dataclass(frozen=True)
+class Deadly(Case):
+    """A case that kills the process that runs it, as often as its file has letters left."""
+
+    file: str = ""
+
+    @property
+    def master(self) -> str:  # type: ignore[override]
+        lives = Path(self.file)
+        if (
+            lives.is_file()
+            and lives.read_text()
+            and os.getpid() != int(lives.with_suffix(".pid").read_text())
+        ):
+            lives.write_text(lives.read_text()[1:])
+            os.kill(os.getpid(), signal.SIGKILL)
+        return "gauss_seidel"
+
+    @master.setter
+    def master(self, value: str) -> None:
+        pass
+
+
+def short(folder: Path) -> Case:
+    scenario = load_scenario(str(folder / "work.toml"))
+    return case_of(
+        replace(scenario, step_size=10.0), catalogue.controller("none"), ("none", "work", "nominal")
+    )
+
+
+def deadly(folder: Path, times: int) -> Deadly:
+    good = short(folder)
+    (folder / "lives").write_text("x" * times)
+    (folder / "lives.pid").write_text(str(os.getpid()))
+    return Deadly(
+        good.label,
+        good.law,
+        good.values,
+        good.stop_time,
+        good.step_size,
+        good.master,
+        good.tolerance,
+        False,
+        str(folder / "lives"),
+    )
+
+
+def test_a_worker_that_dies_once_loses_nothing(folder: Path, fmus: FmuSet) -> None:
+    good = short(folder)
+    cases = [good] * 4 + [deadly(folder, 1)] + [good] * 3
+    with LocalWorkers(fmus, 2) as workers:
+        found = dict(workers.run(cases))
+    assert sorted(found) == list(range(8))
+    assert len(set(found.values())) == 1
+    assert found[0].stopped is None
+    assert (folder / "lives").read_text() == ""
+
+
+def test_a_run_that_always_kills_its_worker_is_recorded_and_no_other(folder: Path, fmus: FmuSet) -> None:
+    good = short(folder)
+    with LocalWorkers(fmus, 2) as workers:
+        found = dict(workers.run([good, deadly(folder, 9), good, good]))
+    assert [place for place, outcome in found.items() if outcome.stopped is not None] == [1]
+    assert "the worker died at each of 3 attempts" in str(found[1].stopped)
+
+
+def test_a_run_that_fails_tells_why(folder: Path, fmus: FmuSet) -> None:
+    good = short(folder)
+    values = {**good.values, "link": {"conductivity": -1.0}}
+    with LocalWorkers(fmus, 1) as workers:
+        found = dict(workers.run([replace(good, values=values), replace(good, law="Nobody"), good]))
+    assert "conductivity" in str(found[0].stopped)
+    assert found[1].stopped is not None
+    assert found[2].stopped is None
+
+
+def test_no_workers_at_all_are_refused(fmus: FmuSet) -> None:
+    with pytest.raises(InputError, match="--jobs 0"):
+        LocalWorkers(fmus, 0)
+
+
+class Counting:
+    def __init__(self, stopped: bool = False) -> None:
+        self.ran = 0
+        self.stopped = stopped
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        for place, case in enumerate(cases):
+            self.ran += 1
+            score = float(case.values["compensator"]["gain"])
+            yield place, failed("no") if self.stopped else replace(OUTCOME, max_abs_um=score)
+
+
+def numbered(number: float) -> Case:
+    values = {"compensator": {"gain": number}}
+    return Case(("lag", "work", str(number)), "LagCompensator", values, 600.0, 1.0, "gauss_seidel", 5e-6)
+
+
+def test_what_was_run_is_not_run_again(tmp_path: Path) -> None:
+    workers = Counting()
+    first = dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0), numbered(2.0), numbered(1.0)]))
+    assert workers.ran == 2
+    again = dict(Ledger(tmp_path, "fmus", workers).run([numbered(2.0), numbered(1.0), numbered(1.0)]))
+    assert workers.ran == 2
+    assert [again[1], again[0], again[2]] == [first[0], first[1], first[2]]
+    dict(Ledger(tmp_path, "other fmus", workers).run([numbered(1.0)]))
+    assert workers.ran == 3
+
+
+@pytest.mark.parametrize("tail", ['{"run": "ab', '{"run": "abcdef"}\n', "nonsense\n", "\n"])
+def test_a_line_that_a_kill_cut_short_is_written_anew(tail: str, tmp_path: Path) -> None:
+    workers = Counting()
+    dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0), numbered(2.0)]))
+    whole = (tmp_path / FILE).read_text()
+    (tmp_path / FILE).write_text(whole + tail)
+    dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0), numbered(3.0)]))
+    lines = (tmp_path / FILE).read_text().splitlines(keepends=True)
+    assert "".join(lines[:2]) == whole
+    assert len(lines) == 3
+    assert workers.ran == 3
+
+
+def test_runs_that_gave_no_figures_are_tried_again(tmp_path: Path) -> None:
+    workers = Counting(stopped=True)
+    for _ in range(2):
+        assert dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0)]))[0].stopped == "no"
+    assert workers.ran == 2

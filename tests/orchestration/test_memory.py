@@ -1,0 +1,101 @@
+"""A run of thirty days needs no more memory than one of an hour."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios.closed_loop import cell_values
+from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.system.write import write_ssp
+
+# Private memory: pages of the files that values were streamed to are not counted, for they can be dropped
+# at any moment. Sampled beside the run; the imports come first, so that both runs begin alike.
+MEASURED = """
+import sys, threading
+from pathlib import Path
+from pyarrow import csv, parquet
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.commands.simulate import SimulateOptions, simulate_command
+from warmlink.orchestration.master import compiled
+
+try:
+    compiled.prepare()
+except InputError:
+    pass  # without Numba it takes longer, and no more memory
+
+def private():
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("RssAnon:"):
+            return int(line.split()[1])
+
+path, stop, step, folder, checkpoint = sys.argv[1:]
+peak, done, before = 0, threading.Event(), private()
+def watch():
+    global peak
+    while not done.wait(0.01):
+        peak = max(peak, private())
+sampler = threading.Thread(target=watch)
+sampler.start()
+code = simulate_command(
+    SimulateOptions(
+        Path(path),
+        stop,
+        step,
+        master="gauss_seidel",
+        out=Path(folder),
+        checkpoint=int(checkpoint) or None,
+        error_budget=False,
+    ),
+    as_json=False,
+)
+done.set()
+sampler.join()
+print("KIB", code, peak - before)
+"""
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    law = catalogue.controller("lag")
+    try:
+        files = FmuStore("native").files(WARMUP_CELL.components_with(law.name).values())
+    except InputError as fault:
+        pytest.skip(str(fault))
+    path = tmp_path_factory.mktemp("cell") / "cell.ssp"
+    values = cell_values(load_scenario("windshield_wiper"), law)
+    write_ssp(WARMUP_CELL.system(files, law.name, values), path)
+    return path
+
+
+def growth(cell: Path, stop: str, step: str, folder: Path, checkpoint: int) -> float:
+    """Private memory in MiB that the run takes beyond what the process had before."""
+    arguments = [str(cell), stop, step, str(folder), str(checkpoint)]
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURED, *arguments], capture_output=True, text=True, check=True
+    )
+    code, kib = done.stdout.split("KIB", 1)[1].split()
+    assert code == "0", done.stderr
+    return int(kib) / 1024
+
+
+@pytest.mark.slow
+@pytest.mark.platform
+def test_thirty_days_need_no_more_memory_than_an_hour(cell: Path, tmp_path: Path) -> None:
+    if not Path("/proc/self/status").exists():
+        pytest.skip("reads the memory of a process as Linux tells it")
+    hour = growth(cell, "1 h", "1 s", tmp_path / "hour", 1000)
+    # In hours like the other: days would load the unit library.
+    month = growth(cell, "720 h", "30 s", tmp_path / "month", 10_000)
+    rows = 30 * 24 * 120 + 1
+    values = (tmp_path / "month" / "values.npy").stat().st_size / 2**20
+    # The values alone are of another order.
+    assert values > 8 * 35 * rows / 2**20
+    assert month < hour + 0.2 * values, (hour, month, values)

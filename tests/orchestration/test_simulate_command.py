@@ -1,0 +1,224 @@
+"""`warmlink simulate` as a user meets it: error budget, isolation, checkpoints, pace, Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.bench.trivial_fmu import build_trivial_fmu
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.master.stores import read_folder
+from warmlink.orchestration.system.model import (
+    Component,
+    Connection,
+    DefaultExperiment,
+    ParameterSet,
+    System,
+    Value,
+)
+from warmlink.orchestration.system.write import write_ssp
+
+COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    try:
+        return build_trivial_fmu(tmp_path_factory.mktemp("fmu"))
+    except InputError as fault:
+        pytest.skip(str(fault))
+
+
+@pytest.fixture(autouse=True)
+def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def oscillator(fmu: Path, stop: float = 10.0, step: float = 0.1, **b: Value) -> Path:
+    """a'' = -a from a = 1: two integrators in a loop."""
+    a = Component("a", fmu, (), ParameterSet("parameters", {"y": 1.0, "rate": -1.0}))
+    parts = {"a": a, "b": Component("b", fmu, (), ParameterSet("parameters", dict(b)))}
+    wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u"))
+    path = Path("oscillator.ssp")
+    write_ssp(System("oscillator", parts, wires, DefaultExperiment(0.0, stop, step)), path)
+    return path
+
+
+def called(path: Path, *options: str) -> int:
+    """Exit code of the command, run in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["warmlink", "simulate", str(path), *options])
+        with pytest.raises(SystemExit) as stop:
+            main()
+    return int(stop.value.code or 0)
+
+
+def simulate(
+    path: Path, *options: str, capsys: pytest.CaptureFixture[str], expected: int = 0
+) -> tuple[dict[str, Any], str]:
+    """Answer as JSON, and what was said beside it."""
+    code = called(path, "--json", *options)
+    out, err = capsys.readouterr()
+    assert code == expected, err
+    return json.loads(out) if out else {}, err
+
+
+def test_the_error_budget_covers_the_true_error(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer, _ = simulate(oscillator(fmu, 3.0, 0.01), "--out", "o", capsys=capsys)
+    table = pd.read_parquet("o/results.parquet")
+    times = table["time [s]"].to_numpy()
+    for name, exact in (("a.y", np.cos(times)), ("b.y", np.sin(times))):
+        truth = np.max(np.abs(table[f"{name} [1]"].to_numpy() - exact))
+        assert truth <= answer["outputs"][name]["coupling_error"] <= 10 * truth
+    assert not Path("o/values.npy").exists()
+
+
+def test_watched_variables_alone_are_bounded(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer, _ = simulate(oscillator(fmu), "--watch", "b.u", "--watch", "a.y", capsys=capsys)
+    bounded = {name for name, figures in answer["outputs"].items() if "coupling_error" in figures}
+    assert bounded == {"b.u", "a.y"}
+    assert {"b.y", "a.z"} <= set(answer["outputs"])
+
+
+@pytest.mark.parametrize("option", ["--no-error-budget", "--checkpoint=5", "--real-time=100"])
+def test_the_run_is_not_repeated_where_that_was_not_asked(
+    fmu: Path, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer, _ = simulate(oscillator(fmu, 1.0), option, capsys=capsys)
+    assert not any("coupling_error" in figures for figures in answer["outputs"].values())
+
+
+def test_the_table_for_people(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert called(oscillator(fmu, 1.0), "--watch", "a.y") == 0
+    out = capsys.readouterr().out
+    assert "coupling error" in out
+    assert next(line for line in out.splitlines() if "a.y" in line).split()[-1].startswith("±")
+
+
+def test_an_fmu_that_crashes_is_named_and_the_results_are_kept(
+    fmu: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = oscillator(fmu, fail_at=0.45, fail_status=5)
+    answer, err = simulate(path, "--isolate", "--out", "o", capsys=capsys, expected=1)
+    assert "stopped early: b: crash at 0.4 s" in err
+    assert answer["stop_time_s"] == pytest.approx(0.4)
+    assert len(pd.read_csv("o/results.csv")) == 5
+    assert not any("coupling_error" in figures for figures in answer["outputs"].values())
+
+
+def test_a_step_that_never_returns_meets_the_time_limit(
+    fmu: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = oscillator(fmu, fail_at=0.45, fail_status=6)
+    _, err = simulate(path, "--isolate", "--time-limit", "2 s", capsys=capsys, expected=1)
+    assert "b: time limit at 0.4 s" in err
+
+
+def interrupted(path: Path, folder: str, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run in a process of its own and press Ctrl-C once it has come somewhere."""
+    with subprocess.Popen(
+        [*COMMAND, str(path), "--out", folder, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        deadline = time.monotonic() + 60
+        while not (Path(folder) / "checkpoint").exists():
+            assert process.poll() is None, process.stderr
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    return subprocess.CompletedProcess([], process.returncode, out, err)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends SIGINT")
+def test_ctrl_c_leaves_results_that_a_resumed_run_completes_bit_by_bit(
+    fmu: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # 20 s at this pace: long enough for Ctrl-C to hit it on any machine.
+    path = oscillator(fmu, 20.0, 0.01)
+    stopped = interrupted(path, "o", "--checkpoint", "50", "--real-time", "1")
+    assert stopped.returncode == 1, stopped.stderr
+    assert "stopped early: interrupted at" in stopped.stderr
+    assert "Traceback" not in stopped.stderr
+    part = len(read_folder(Path("o")))
+    assert 50 <= part < 2001
+    assert len(pd.read_parquet("o/results.parquet")) == part
+    simulate(path, "--out", "o", "--checkpoint", "50", "--resume", capsys=capsys)
+    simulate(path, "--out", "whole", "--no-error-budget", capsys=capsys)
+    for name in ("results.csv", "results.parquet"):
+        assert (Path("o") / name).read_bytes() == (Path("whole") / name).read_bytes()
+
+
+def test_a_refused_resume_leaves_the_folder_as_it_was(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = oscillator(fmu, 1.0)
+    simulate(path, "--out", "o", "--checkpoint", "5", capsys=capsys)
+    before = {p.name: p.read_bytes() for p in Path("o").iterdir()}
+    _, err = simulate(path, "--out", "o", "--resume", "--step", "0.2 s", capsys=capsys, expected=2)
+    assert "belongs to another run" in err
+    assert {p.name: p.read_bytes() for p in Path("o").iterdir()} == before
+    Path("o/values.npy").unlink()
+    _, err = simulate(path, "--out", "o", "--resume", capsys=capsys, expected=2)
+    assert "lacks values that the checkpoint beside it counts on" in err
+
+
+def test_a_new_run_forgets_an_old_checkpoint(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = oscillator(fmu, 1.0)
+    simulate(path, "--out", "o", "--checkpoint", "5", capsys=capsys)
+    simulate(path, "--out", "o", "--checkpoint", "100", "--step", "0.2 s", capsys=capsys)
+    assert not Path("o/checkpoint").exists()
+    assert len(read_folder(Path("o"))) == 6
+
+
+def test_a_pace_is_kept(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = oscillator(fmu, 4.0)
+    began = time.monotonic()
+    answer, _ = simulate(path, "--real-time", "4", capsys=capsys)
+    assert time.monotonic() - began >= 1.0
+    assert answer["largest_lag_s"] >= 0.0
+
+
+def test_remarks_are_told(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # A loop of gain 4 a step: explicit stepping makes it grow.
+    path = oscillator(fmu, 40.0, 2.0)
+    answer, err = simulate(path, capsys=capsys)
+    assert any("unstable" in remark for remark in answer["remarks"])
+    assert "unstable" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--time-limit", "3 s"], "--time-limit: holds for FMUs in processes of their own; add --isolate"),
+        (["--isolate", "--time-limit", "0 s"], "--time-limit: 0 s is not positive"),
+        (["--stepping", "fast"], "--stepping fast: not known; choose auto, plain or compiled"),
+        (["--stepping", "compiled", "--real-time", "1"], "goes neither with isolated slaves nor with a pace"),
+        (["--real-time", "0"], "--real-time 0: no pace"),
+        (["--real-time", "nan"], "--real-time nan: no pace"),
+        (["--watch", "a.nothing"], "a.nothing: no slave has such a variable"),
+        (["--checkpoint", "0"], "checkpoints: every 0 steps is not above 0"),
+        (["--checkpoint", "5", "--out", "oscillator.ssp/here"], "cannot be written"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_refused_in_one_sentence(
+    fmu: Path, options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = oscillator(fmu, 1.0)
+    before = sorted(Path().rglob("*"))
+    _, err = simulate(path, *options, capsys=capsys, expected=2)
+    assert sentence in err
+    assert err.count("\n") == 1, err
+    assert sorted(Path().rglob("*")) == before
