@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 Array = NDArray[np.float64]
+
+_Items = tuple[tuple[str, float], ...]
 
 INPUTS = ("winding_heat", "shaft_heat", "link_heat", "ambient_temperature")
 """Heat in W into winding, shaft and (spread over its surface) link, and the ambient temperature in K."""
@@ -103,7 +106,14 @@ def plant_model(plant: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     InputError
         A parameter is unknown or out of range.
     """
-    cell = _Cell(plant or Plant(), temperature)
+    plant = plant or Plant()
+    return _model(tuple(sorted(plant.motor.items())), tuple(sorted(plant.link.items())), temperature)
+
+
+@lru_cache(maxsize=64)
+def _model(motor: _Items, link: _Items, temperature: float) -> LinearPlant:
+    """The model, which takes half a second, kept for whoever asks for the same plant again."""
+    cell = _Cell(Plant(dict(motor), dict(link)), temperature)
     still, moving = cell.state_matrix(0.0), cell.state_matrix(1.0)
     heats = [cell.winding_heat_column(), cell.shaft_heat_column(), cell.link_heat_column()]
     still_ambient, moving_ambient = cell.ambient_column(0.0), cell.ambient_column(1.0)

@@ -8,6 +8,7 @@ import pytest
 
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, axis_name, merged
 from warmlink.orchestration.arm.program import Program, load_program
+from warmlink.orchestration.arm.run import arm_kinds
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.system.model import System, Value
 
@@ -17,8 +18,7 @@ MakeArm = Callable[..., System]
 
 @pytest.fixture(scope="session")
 def fmu_store() -> FmuStore:
-    plain = arm_blueprint(compensated=False)
-    return store(None, sorted(set(plain.components.values())), lambda text: None)
+    return store(None, arm_kinds(None), lambda text: None)
 
 
 @pytest.fixture(scope="session")
