@@ -26,4 +26,7 @@ def license_text() -> str:
     source = Path(__file__).parents[2] / "LICENSE"
     if source.is_file():
         return source.read_text(encoding="utf-8")
-    return metadata.distribution("warmlink").read_text("licenses/LICENSE") or LICENSE
+    for file in metadata.files("warmlink") or []:
+        if file.name == "LICENSE":
+            return file.read_text("utf-8")
+    return LICENSE
