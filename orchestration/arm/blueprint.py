@@ -12,11 +12,11 @@ from pathlib import Path
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.library import NAME
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
 
-NAME = "SixAxisArm"
 ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
 
 POSES, KINEMATICS = "poses", "kinematics"

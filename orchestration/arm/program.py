@@ -12,7 +12,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,11 +20,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.inverse import joint_angles
+from warmlink.orchestration.arm.library import PROGRAMS, arm_scenario_names
 from warmlink.orchestration.scenarios.duty import Duty, Segment
 from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.system.model import Value
-
-LIBRARY = Path(__file__).parent / "programs"
 
 KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random", "pose"}
 
@@ -70,11 +68,6 @@ class Program:
         return dict(self.duties[(axis - 1) % AXES].component_parameters())
 
 
-def names() -> list[str]:
-    """Names of the programs that are shipped."""
-    return sorted(path.stem for path in LIBRARY.glob("*.toml"))
-
-
 def load_program(name: str) -> Program:
     """Program by the name of a shipped one.
 
@@ -83,9 +76,9 @@ def load_program(name: str) -> Program:
     InputError
         There is none of that name.
     """
-    path = LIBRARY / f"{name}.toml"
+    path = PROGRAMS / f"{name}.toml"
     if not path.is_file():
-        raise InputError(f"{name}: no such program of the arm; choose {', '.join(names())}")
+        raise InputError(f"{name}: no such program of the arm; choose {', '.join(arm_scenario_names())}")
     table = tomllib.loads(path.read_text("utf-8"))
     return parsed({key: value for key, value in table.items() if key in KEYS}, name)
 

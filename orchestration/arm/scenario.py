@@ -7,7 +7,6 @@ winding, base, middle or tip), `sensor_noise`, and a table `parameters`, as `"ax
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,12 +15,11 @@ from typing import Any
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm import program as programs
-from warmlink.orchestration.arm.blueprint import NAME
+from warmlink.orchestration.arm.library import PROGRAMS, SYSTEM, arm_scenario_names, table_of
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, DEFAULT_STEP
 
-SYSTEM = "system"
 SENSORS = tuple(name.removesuffix("_temperature") for name in SENSED)
 
 DEFAULT_CONTROLLER = "observer"
@@ -79,16 +77,6 @@ class ArmScenario:
         return SENSORS.index(self.sensor) + 1
 
 
-def arm_scenario_names() -> list[str]:
-    """Names of the arm's scenarios that warmlink ships."""
-    return programs.names()
-
-
-def is_arm_scenario(name: str) -> bool:
-    """Whether a name, or the path of a TOML file, is of a scenario of the arm."""
-    return name in programs.names() or _table(Path(name)).get(SYSTEM) == NAME
-
-
 def load_arm_scenario(name: str) -> ArmScenario:
     """Scenario of the arm by its name, or by the path of a TOML file.
 
@@ -97,9 +85,9 @@ def load_arm_scenario(name: str) -> ArmScenario:
     InputError
         If there is none, or the file does not hold one.
     """
-    shipped = programs.LIBRARY / f"{name}.toml"
+    shipped = PROGRAMS / f"{name}.toml"
     path = shipped if shipped.is_file() else Path(name)
-    table = _table(path)
+    table = table_of(path)
     if not table:
         raise InputError(f"{name}: no such scenario of the arm; choose {', '.join(arm_scenario_names())}")
     return read_arm_scenario(path.stem, table)
@@ -124,13 +112,3 @@ def read_arm_scenario(name: str, table: Mapping[str, Any]) -> ArmScenario:
         sensor_noise=positive(table.get("sensor_noise", DEFAULT_NOISE), "K", f"{name}: sensor_noise"),
         parameters=dict(parameters),
     )
-
-
-def _table(path: Path) -> dict[str, Any]:
-    """Content of a TOML file; nothing where there is none that can be read."""
-    if path.suffix != ".toml" or not path.is_file():
-        return {}
-    try:
-        return tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
-        return {}

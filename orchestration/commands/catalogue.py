@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
-from warmlink.orchestration.arm.blueprint import NAME as ARM
-from warmlink.orchestration.arm.scenario import arm_scenario_names, load_arm_scenario
+from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.arm.library import arm_scenario_names
+from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about

@@ -8,7 +8,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder

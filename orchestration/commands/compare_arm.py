@@ -7,11 +7,11 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.blueprint import NAME
 from warmlink.orchestration.arm.compare import ArmRow, compare_arm, write_csv
 from warmlink.orchestration.arm.compensation import DESIGNED
+from warmlink.orchestration.arm.library import NAME, arm_scenario_names
 from warmlink.orchestration.arm.run import arm_kinds
-from warmlink.orchestration.arm.scenario import arm_scenario_names, load_arm_scenario
+from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FmuKind, store

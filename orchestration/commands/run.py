@@ -8,7 +8,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.scenario import is_arm_scenario
+from warmlink.orchestration.arm.library import is_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store

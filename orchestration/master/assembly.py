@@ -19,6 +19,9 @@ from warmlink.orchestration.system.model import Connection, System, Value
 if TYPE_CHECKING:
     from warmlink.orchestration.master.isolation import Isolation
 
+# What FMI gives for reading and compiling alone.
+NOT_FOR_RUNNING = ("documentation", "sources")
+
 
 @dataclass
 class Assembly:
@@ -72,7 +75,7 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     slaves: list[Slave] = []
     try:
         for name, component in system.components.items():
-            folder = unpack(component.fmu, home)
+            folder = unpack(component.fmu, home, without=NOT_FOR_RUNNING)
             opener = partial(open_slave, name, infos[name], folder)
             slaves.append(opener() if isolation is None else isolate(name, opener, isolation))
         # An isolated slave has started by the time it can tell its variables.

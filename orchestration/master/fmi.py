@@ -49,6 +49,7 @@ class Batch:
         self.base = base
         self.positions = positions
         self.count = len(positions)
+        self.plain = base in ("Real", "Float32", "Float64")
         self.references = (c_uint * self.count)(*references)
         self.values: Any = (c_type * self.count)()
         self.get: Any = None
@@ -58,20 +59,21 @@ class Batch:
     def load(self, values: Sequence[Value]) -> None:
         """Fill the array from the values of the whole set."""
         chosen = values if self.count == len(values) else [values[p] for p in self.positions]
-        if self.base == "String":
-            self.values[:] = [str(value).encode() for value in chosen]
-        elif self.base in ("Real", "Float32", "Float64"):
+        if self.plain:
             self.values[:] = chosen
+        elif self.base == "String":
+            self.values[:] = [str(value).encode() for value in chosen]
         else:
             self.values[:] = [int(value) for value in chosen]
 
     def unload(self) -> list[Value]:
         """Give the array's values as Python values."""
+        values: list[Value] = self.values[:]
         if self.base == "Boolean":
-            return [bool(value) for value in self.values]
+            return [bool(value) for value in values]
         if self.base == "String":
             return [(value or b"").decode("utf-8", "replace") for value in self.values]
-        return list(self.values)
+        return values
 
 
 class FmiSlave(ABC):
@@ -118,6 +120,7 @@ class FmiSlave(ABC):
         self.time = 0.0
         self.journal = Journal()
         self._batches: dict[Names, list[Batch]] = {}
+        self._orders: dict[Names, list[int] | None] = {}
         self._worst = 0
         self._library = self._load(folder)
         try:
@@ -174,23 +177,24 @@ class FmiSlave(ABC):
 
     def get(self, names: Names) -> list[Value]:
         """Give the values of variables."""
-        batches = self.batches(names)
-        for batch in batches:
+        values: list[Value] = []
+        for batch in self._batches.get(names) or self._prepare(names):
             status = batch.get(*batch.arguments)
             if status > 1:
                 self.fail("Get" + batch.base, status, self._only(batch))
-        if len(batches) == 1:
-            return batches[0].unload()
-        values: list[Value] = [0.0] * len(names)
-        for batch in batches:
-            for position, value in zip(batch.positions, batch.unload(), strict=True):
-                values[position] = value
-        return values
+            if batch.count == len(names):
+                return batch.values[:] if batch.plain else batch.unload()
+            values += batch.unload()
+        order = self._orders[names]
+        return values if order is None else [values[place] for place in order]
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables."""
-        for batch in self.batches(names):
-            batch.load(values)
+        for batch in self._batches.get(names) or self._prepare(names):
+            if batch.plain and batch.count == len(values):
+                batch.values[:] = values
+            else:
+                batch.load(values)
             status = batch.set(*batch.arguments)
             if status > 1:
                 self.fail("Set" + batch.base, status, self._only(batch))
@@ -301,6 +305,9 @@ class FmiSlave(ABC):
         for batch in batches:
             batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
             batch.arguments = self.arguments(batch)
+        by_type = [position for batch in batches for position in batch.positions]
+        places = sorted(range(len(names)), key=by_type.__getitem__)
+        self._orders[names] = None if places == list(range(len(names))) else places
         self._batches[names] = batches
         return batches
 

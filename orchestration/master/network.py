@@ -86,6 +86,10 @@ class Network:
         self.wires: list[list[Wire]] = []
         self._lay(connections)
         self._sources = [[self._source(wire) for wire in wires] for wires in self.wires]
+        self._bare = [
+            None if any(wire for _, _, wire in sources) else [(j, p) for j, p, _ in sources]
+            for sources in self._sources
+        ]
         self.outputs: list[list[Value]] = [[] for _ in self.slaves]
         self.inputs: list[list[Value]] = [[] for _ in self.slaves]
         self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
@@ -182,15 +186,15 @@ class Network:
         """
         names = self.reads[k]
         if names:
-            values = self.slaves[k].get(names)
-            self.outputs[k] = values
+            self.outputs[k] = values = self.slaves[k].get(names)
             self.check(k, values)
 
     def check(self, k: int, values: Sequence[Value]) -> None:
         """Refuse values of a slave's outputs that are not finite."""
         checked = self._checked[k]
         # One sum instead of many questions; where it overflows, they are asked after all.
-        if len(checked) == len(values) and math.isfinite(sum(values)):  # type: ignore[arg-type]
+        finite = values if len(checked) == len(values) else [values[p] for p in checked]
+        if math.isfinite(sum(finite)):  # type: ignore[arg-type]
             return
         for position in checked:
             value = values[position]
@@ -205,7 +209,9 @@ class Network:
 
     def gather(self, k: int) -> list[Value]:
         """Give the values that a slave's inputs should have, from the outputs last read."""
-        outputs = self.outputs
+        outputs, bare = self.outputs, self._bare[k]
+        if bare is not None:
+            return [outputs[slave][position] for slave, position in bare]
         return [
             outputs[slave][position] if wire is None else wire.convert(outputs[slave][position])
             for slave, position, wire in self._sources[k]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -128,15 +130,24 @@ def run_scenario(
     def part(done: float, whole: float) -> MasterProgress:
         return lambda at, count: report((done + whole * at / count) / 4)
 
-    without = simulate(plain, stop, step, chosen, progress=part(0, 1))
-    compensated = simulate(cell, stop, step, chosen, progress=part(1, 1))
-    (coupling,) = estimate_coupling_error(
-        lambda until, half: simulate(cell, until, half, chosen, record=(ELONGATION,), progress=part(2, 2)),
-        compensated,
-        step,
-        chosen.order,
-        (ELONGATION,),
-    )
+    with tempfile.TemporaryDirectory(prefix="warmlink-") as folder:
+        home = Path(folder)
+        without = simulate(plain, stop, step, chosen, unpacked=home, progress=part(0, 1))
+        compensated = simulate(cell, stop, step, chosen, unpacked=home, progress=part(1, 1))
+
+        def again(until: float, half: float) -> Result:
+            return simulate(
+                cell,
+                until,
+                half,
+                chosen,
+                record=(ELONGATION,),
+                unpacked=home,
+                check_stability=False,
+                progress=part(2, 2),
+            )
+
+        (coupling,) = estimate_coupling_error(again, compensated, step, chosen.order, (ELONGATION,))
     return ClosedLoop(
         scenario=scenario,
         controller=controller,

@@ -18,7 +18,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -116,11 +116,11 @@ def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
     return data
 
 
-def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS) -> Path:
+def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> Path:
     """Unpack an archive into a folder of its own under `workdir` and give that folder.
 
     The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
-    another one of the same name does not mix with it.
+    another one of the same name does not mix with it. Top-level folders may be left out.
 
     Raises
     ------
@@ -133,12 +133,14 @@ def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS) -> Path:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
     target = workdir / f"{path.stem}-{digest[:16]}"
     if not target.is_dir():
-        extract(path, target, limits)
+        extract(path, target, limits, without)
     return target
 
 
-def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS) -> None:
-    """Unpack a whole archive into `target`, which must not exist; on failure nothing is left behind.
+def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> None:
+    """Unpack an archive into `target`, which must not exist; on failure nothing is left behind.
+
+    Entries of the top-level folders named in `without` are looked at like all others, but not written.
 
     Raises
     ------
@@ -153,6 +155,8 @@ def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS) -> None:
             members = _checked_members(path, archive, limits)
             left = limits.total_bytes
             for name, info in members:
+                if name.partition("/")[0] in without:
+                    continue
                 left -= _write_member(path, archive, info, scratch / name, limits, left)
         # Another process may have unpacked the same archive meanwhile: then its result stands.
         with contextlib.suppress(OSError):

@@ -18,11 +18,11 @@ from warmlink.orchestration.arm.centralised import CentralisedObserver, Readings
 from warmlink.orchestration.arm.compare import applied, compare_arm, write_csv
 from warmlink.orchestration.arm.compensation import plant
 from warmlink.orchestration.arm.error_map import workspace
+from warmlink.orchestration.arm.library import arm_scenario_names, is_arm_scenario
 from warmlink.orchestration.arm.outcome import ArmOutcome, columns
 from warmlink.orchestration.arm.pose import sensitivities
-from warmlink.orchestration.arm.program import names
 from warmlink.orchestration.arm.run import arm_system, run_arm
-from warmlink.orchestration.arm.scenario import ArmScenario, is_arm_scenario, load_arm_scenario
+from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
@@ -44,7 +44,7 @@ def outcome(fmu_store: FmuStore) -> ArmOutcome:
     )
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", arm_scenario_names())
 def test_observers_remove_nine_tenths_in_every_program(name: str, fmu_store: FmuStore) -> None:
     """From a cold start, one thermometer a joint with 0.1 K of noise; below 30 um throughout.
 

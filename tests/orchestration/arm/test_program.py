@@ -13,7 +13,8 @@ from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.inverse import joint_angles
-from warmlink.orchestration.arm.program import load_program, names, parsed
+from warmlink.orchestration.arm.library import arm_scenario_names
+from warmlink.orchestration.arm.program import load_program, parsed
 
 
 def tool_point(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -45,7 +46,7 @@ def test_what_is_out_of_reach_has_no_angles() -> None:
     assert np.all(np.isfinite(joint_angles(0.45, 0.0, 0.15, -np.pi / 2)))
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", arm_scenario_names())
 def test_every_program_fits_the_components_and_the_limits(name: str) -> None:
     program = load_program(name)
     assert program.title
@@ -71,7 +72,7 @@ def test_the_programs_that_were_asked_for_are_there() -> None:
         "random_jobs",
         "shift",
     )
-    assert set(names()) == {f"six_axis_{kind}" for kind in kinds}
+    assert set(arm_scenario_names()) == {f"six_axis_{kind}" for kind in kinds}
 
 
 def test_random_jobs_repeat_with_their_seed() -> None:
