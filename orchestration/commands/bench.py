@@ -41,6 +41,7 @@ def bench_masters_command(rounds: int, as_json: bool) -> None:
     from dataclasses import asdict
 
     from warmlink.orchestration.bench.masters import Extent, absent, bench_masters, masters_table
+    from warmlink.orchestration.bench.whole_run import bench_whole_run
     from warmlink.orchestration.commands.console import remark
 
     told = remark if sys.stderr.isatty() else (lambda name: None)
@@ -49,9 +50,11 @@ def bench_masters_command(rounds: int, as_json: bool) -> None:
         found += rows
         if not as_json:
             answer(masters_table(rows) + "\n")
+    whole = bench_whole_run(rounds)
     if as_json:
-        answer_json({"rows": [asdict(row) for row in found], "not_installed": absent()})
+        answer_json({"rows": [asdict(row) for row in found], **asdict(whole), "not_installed": absent()})
         return
+    answer(f"{whole}\n")
     answer("off by: from motor and link solved as one system of equations (BDF, tolerance 1e-11)")
     for name, packages in absent().items():
         answer(f"not installed: {name} ({', '.join(packages)})")
