@@ -397,6 +397,21 @@ def bench_diagnosis(
     bench_diagnosis_command(share, seed, jobs, out, json)
 
 
+@bench.command(name="laws")
+def bench_laws(
+    share: Annotated[
+        float, typer.Option(help="Share of the full counts, 1,000 runs with a fault a law.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of all random choices; another one gives fresh runs.")] = 0,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
+    json: Json = False,
+) -> None:
+    """Count how far the observers can be trusted: wrong models, honest deviations, failing sensors."""
+    from warmlink.orchestration.commands.bench import bench_laws_command
+
+    bench_laws_command(share, seed, jobs, json)
+
+
 @bench.command(name="scale")
 def bench_scale(json: Json = False) -> None:
     """Time arms of 1, 2, 6, 12 and 24 axes a macro step, and an 8-hour shift of six axes."""

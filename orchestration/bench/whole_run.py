@@ -49,7 +49,7 @@ def bench_whole_run(rounds: int = 5) -> WholeRun:
             "warmlink.orchestration.cli",
             *ARGUMENTS,
             "--out",
-            Path(work) / "run",
+            str(Path(work) / "run"),
         ]
         for _ in range(rounds + 1):
             before = children()

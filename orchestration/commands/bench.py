@@ -84,12 +84,39 @@ def bench_scale_command(as_json: bool) -> None:
         Console().print(scale_table(found))
 
 
+def bench_laws_command(share: float, seed: int, jobs: int, as_json: bool) -> None:
+    """Run the observers through fresh trials, and print what came of them."""
+    from dataclasses import asdict
+
+    from warmlink.orchestration.bench.laws import Counts, bench_laws, laws_table
+
+    with progress_bar("Observers") as progress:
+        trials = bench_laws(Counts().shared(positive_share(share)), seed, jobs, progress)
+    if as_json:
+        answer_json([asdict(trial) for trial in trials])
+        return
+    answer(laws_table(trials))
+    answer(f"seed {seed}")
+
+
+def positive_share(share: float) -> float:
+    """The share of the full counts asked for.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if not 0 < share <= 1:
+        raise InputError(f"--share: {share:g} is not a share; give a number above 0, at most 1")
+    return share
+
+
 def bench_diagnosis_command(share: float, seed: int, jobs: int, out: Path, as_json: bool) -> None:
     """Hide effects in fresh runs, diagnose them, and print how often that was right."""
     from warmlink.orchestration.diagnosis.bench import FULL, bench_diagnosis
 
-    if not 0 < share <= 1:
-        raise InputError(f"--share: {share:g} is not a share; give a number above 0, at most 1")
+    share = positive_share(share)
     counts = {kind: max(1, round(share * count)) for kind, count in FULL.items()}
     with progress_bar("Hidden effects") as progress:
         bench = bench_diagnosis(counts, seed, jobs, lambda done, total: progress(done / total))

@@ -7,10 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy import stats
 
-from warmlink.controllers.kalman import corrected, variance_along
-from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
@@ -18,7 +15,8 @@ from warmlink.fmus import faults
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.orchestration.scenarios.duty_files import library, load
-from warmlink.orchestration.studies.rollout import RECORDED, Cell, Record
+from warmlink.orchestration.studies.innovations import innovations, whiteness
+from warmlink.orchestration.studies.rollout import Cell, Record
 from warmlink.orchestration.studies.trials import (
     Fault,
     coverage,
@@ -118,44 +116,19 @@ def test_innovations_are_white_and_of_the_size_stated(cell_of: CellOf) -> None:
 
     The gain is kept ready for a heating pad, so a trace of correlation remains: two or three hundredths.
     """
-    values, first = [], []
-    for seed in range(1, 7):
-        record = run(cell_of(OBSERVER), "shift_with_breaks", seed, stop_time=3000.0)
-        for series in innovations(record):
-            count, lags = series.size, 20
-            centred = series - series.mean()
-            r = np.array([centred[k:] @ centred[: count - k] for k in range(1, lags + 1)]) / (
-                centred @ centred
-            )
-            statistic = count * (count + 2) * np.sum(r**2 / (count - np.arange(1, lags + 1)))
-            values.append(stats.chi2.sf(statistic, lags))
-            first.append(r[0])
-            assert series.std() == pytest.approx(1.0, abs=0.05)
-            assert abs(series.mean()) < 3 / np.sqrt(count)
-    assert min(values) > 1e-4
-    assert np.median(values) > 0.02
-    assert abs(np.mean(first)) < 0.03
-
-
-def innovations(record: Record) -> list[np.ndarray]:
-    """Innovations of the base and tip sensor in standard deviations, from the recorded states of the law."""
-    p = OBSERVER.d.read(np.array([s.start for s in OBSERVER.scalars()][: OBSERVER.p.size], dtype=float))
-    states = record.values[:, len(RECORDED) :]
-    duty = load("shift_with_breaks").table(1.0, record.time[-1])
-    found: dict[int, list[float]] = {2: [], 4: []}
-    sensed = record.values[:, [RECORDED.index(f"sensed_{name}") for name in law.SENSED]]
-    for k in range(300, record.time.size):
-        values = dict(zip(("speed", "torque", "ambient_temperature"), duty[k], strict=False))
-        u = OBSERVER.u.read(np.array([values.get(name, 0.0) for name in OBSERVER.u.names]))
-        belief = law.predict(law.belief_of(OBSERVER.x.read(states[k - 1]), model.STATES), u, p, 1.0)
-        for sensor, series in found.items():
-            row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
-            innovation = sensed[k, sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
-            series.append(innovation / (variance_along(belief.noise_spread, row) + 0.01) ** 0.5)
-            belief = corrected(belief, row, innovation, 0.01, 1.0)
-        # The reconstruction is the law itself: its estimate after both readings is the state recorded.
-        assert belief.mean == pytest.approx(OBSERVER.x.read(states[k]).estimate, rel=1e-9, abs=1e-12)
-    return [np.array(series) for series in found.values()]
+    duty = load("shift_with_breaks").table(1.0, 3000.0)
+    found = [
+        whiteness(series)
+        for seed in range(1, 7)
+        for series in innovations(cell_of(OBSERVER).run(duty, instruments(seed)), duty).values()
+    ]
+    assert len(found) == 12
+    for each in found:
+        assert each.std == pytest.approx(1.0, abs=0.05)
+        assert abs(each.mean) < 3 / np.sqrt(2700)
+    assert min(each.p for each in found) > 1e-4
+    assert np.median([each.p for each in found]) > 0.02
+    assert abs(np.mean([each.neighbours for each in found])) < 0.03
 
 
 # faults ---------------------------------------------------------------------------------------------------

@@ -1,0 +1,215 @@
+"""How far the observers can be trusted: fresh runs, nominal, with wrong models, with failing sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios.duty_files import library, load
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.scenarios.duty import Duty
+    from warmlink.orchestration.studies.innovations import Whiteness
+    from warmlink.orchestration.studies.rollout import Cell
+    from warmlink.orchestration.studies.trials import FaultRun
+
+WITH_CAMERA: Mapping[str, bool] = {"observer": False, "observer_drift": True}
+"""The laws whose `correction_std` is a promise, and whether the camera is one of their instruments."""
+
+WHITENESS_DUTY, WHITENESS_SECONDS = "shift_with_breaks", 3000.0
+LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Runs of a law: for coverage at nominal parameters, for whiteness, with wrong models, with a fault."""
+
+    coverage: int = 200
+    whiteness: int = 40
+    mismatch: int = 200
+    faults: int = 1000
+
+    def shared(self, share: float) -> Counts:
+        """A share of each count, at least two."""
+        return Counts(*(max(2, round(share * count)) for count in vars(self).values()))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run; what does not belong to its kind is None.
+
+    Attributes
+    ----------
+    removed : % of the largest thermal error
+    largest : largest remaining error in m
+    covered : share of the run within two stated standard deviations
+    white : tests of the innovations of each sensor
+    fault : what came of a fault
+    """
+
+    law: str
+    kind: str
+    seed: int
+    duty: str
+    removed: float | None = None
+    largest: float | None = None
+    covered: float | None = None
+    white: tuple[Whiteness, ...] = ()
+    fault: FaultRun | None = None
+
+
+def bench_laws(
+    counts: Counts, seed: int, jobs: int = 1, progress: Callable[[float], None] = lambda share: None
+) -> list[Trial]:
+    """Run all trials of both observers.
+
+    Parameters
+    ----------
+    counts : of runs of each kind and law
+    seed : of all random choices; another one gives fresh runs
+    jobs : processes
+    progress : told the share that is done
+
+    Raises
+    ------
+    InputError
+        If there is no process to run them.
+    """
+    if jobs < 1:
+        raise InputError(f"--jobs {jobs}: no process would run; give 1 or more")
+    tasks = list(_tasks(counts, seed))
+    found = []
+    with ProcessPoolExecutor(jobs) as pool:
+        for trial in pool.map(_trial, tasks, chunksize=4):
+            found.append(trial)
+            progress(len(found) / len(tasks))
+    return found
+
+
+def _tasks(counts: Counts, seed: int) -> Iterator[tuple[str, str, int, int]]:
+    for name in WITH_CAMERA:
+        for which, (kind, count) in enumerate(vars(counts).items()):
+            if kind == "whiteness" and name != "observer":
+                continue  # the other's innovations are those of the same filter
+            first = int(np.random.default_rng([seed, which]).integers(1, 2**30))
+            yield from ((name, kind, i, first + i) for i in range(count))
+
+
+def _trial(task: tuple[str, str, int, int]) -> Trial:
+    from warmlink.orchestration.studies.trials import coverage, fault_runs, instruments, removed_percent
+
+    name, kind, place, seed = task
+    cell = _cell(name)
+    if kind == "faults":
+        (run,) = fault_runs(cell, library(), [seed], WITH_CAMERA[name])
+        return Trial(name, kind, seed, run.duty, fault=run)
+    if kind == "whiteness":
+        return Trial(name, kind, seed, WHITENESS_DUTY, white=_white(cell, seed))
+    duties = _told_of_their_heat() if kind == "coverage" else library()
+    duty = duties[place % len(duties)]
+    record = cell.run(duty.table(cell.step), {**instruments(seed), **_plant(kind, seed)})
+    return Trial(
+        name,
+        kind,
+        seed,
+        duty.name,
+        removed_percent(record),
+        float(np.abs(record.error).max()),
+        coverage(record),
+    )
+
+
+def _plant(kind: str, seed: int) -> dict[str, dict[str, float]]:
+    from warmlink.orchestration.studies.trials import mismatched
+
+    if kind != "mismatch":
+        return {}
+    plant = mismatched(seed)
+    return {"motor": dict(plant.motor), "link": dict(plant.link)}
+
+
+def _white(cell: Cell, seed: int) -> tuple[Whiteness, ...]:
+    from warmlink.orchestration.studies.innovations import innovations, whiteness
+    from warmlink.orchestration.studies.trials import instruments
+
+    demands = load(WHITENESS_DUTY).table(cell.step, WHITENESS_SECONDS)
+    series = innovations(cell.run(demands, instruments(seed)), demands)
+    return tuple(whiteness(each) for each in series.values())
+
+
+def _told_of_their_heat() -> list[Duty]:
+    """Duty cycles whose heat the law is told of; with a pad it is not, and says less on purpose."""
+    return [duty for duty in library() if "pad" not in duty.name.split("_")]
+
+
+@cache
+def _cell(law: str) -> Cell:
+    from warmlink.orchestration.studies.rollout import Cell
+
+    return Cell(catalogue.controller(law), law_states=True)
+
+
+def laws_table(trials: list[Trial]) -> str:
+    """What the trials came to, as text."""
+    lines = []
+    for name in WITH_CAMERA:
+        lines.append(name)
+        for kind in ("coverage", "mismatch"):
+            lines += _removal_lines(kind, [t for t in trials if (t.law, t.kind) == (name, kind)])
+        white = [w for t in trials if t.law == name for w in t.white]
+        if white:
+            lines.append(_whiteness_line(white))
+        lines += _fault_lines([t.fault for t in trials if t.law == name and t.fault is not None])
+    return "\n".join(lines)
+
+
+def _removal_lines(kind: str, trials: list[Trial]) -> Iterator[str]:
+    word = "nominal" if kind == "coverage" else "wrong model"
+    removed = np.array([t.removed for t in trials], float)
+    largest = 1e6 * np.array([t.largest for t in trials], float)
+    worst = trials[int(removed.argmin())]
+    yield (
+        f"  {word}: {len(trials)} runs, removed {removed.min():.1f} % at least (in {worst.duty}), "
+        f"{np.median(removed):.1f} % in the middle; largest error {largest.max():.2f} µm"
+    )
+    if kind == "coverage":
+        covered = 100 * np.array([t.covered for t in trials], float)
+        middle, error = covered.mean(), covered.std(ddof=1) / np.sqrt(covered.size)
+        yield f"  correction_std at 2 sigma: covers {middle:.1f} % of the time (± {2 * error:.1f} %)"
+
+
+def _whiteness_line(found: list[Whiteness]) -> str:
+    p, neighbours = np.array([w.p for w in found]), np.array([w.neighbours for w in found])
+    return (
+        f"  innovations: {len(found)} series, {100 * np.mean(p < LEVEL):.0f} % rejected as not white at "
+        f"{100 * LEVEL:.0f} % (Ljung-Box), correlation of neighbours {neighbours.mean():+.3f}, "
+        f"of stated size times {np.mean([w.std for w in found]):.3f}"
+    )
+
+
+def _fault_lines(runs: list[FaultRun]) -> Iterator[str]:
+    from warmlink.fmus import faults
+
+    worst = max(runs, key=lambda run: run.worse_by)
+    yield (
+        f"  faults: {len(runs)} runs, worse than uncompensated by {1e6 * worst.worse_by:.2f} µm at most "
+        f"({worst.fault.instrument}, {worst.duty})"
+    )
+    kinds = {"stuck": faults.STUCK, "jump": faults.JUMP, "drift": faults.DRIFT, "dropout": faults.DROPOUT}
+    for word, kind in kinds.items():
+        chosen = [run for run in runs if run.fault.kind == kind]
+        delays = np.array([run.delay for run in chosen if run.delay is not None])
+        if not chosen:
+            continue
+        line = f"    {word:<8}{len(chosen):>5} runs, noticed {100 * delays.size / len(chosen):>4.0f} %"
+        if delays.size:
+            middle, late = np.percentile(delays, [50, 90])
+            line += f", after {middle:.0f} s in the middle, {late:.0f} s in 9 of 10"
+        yield line
