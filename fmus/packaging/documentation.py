@@ -110,7 +110,8 @@ def _starts(variable: Input | Parameter) -> str:
 
 def _range(variable: Input | Parameter) -> str:
     if isinstance(variable, Parameter) and variable.positive:
-        return "> 0" if variable.maximum is None else f"> 0, ≤ {_shown(variable, variable.maximum)}"
+        above = f"> {_shown(variable, 0.0)}"
+        return above if variable.maximum is None else f"{above}, ≤ {_shown(variable, variable.maximum)}"
     bounds = ((variable.minimum, "≥"), (variable.maximum, "≤"))
     return ", ".join(f"{sign} {_shown(variable, bound)}" for bound, sign in bounds if bound is not None)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from warmlink.fmus import faults
-from warmlink.fmus.packaging.component import Component, Parameter, State
+from warmlink.fmus.arithmetic import where
+from warmlink.fmus.packaging.component import Check, Component, Parameter, State
 from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, temperature_input, temperature_output
 from warmlink.fmus.temperature_sensors import equations
 
@@ -51,6 +52,16 @@ _PARAMETERS = (
     Parameter("seed", "1", 1, "seed of the noise", type="Integer", minimum=0),
 )
 
+
+def _not_too_fine(i: int) -> Check:
+    """No thermometer resolves less, and whole numbers of much finer quanta overflow."""
+    return Check(
+        lambda p: where(p.quantum[i] > 0, p.quantum[i] - equations.FINEST_QUANTUM, 0.0),
+        f"quantum[{i + 1}]: {{quantum[{i}]}} K is too fine; give 0 for none or at least "
+        f"{equations.FINEST_QUANTUM:g} K",
+    )
+
+
 COMPONENT = Component(
     name="TemperatureSensors",
     description="Eight thermometers: noise, offset, lag, stem conduction, quantum, and faults",
@@ -59,6 +70,7 @@ COMPONENT = Component(
         AMBIENT_TEMPERATURE,
     ),
     parameters=_PARAMETERS,
+    checks=tuple(_not_too_fine(i) for i in range(CHANNELS)),
     states=(
         State("sensed", "K", size=CHANNELS),
         State("reading", "K", size=CHANNELS),

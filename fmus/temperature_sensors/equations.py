@@ -20,6 +20,9 @@ CHANNELS = 8
 _SHORTEST_LAG = 1e-9
 """s, in place of a lag of 0: the exponential vanishes for any sample time in use."""
 
+FINEST_QUANTUM = 1e-6
+"""K; finer than any thermometer, and coarse enough for numbers of quanta to be whole."""
+
 _ZERO_CELSIUS = 273.15
 """K, from which instruments count their quanta."""
 

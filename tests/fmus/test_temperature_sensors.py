@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.temperature_sensors.component import CHANNELS, COMPONENT
 
@@ -75,6 +76,12 @@ def test_offset_stem_and_quantum() -> None:
     assert instance.get("reading[2]") == pytest.approx(302.0 - 0.1 * 10.0)
     assert instance.get("reading[3]") == pytest.approx(273.15 + 30.0), "29.85 degC rounds to 30.0"
     assert instance.get("reading[4]") == pytest.approx(273.15 + 31.4)
+
+
+@pytest.mark.parametrize("quantum", [5e-324, 1e-9])
+def test_a_quantum_that_would_overflow_is_refused(quantum: float) -> None:
+    with pytest.raises(InputError, match=r"quantum\[2\].*too fine; give 0 for none or at least 1e-06 K"):
+        sensors({"quantum[2]": quantum})
 
 
 def test_noise_is_normal_white_and_each_channels_own() -> None:
