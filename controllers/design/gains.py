@@ -39,7 +39,7 @@ class Unknown:
 
     shaft_heat: float = 15.0
     shaft_heat_time: float = 1200.0
-    link_heat: float = 0.5
+    link_heat: float = 0.3
     link_heat_time: float = 2400.0
     profile: float = 0.003
     expansion: float = 0.03

@@ -226,7 +226,7 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
     ),
     "disturbance_std": (
         15.0,
-        0.5,
+        0.3,
     ),
     "disturbance_time": (
         1200.0,
