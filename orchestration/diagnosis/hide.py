@@ -250,7 +250,7 @@ def hide(
         if effect.on_readings is not None:
             effect.on_readings(dense, readings, size, channel)
     picked = {channel: values[np.searchsorted(dense, seen)] for channel, values in readings.items()}
-    return _columns(rows, duty, _noisy(rows, picked, noise, np.random.default_rng(seed)))
+    return _columns(rows, duty, noisy(rows, picked, noise, np.random.default_rng(seed)))
 
 
 def effect_of(name: str) -> Effect:
@@ -303,7 +303,8 @@ def _held(times: Vector, duty: Sequence[Segment], value: Callable[[Segment], flo
     return starts, np.array([value(s) for s in duty])[which]
 
 
-def _noisy(rows: Vector, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
+def noisy(rows: Vector, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
+    """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each."""
     result = {}
     step = float(rows[1] - rows[0])
     for channel, values in readings.items():

@@ -1,0 +1,73 @@
+"""Which joint of the arm is at fault, and what is wrong with it: a diagnosis of each axis."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from warmlink.orchestration.arm.blueprint import axis_name
+from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.diagnosis.diagnose import JSON, SSV, Diagnosis, diagnose_experiment
+from warmlink.orchestration.files import fresh_folder
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.experiment import Experiment
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class ArmDiagnosis:
+    """A diagnosis for each axis, by its number."""
+
+    axes: Mapping[int, Diagnosis]
+
+    @property
+    def at_fault(self) -> tuple[int, ...]:
+        """Numbers of the axes that something is wrong with."""
+        return tuple(number for number, each in self.axes.items() if each.verdict != "adequate")
+
+    def summary(self) -> str:
+        """A line for each axis, and all that is said of those that something is wrong with."""
+        lines = []
+        for number, each in self.axes.items():
+            found = " + ".join(item.title for item in each.causes)
+            lines.append(f"{axis_name(number)}  {axis(number).name:<12}{each.verdict:<12}{found}".rstrip())
+        for number in self.at_fault:
+            lines += ["", self.axes[number].summary()]
+        return "\n".join(lines)
+
+    def to_json(self) -> dict[str, Any]:
+        """Contents of `diagnosis.json`: which axes are at fault, and each axis's own."""
+        return {
+            "at_fault": [axis_name(number) for number in self.at_fault],
+            "axes": {axis_name(number): each.to_json(SSV) for number, each in self.axes.items()},
+        }
+
+    def write(self, folder: Path) -> None:
+        """Write `diagnosis.json`, and for each axis a folder with its own, its report and extended model."""
+        with fresh_folder(folder) as work:
+            for number, each in self.axes.items():
+                each.write(work / axis_name(number))
+            text = json.dumps(self.to_json(), indent=2, allow_nan=False, ensure_ascii=False)
+            (work / JSON).write_text(text + "\n", encoding="utf-8")
+
+
+def diagnose_arm(
+    experiments: Mapping[int, Experiment],
+    numbers: Iterable[int] | None = None,
+    progress: Progress = lambda text: None,
+) -> ArmDiagnosis:
+    """Diagnose each axis asked for, all by default."""
+    found = {}
+    for number in experiments if numbers is None else numbers:
+        found[number] = diagnose_experiment(experiments[number], partial(_told, progress, number))
+    return ArmDiagnosis(found)
+
+
+def _told(progress: Progress, number: int, text: str) -> None:
+    progress(f"{axis_name(number)}, {axis(number).name}: {text}")

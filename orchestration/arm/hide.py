@@ -1,0 +1,145 @@
+"""Runs of the arm with an effect hidden in one axis, from its FMUs, to practise diagnosing on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.arm_kinematics.equations import AXES
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.arm.blueprint import arm_values, axis_name
+from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
+from warmlink.orchestration.arm.run import arm_system
+from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
+from warmlink.orchestration.diagnosis.cause import Cause
+from warmlink.orchestration.diagnosis.cause import catalogue as causes
+from warmlink.orchestration.diagnosis.hide import EFFECTS, KELVIN_ZERO, WHITE, Noise, Vector, noisy
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.run import simulate
+
+PROGRAM = "six_axis_random_jobs"
+INTERVAL = 10.0
+"""s between rows; where a duty cycle changes there is one more."""
+
+_COMPONENTS = {"motor": "MotorHeatSource", "link": "ThermalLink"}
+
+
+def hide_in_arm(
+    effects: Mapping[str, float],
+    number: int,
+    store: FmuStore,
+    program: str = PROGRAM,
+    noise: Noise = WHITE,
+    seed: int = 0,
+) -> dict[str, Vector]:
+    """Make a run of the arm that hides effects in one of its axes.
+
+    Parameters
+    ----------
+    effects : strength in SI by effect, as `warmlink.orchestration.diagnosis.hide` has them; only what a
+        parameter of the axis's motor or link can be
+    number : of the axis, from 1
+    store : the arm's FMUs
+    program : scenario of the arm
+    noise, seed : what the instruments add
+
+    Returns
+    -------
+    dict
+        Columns by header as in a CSV file.
+
+    Raises
+    ------
+    InputError
+        There is no such axis or program, or an effect cannot be hidden in an axis.
+    """
+    if not 1 <= number <= AXES:
+        raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
+    scenario = load_arm_scenario(program)
+    hidden = {name: value for each, size in effects.items() for name, value in _set(number, each, size)}
+    scenario = replace(scenario, parameters={**scenario.parameters, **hidden})
+    return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
+
+
+def possible_effects() -> list[str]:
+    """Effects that can be hidden in an axis."""
+    return [name for name in EFFECTS if _cause(name) is not None]
+
+
+def _cause(effect: str) -> Cause | None:
+    """The cause that stands for an effect, where its parameters belong to motor or link."""
+    cause = next((each for each in causes() if each.name == effect), None)
+    if cause is None or cause.kind != "plant":
+        return None
+    return cause if all(name.partition(".")[0] in _COMPONENTS for name in cause.frees) else None
+
+
+def _set(number: int, effect: str, size: float) -> list[tuple[str, float]]:
+    """Parameters of the arm, by their names, that make an effect."""
+    cause = _cause(effect)
+    if cause is None:
+        raise InputError(
+            f"effect: {effect!r} cannot be hidden in an axis of the arm; "
+            f"choose {', '.join(possible_effects())}"
+        )
+    found = []
+    for name in cause.frees:
+        instance, _, parameter = name.partition(".")
+        held = f"{axis_name(number)}.{instance}"
+        value = size
+        if cause.relative:
+            declared = {p.name: p.start for p in catalogue.components()[_COMPONENTS[instance]].parameters}
+            value = size * float(arm_values()[held].get(parameter, declared[parameter]))
+        found.append((f"{held}.{parameter}", value))
+    return found
+
+
+def _run(scenario: ArmScenario, store: FmuStore) -> Result:
+    names = [f"duty.{name}" for name in ("speed", "torque")] + [*TEMPERATURES.values(), *ELONGATIONS.values()]
+    record = [f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names]
+    record.append(f"{axis_name(1)}.duty.ambient_temperature")
+    system = arm_system(scenario, None, store)
+    # By Jacobi a step goes by what the duty cycle says at its beginning, as the row there says it.
+    result = simulate(system, scenario.stop_time, scenario.step_size, Jacobi(), record=record)
+    if result.status != "completed":
+        raise InputError(f"{scenario.name}: stopped early: {result.reason}")
+    return result
+
+
+def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[str, Vector]:
+    rows = _rows(result)
+    time = np.asarray(result.times)[rows]
+    columns = {
+        "time [s]": time,
+        AMBIENT: result[f"{axis_name(1)}.duty.ambient_temperature"][rows] - KELVIN_ZERO,
+    }
+    for i in range(1, AXES + 1):
+        for header, name in DEMANDS.items():
+            duty = f"{axis_name(i)}.duty.{name.partition('.')[2]}"
+            columns[header_of(i, header)] = result[duty][rows]
+        measured = {**TEMPERATURES, **ELONGATIONS}
+        true = {
+            header.partition(" ")[0]: result[f"{axis_name(i)}.{name}"][rows]
+            for header, name in measured.items()
+        }
+        for header, values in zip(measured, noisy(time, true, noise, random).values(), strict=True):
+            columns[header_of(i, header)] = 1e6 * values if header in ELONGATIONS else values - KELVIN_ZERO
+    return columns
+
+
+def _rows(result: Result) -> NDArray[np.intp]:
+    """Communication points to keep: one every interval, and one wherever a duty cycle changes."""
+    times = np.asarray(result.times)
+    kept = np.zeros(times.size, dtype=bool)
+    kept[:: max(1, round(INTERVAL / float(times[1] - times[0])))] = True
+    kept[-1] = True
+    for i in range(1, AXES + 1):
+        for name in ("speed", "torque"):
+            kept[1:] |= np.diff(result[f"{axis_name(i)}.duty.{name}"]) != 0
+    return np.flatnonzero(kept)

@@ -1,0 +1,89 @@
+"""Measurements of the whole arm as an experiment for each axis.
+
+An axis is a warm-up cell with its neighbours' readings as two more inputs: the temperature of the link's tip
+before it, and that of the next joint, behind its own link's tip. So what is wrong with one joint shows in
+that joint's axis, and what it does to the others is accounted for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from warmlink.controllers.design.chain import NEIGHBOUR
+from warmlink.controllers.interface import SENSED
+from warmlink.fmus.arm_kinematics.equations import AXES
+from warmlink.orchestration.arm.blueprint import axis_name
+from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.diagnosis.experiment import HELD_OUT_SHARE, Experiment
+from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
+from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
+
+RIG = "WarmupCell"
+
+AMBIENT = "ambient_temperature [degC]"
+DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
+TEMPERATURES = {f"{name} [degC]": rig(RIG).columns[name] for name in SENSED}
+ELONGATIONS = {"elongation [um]": ELONGATION}
+"""Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
+
+
+def header_of(number: int, header: str) -> str:
+    """Header of an axis's column."""
+    return f"{axis_name(number)}.{header}"
+
+
+def is_arm_file(path: Path) -> bool:
+    """Whether a file is a CSV file of the whole arm, by its header row."""
+    if path.suffix.lower() != ".csv" or not path.is_file():
+        return False
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        return f"{axis_name(1)}." in stream.readline()
+
+
+def arm_experiments(path: Path) -> dict[int, Experiment]:
+    """Experiment of each axis, by its number, from a CSV file of the whole arm.
+
+    The file has `time [s]`, `ambient_temperature [degC]` and, for each axis, `axis1.speed [rad/s]`,
+    `axis1.torque [N.m]`, `axis1.shaft_temperature [degC]` and so on with winding, base, middle and tip, and
+    `axis1.elongation [um]`. Cells of what is measured may be empty. A row holds until the next: give one
+    where speed or torque change.
+
+    Raises
+    ------
+    InputError
+        The file, a header or a cell does not fit.
+    """
+    system = rig(RIG)
+    return {i: _experiment(i, *read_run(path, system, _channels(i))) for i in range(1, AXES + 1)}
+
+
+def _channels(number: int) -> dict[str, str]:
+    """Variable by header for one axis, its neighbours' temperatures among its inputs."""
+    own = {**DEMANDS, **TEMPERATURES, **ELONGATIONS}
+    channels = {AMBIENT: "motor.ambient_temperature"}
+    channels |= {header_of(number, header): name for header, name in own.items()}
+    if number > 1:
+        channels[header_of(number - 1, "tip_temperature [degC]")] = "motor.neighbour_temperature"
+    if number < AXES:
+        channels[header_of(number + 1, "shaft_temperature [degC]")] = "link.tip_sink_temperature"
+    return channels
+
+
+def _experiment(number: int, run: Run, columns: tuple[Column, ...]) -> Experiment:
+    """One axis's experiment: its run and its nominal parameters, the next joint behind its link's tip."""
+    this = axis(number)
+    known = {
+        **{f"motor.{name}": value for name, value in this.motor.items()},
+        **{f"link.{name}": value for name, value in this.link.items()},
+    }
+    if number == 1:
+        known[f"motor.{NEIGHBOUR}"] = 0.0
+    if number < AXES:
+        known["link.tip_conductance"] = axis(number + 1).motor[NEIGHBOUR]
+    # Said of the link too: the room's temperature would else feed the tip's sink as well.
+    ambient = run.inputs["motor.ambient_temperature"]
+    run = replace(run, inputs={**run.inputs, "link.ambient_temperature": ambient})
+    until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
+    name = f"{axis_name(number)}, {this.name}"
+    return Experiment(name, rig(RIG), (replace(run, name=name, fit_until=until),), columns, known)
