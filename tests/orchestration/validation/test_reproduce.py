@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.validation import analytic
 from warmlink.orchestration.validation.cases import Bench, Case, steady_time
 from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.validation.optics import drift_noise
+from warmlink.orchestration.validation.optics import Camera, drift_noise
 from warmlink.orchestration.validation.presentation import terminal_table, write_report
 from warmlink.orchestration.validation.reproduce import reproduce
 from warmlink.orchestration.validation.results import Reproduction
@@ -150,7 +150,7 @@ def test_findings_and_notes_print_the_computed_numbers(result: Reproduction) -> 
             assert round(a.left * 1e-6 / (23.6e-6 * 0.1), 1) in numbers
     assert {round(c.implied, 1) for c in result.consistency} <= numbers
     assert {round(1e3 * gap, 1) for gap in result.pad_gaps.values()} <= numbers
-    assert round(drift_noise() * 1e6, 2) in numbers
+    assert round(drift_noise().total * Camera.printed().cell_width * 1e6, 2) in numbers
 
 
 def test_mesh_converges_with_order_2_on_the_link_and_more_slowly_on_the_assembly(
