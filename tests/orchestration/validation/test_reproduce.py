@@ -17,12 +17,11 @@ from warmlink.orchestration.validation.cases import Bench, Case, steady_time
 from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.validation.optics import Camera, drift_noise
 from warmlink.orchestration.validation.presentation import readable, write_report
-from warmlink.orchestration.validation.reproduce import reproduce
 from warmlink.orchestration.validation.results import Reproduction
 from warmlink.orchestration.validation.terminal import terminal_table
 from warmlink.orchestration.validation.tried import implied_by_temperatures
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
 
 NUMBER = float | None
 # place: measured, predicted, Eq. (4) printed, corrected, 1-D link, 3-D FEA. The first two are the paper's.
@@ -56,13 +55,10 @@ ATTEMPTS = {
 DIGIT = {"um": 0.05, "degC": 0.05, "s": 3.0}
 
 
-@pytest.fixture(scope="module")
-def result() -> Reproduction:
-    told: list[float] = []
-    found = reproduce(lambda fraction, what: told.append(fraction))
+def test_progress_is_told_from_beginning_to_end(result: Reproduction, told: list[float]) -> None:
+    assert told[0] == 0.0
     assert told == sorted(told)
     assert told[-1] == 1.0
-    return found
 
 
 def test_every_row_has_the_numbers_of_the_paper_and_ours(result: Reproduction) -> None:
