@@ -343,11 +343,15 @@ def hide(
     noise: Annotated[
         str, typer.Option(help="`white`, or `real`: correlated, rounded, with spikes.")
     ] = "white",
+    solver: Annotated[
+        str,
+        typer.Option("--with", help="What computes the run: `grid`, a rod, or `fea`, 3-D finite elements."),
+    ] = "grid",
 ) -> None:
     """Make a measured run with a hidden effect, from a solver of its own, to practise `diagnose` on."""
     from warmlink.orchestration.commands.diagnose import hide_command
 
-    hide_command(effects or [], out, seed, noise)
+    hide_command(effects or [], out, seed, noise, solver)
 
 
 @app.command()

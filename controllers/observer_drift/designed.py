@@ -242,5 +242,5 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
         1.0,
         0.0,
     ),
-    "camera_std": 1.72e-07,
+    "camera_std": 1.075e-07,
 }

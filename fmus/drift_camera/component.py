@@ -18,10 +18,10 @@ _PARAMETERS = (
     Parameter(
         "centroid_noise",
         "1",
-        0.02,
+        0.0125,
         "standard deviation of the spot's centroid in pixels",
         minimum=0,
-        nominal=0.02,
+        nominal=0.01,
     ),
     Parameter("drift_rate", "m/s", 0, "drift of the camera itself a second", display="um/h", nominal=1e-9),
     Parameter("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),

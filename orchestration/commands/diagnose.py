@@ -33,10 +33,16 @@ def diagnose_command(path: Path, out: Path | None, as_json: bool) -> None:
     answer(f"report  {folder / 'report.html'}    figures  {folder / JSON}    extended model  {folder / SSP}")
 
 
-def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str) -> None:
+GRID, FEA = "grid", "fea"
+"""Solvers behind a made-up run: a rod on a grid, 3-D finite elements."""
+
+
+def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str, solver: str) -> None:
     """Write a run that hides effects."""
     from warmlink.orchestration.diagnosis.hide import EFFECTS, REAL, WHITE, effect_of, hide, write_csv
 
+    if solver not in (GRID, FEA):
+        raise InputError(f"--with {solver}: no such solver; choose {GRID} or {FEA}")
     kinds = {"white": WHITE, "real": REAL}
     if noise not in kinds:
         raise InputError(f"--noise {noise}: no such noise; choose {' or '.join(kinds)}")
@@ -50,6 +56,12 @@ def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str) -> No
             strengths[name] = float(size) if equals else effect.size
         except ValueError:
             raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None
-    write_csv(hide(strengths, noise=kinds[noise], seed=seed), out)
+    if solver == FEA:
+        from warmlink.orchestration.diagnosis.hidden_fea import hide_with_fea
+
+        columns = hide_with_fea(strengths, noise=kinds[noise], seed=seed)
+    else:
+        columns = hide(strengths, noise=kinds[noise], seed=seed)
+    write_csv(columns, out)
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     answer(f"{out}: two hours with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known")

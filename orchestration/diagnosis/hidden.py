@@ -160,18 +160,44 @@ def simulate(truth: Truth, duty: list[Segment], times: Vector, elements: int = 1
     )
 
 
+def surroundings(truth: Truth, duty: Segment, time: float) -> float:
+    """True ambient temperature in K at a time in s."""
+    return duty.ambient + truth.ambient_offset + truth.ambient_drift * time + truth.room(time)
+
+
+def convection(truth: Truth, duty: Segment) -> float:
+    """Heat transfer coefficient of the link in W/(m2.K), before a draught."""
+    return truth.still + truth.per_speed * duty.speed * (TIP - BASE) / 2
+
+
+def motor_rates(
+    truth: Truth, duty: Segment, time: float, winding: float, shaft: float, base: float, air: float
+) -> tuple[tuple[float, float], float]:
+    """Rates of winding and shaft in K/s, and the heat flow in W through the joint; temperatures in K."""
+    conductance = 1 / (1 + truth.joint + truth.loosening(time))
+    into_link = conductance * (shaft - base)
+    current = duty.torque / 1.2
+    copper = truth.resistance * (1 + 0.0039 * (winding - 293.15)) * current**2
+    iron = 0.15 * duty.speed**2
+    level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
+    rubbing = level * (1.5 + 0.6 * duty.speed) * duty.speed + truth.drag * duty.speed**3
+    pad = 0.0 if duty.pad is None else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
+    inward = 0.8 * (winding - shaft)
+    warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
+    return ((copper + iron - inward) / 200, (warming - 1.0 * (shaft - air) - into_link) / 1500), into_link
+
+
 def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Vector], Vector]:
     """Right-hand side for one segment; winding and shaft stand before the base node, to keep it banded."""
     b = mesh.base
-    loss = truth.still + truth.per_speed * duty.speed * (TIP - BASE) / 2
+    loss = convection(truth, duty)
     stored = truth.capacity * SECTION * mesh.share
     stored[mesh.tip] += truth.tip_capacity
-    current = duty.torque / 1.2
 
     def rates(time: float, state: Vector) -> Vector:
         winding, shaft = state[b], state[b + 1]
         rod = np.concatenate([state[:b], state[b + 2 :]])
-        air = duty.ambient + truth.ambient_offset + truth.ambient_drift * time + truth.room(time)
+        air = surroundings(truth, duty, time)
         rise = rod - air
         middle = (rod[1:] + rod[:-1]) / 2 - COLD
         flow = (
@@ -183,23 +209,14 @@ def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Vector],
         )
         gain[:-1] += flow
         gain[1:] -= flow
-        conductance = 1 / (1 + truth.joint + truth.loosening(time))
-        into_link = conductance * (shaft - rod[b])
+        motor, into_link = motor_rates(truth, duty, time, winding, shaft, rod[b], air)
         gain[b] += into_link - truth.hub_loss * rise[b]
         gain[mesh.tip] -= truth.tip_loss * rise[mesh.tip]
         gain[mesh.middle] -= truth.bracket(time)
-        copper = truth.resistance * (1 + 0.0039 * (winding - 293.15)) * current**2
-        iron = 0.15 * duty.speed**2
-        level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
-        rubbing = level * (1.5 + 0.6 * duty.speed) * duty.speed + truth.drag * duty.speed**3
-        pad = 0.0 if duty.pad is None else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
-        inward = 0.8 * (winding - shaft)
         result = np.empty_like(state)
         slopes = gain / stored
         result[:b], result[b + 2 :] = slopes[:b], slopes[b:]
-        result[b] = (copper + iron - inward) / 200
-        warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
-        result[b + 1] = (warming - 1.0 * (shaft - air) - into_link) / 1500
+        result[b : b + 2] = motor
         return result
 
     return rates

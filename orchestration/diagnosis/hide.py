@@ -210,6 +210,7 @@ def hide(
     noise: Noise = WHITE,
     interval: float = 10.0,
     seed: int = 0,
+    solver: Callable[[Truth, list[Segment], Vector], Course] = simulate,
 ) -> dict[str, Vector]:
     """Make a run that hides effects.
 
@@ -221,6 +222,7 @@ def hide(
     noise : what the instruments add
     interval : s between rows
     seed : of the noise
+    solver : gives the true course of a cell over a duty cycle at times in s
 
     Returns
     -------
@@ -243,7 +245,7 @@ def hide(
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
-    course = simulate(truth, list(duty), dense)
+    course = solver(truth, list(duty), dense)
     readings = _true_readings(course, duty)
     for name, size in effects.items():
         effect, channel = effect_of(name), name.partition(":")[2]

@@ -1,6 +1,7 @@
 """Closed forms: the paper's Eq. (4), its correction, semi-infinite solid, fins and bending bars.
 
-Pure functions of floats or NumPy arrays, SI units.
+Pure functions of floats or NumPy arrays, SI units. Eq. (4) and its correction are written in the analytic
+law; here they take time and diffusivity.
 
 [1] P. Poonyapak, M.J.D. Hayes, J.M.J. McDill, "Temperature-Induced Deformation in a Mechanical System".
 [2] H.S. Carslaw, J.C. Jaeger, Conduction of Heat in Solids, 2nd ed., Oxford 1959.
@@ -12,26 +13,25 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import erf, erfc
+from scipy.special import erfc
+
+from warmlink.controllers.analytic import law
 
 Array = NDArray[np.float64]
 
 
 def printed_eq4(time: ArrayLike, span: float, rise: float, expansion: float, diffusivity: float) -> Array:
-    """Elongation [m] by Eq. (4) of [1] as printed: alpha L dT erf(L sqrt(rho c / (k t))).
-
-    Its argument lacks the factor 1/2 of Eq. (1), and the expression shrinks with time; both are the paper's.
+    """Elongation [m] by Eq. (4) of [1] as printed, which shrinks with time; see the analytic law.
 
     Parameters
     ----------
-    time : since the shaft's temperature rose [s], above 0
+    time : since the shaft's temperature rose [s], above 0, scalar or shape (n,)
     span : length L from shaft to diode [m]
     rise : |T_i - T_o| [K]
     expansion : coefficient of linear expansion [1/K]
     diffusivity : k / (rho c) [m2/s]
     """
-    t = np.asarray(time, dtype=float)
-    return np.asarray(expansion * span * rise * erf(span / np.sqrt(diffusivity * t)))
+    return np.asarray(law.printed(rise, _depth(time, diffusivity), span, expansion))
 
 
 def halved_eq4(time: ArrayLike, span: float, rise: float, expansion: float, diffusivity: float) -> Array:
@@ -40,16 +40,16 @@ def halved_eq4(time: ArrayLike, span: float, rise: float, expansion: float, diff
 
 
 def corrected_eq4(time: ArrayLike, span: float, rise: float, expansion: float, diffusivity: float) -> Array:
-    """Elongation [m] of the stretch [0, L] of a semi-infinite solid whose surface is raised by dT at t = 0.
+    """Elongation [m] by Eq. (4) of [1] corrected, as the analytic law; parameters as `printed_eq4`.
 
-    The integral of alpha dT erfc(x / 2 sqrt(a t)) over the stretch ([2] chapter 2):
-    alpha dT [L erfc(L / 2 sqrt(a t)) + 2 sqrt(a t / pi) (1 - exp(-L^2 / 4 a t))]. Parameters as
-    `printed_eq4`.
+    It is that of the stretch [0, L] of a semi-infinite solid whose surface is raised by dT at t = 0, the
+    integral of alpha dT erfc(x / 2 sqrt(a t)) over the stretch ([2] chapter 2).
     """
-    depth = np.sqrt(diffusivity * np.asarray(time, dtype=float))
-    ratio = span / (2 * depth)
-    mean = span * erfc(ratio) + 2 * depth / np.sqrt(np.pi) * -np.expm1(-(ratio**2))
-    return np.asarray(expansion * rise * mean)
+    return np.asarray(law.corrected(rise, _depth(time, diffusivity), span, expansion))
+
+
+def _depth(time: ArrayLike, diffusivity: float) -> Array:
+    return np.sqrt(diffusivity * np.asarray(time, dtype=float))
 
 
 def semi_infinite_rise(position: ArrayLike, time: ArrayLike, rise: float, diffusivity: float) -> Array:
@@ -57,8 +57,7 @@ def semi_infinite_rise(position: ArrayLike, time: ArrayLike, rise: float, diffus
 
     dT erfc(x / 2 sqrt(a t)), [2] chapter 2; `position` [m], `time` [s] > 0, `diffusivity` [m2/s].
     """
-    depth = np.sqrt(diffusivity * np.asarray(time, dtype=float))
-    return np.asarray(rise * erfc(np.asarray(position, dtype=float) / (2 * depth)))
+    return np.asarray(rise * erfc(np.asarray(position, dtype=float) / (2 * _depth(time, diffusivity))))
 
 
 def fin_parameter(convection: float, perimeter: float, conductivity: float, section: float) -> float:

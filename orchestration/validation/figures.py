@@ -113,7 +113,7 @@ def fringe_plot(moving: CaseResult) -> Figure:
     figure.update_layout(
         scene={
             "aspectmode": "data",
-            "xaxis": {"title": "x [mm]"},
+            "xaxis": {"title": "", "ticksuffix": " mm"},
             "yaxis": {"visible": False},
             "zaxis": {"visible": False},
             "camera": {"eye": {"x": 0.13, "y": -0.85, "z": 0.47}, "projection": {"type": "orthographic"}},
@@ -166,8 +166,9 @@ def attempts_chart(result: Reproduction) -> Figure:
         figure.add_bar(
             x=[a.elongation for a in attempts], y=[a.name for a in attempts], orientation="h",
             text=[f"{a.elongation:.1f}" for a in attempts], marker_color=FEA, showlegend=False,
-            row=1, col=column,
+            textposition="outside", cliponaxis=False, row=1, col=column,
         )  # fmt: skip
+        figure.update_xaxes(range=[0, 1.15 * max(a.elongation for a in attempts)], row=1, col=column)
         measured = load_paper()[case]["elongation_measured"].value
         figure.add_vline(x=measured, line={"color": PAPER, "dash": "dash"}, row=1, col=column)
         figure.add_scatter(

@@ -100,7 +100,7 @@ class Monolithic:
         rows: dict[str, list[float]] = {name: [] for name in record}
         z, begun = None, 0.0
         inputs = self._inputs
-        for phase in phases:
+        for number, phase in enumerate(phases, start=1):
             inputs = self._with(inputs, phase.inputs)
             if z is None:
                 z = self._start(inputs)
@@ -117,8 +117,7 @@ class Monolithic:
             )
             if not found.success:
                 raise RuntimeError(f"no integration beyond {found.t[-1]:g} s: {found.message}")
-            last = phase is phases[-1]
-            kept = grid if last else grid[:-1]
+            kept = grid if number == len(phases) else grid[:-1]
             times.append(kept)
             for time, state in zip(kept, found.y.T, strict=False):
                 values = self._outputs(state, inputs, time)

@@ -2,20 +2,23 @@
 
 [1] II.A.1: no lens, cells of 8.6 x 8.3 um, 752 x 582 of them, gamma 0.45, black and white level, electronic
 shutter; the centroid is the sum of the pixel moments in two orthogonal directions. What [1] does not give
-(the spot's size and brightness, the cells' capacity and read-out noise, the frame grabber's bits, the
-threshold) is assumed, and marked so. The interlaced field mode is left out: it halves the resolution across
-the drift only.
+(the spot's size and brightness, the electrons at full level and the read-out noise, the frame grabber's bits,
+the threshold) is estimated or assumed, and marked so. Left out: the interlaced field mode, which halves the
+resolution across the drift only, and the jitter of the frame grabber's clock from line to line, unknown here.
 
 [1] P. Poonyapak, M.J.D. Hayes, J.M.J. McDill, "Temperature-Induced Deformation in a Mechanical System".
+[2] PULNiX, TM-2016-8 data sheet, "Dynamic Range Control": a later interline camera of the same maker, and
+what an ordinary video camera makes of such a chip.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
+from scipy.stats import norm
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.validation.data import load_paper
@@ -23,14 +26,28 @@ from warmlink.orchestration.validation.data import load_paper
 Array = NDArray[np.float64]
 Image = NDArray[np.int64]
 
+#: [2]: a well holds 50 000 electrons and saturates at 400 to 500 mV; estimated to be so here too.
+WELL, SATURATION = 5.0e4, 0.45
+#: [2]: the video's full level [V], reached with a gain of 16 to 22 dB, 20 in its own example.
+VIDEO, GAIN = 0.714, 20.0
+#: Electrons that noise adds on such a chip at room temperature, [2]; it is 20 to 50 on others of the maker.
+READ_NOISE = 40.0
+#: The laser is made as bright as the frame grabber shows without saturating: the peak's share of its range.
+PEAK = 0.9
+
+
+def electrons_at_white(gain: float = GAIN) -> float:
+    """Electrons in a cell that reach the white level with a gain [dB]; less than a fifth of the well, [2]."""
+    return WELL * VIDEO / 10 ** (gain / 20) / SATURATION
+
 
 @dataclass(frozen=True)
 class Camera:
-    """A CCD camera with its frame grabber; defaults that [1] does not give are marked as assumed.
+    """A CCD camera with its frame grabber; what [1] does not give has a default.
 
     `cell_width`, `cell_height` [m]; `columns`, `rows`; `gamma`, output = input^gamma; `black_level`,
-    `white_level` [V]; `shutter` [s]; `full_well` and `read_noise` [electrons]; `bits` of the frame grabber,
-    whose range runs from 0 V to the white level.
+    `white_level` [V]; `shutter` [s]; `full_level`, which reaches the white level, and `read_noise`
+    [electrons]; `bits` of the frame grabber, whose range runs from 0 V to the white level.
     """
 
     cell_width: float
@@ -41,8 +58,8 @@ class Camera:
     black_level: float
     white_level: float
     shutter: float
-    full_well: float = 3.0e4  # assumed
-    read_noise: float = 30.0  # assumed
+    full_level: float = field(default_factory=electrons_at_white)  # estimated
+    read_noise: float = READ_NOISE  # estimated
     bits: int = 8  # assumed
 
     @classmethod
@@ -69,21 +86,34 @@ class Camera:
         """Count of the frame grabber that the black level gives."""
         return (2**self.bits - 1) * self.black_level / self.white_level
 
+    def rate_for(self, share: float) -> float:
+        """Electrons a second that bring a cell to a share of the frame grabber's range."""
+        dark = self.black_level / self.white_level
+        filled = ((share - dark) / (1 - dark)) ** (1 / self.gamma)
+        return self.full_level * filled / self.shutter
+
 
 @dataclass(frozen=True)
 class Spot:
-    """A Gaussian spot: centre `x`, `y` [m] from the chip's corner, 1/e^2 `radius` [m], `rate` [electrons/s].
+    """A Gaussian spot: centre `x`, `y` [m] from the chip's corner, `rate` [electrons/s], 1/e^2 `radius` [m].
 
-    `rate` is that of a cell at the centre. The default radius spans seven cells; the default rate fills less
-    than a tenth of a cell in 1/10000 s, the laser being "almost invisible". Both are assumed, the rate chosen
-    so that the centroid errs by the 0.02 cells of the DriftCamera component: the images show which brightness
-    that figure stands for, they do not confirm it.
+    `rate` is that of a cell at the centre. The default radius spans seven cells; it is assumed, and matters
+    little: a wider spot is told less sharply by more light.
     """
 
     x: float
     y: float
+    rate: float
     radius: float = 60e-6
-    rate: float = 2.4e7
+
+
+def tuned_spot(camera: Camera) -> Spot:
+    """A spot amid the chip, its laser tuned to the camera's shutter so that nothing saturates.
+
+    The camera's laser was "almost invisible" ([1] II.A.1), as it has to be straight on a chip.
+    """
+    x, y = camera.columns / 2 * camera.cell_width, camera.rows / 2 * camera.cell_height
+    return Spot(x, y, camera.rate_for(PEAK))
 
 
 @dataclass(frozen=True)
@@ -118,7 +148,7 @@ def expose(camera: Camera, spot: Spot, rng: np.random.Generator | None = None) -
     electrons = spot.rate * camera.shutter * np.outer(down, across)
     if rng is not None:
         electrons = rng.poisson(electrons) + rng.normal(0.0, camera.read_noise, electrons.shape)
-    filled = np.clip(electrons / camera.full_well, 0.0, 1.0)
+    filled = np.clip(electrons / camera.full_level, 0.0, 1.0)
     volts = camera.black_level + (camera.white_level - camera.black_level) * filled**camera.gamma
     counts = np.rint((2**camera.bits - 1) * volts / camera.white_level)
     return np.asarray(counts, dtype=np.int64)
@@ -154,20 +184,25 @@ def centroid(image: Image, camera: Camera, threshold: float) -> tuple[float, flo
     return float(x * camera.cell_width), float(y * camera.cell_height)
 
 
-def noise_threshold(camera: Camera, sigmas: float = 4.0) -> float:
-    """Threshold [counts] that read-out noise in the dark exceeds as rarely as a normal number `sigmas`.
+def noise_threshold(camera: Camera, false_images: float = 0.01) -> float:
+    """Threshold [counts] that read-out noise in the dark exceeds anywhere in only so few images.
 
-    The gamma curve is steepest in the dark and lifts that noise most.
+    One dark cell far from the spot has a long lever in the moments, so none may count. The gamma curve is
+    steepest in the dark and lifts that noise most. Give the whole chip, whatever window is read out.
     """
-    dark = sigmas * camera.read_noise / camera.full_well
+    sigmas = norm.isf(false_images / (camera.columns * camera.rows))
+    dark = sigmas * camera.read_noise / camera.full_level
     return float((2**camera.bits - 1 - camera.black) * dark**camera.gamma)
 
 
-def drift_noise(camera: Camera | None = None) -> float:
-    """Standard deviation [m] of a drift reading of the default spot, bias within the cell included."""
-    camera = camera or Camera.printed().window(96, 96)
-    middle = Spot(camera.columns / 2 * camera.cell_width, camera.rows / 2 * camera.cell_height)
-    return characterise(camera, middle, noise_threshold(camera)).total * camera.cell_width
+def drift_noise(chip: Camera | None = None, images: int = 1000) -> CentroidError:
+    """Error of a drift reading of the tuned spot, from so many images; the DriftCamera's noise is this.
+
+    A window around the spot is exposed; the threshold keeps everything farther out away.
+    """
+    chip = chip or Camera.printed()
+    camera = chip.window(96, 96)
+    return characterise(camera, tuned_spot(camera), noise_threshold(chip), images=images)
 
 
 def characterise(

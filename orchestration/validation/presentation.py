@@ -1,17 +1,13 @@
-"""A reproduction as a terminal table and as a page that opens from disk without a network."""
+"""A reproduction as a page that opens from disk without a network, and how its numbers read."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 from warmlink.orchestration.validation.data import load_geometry, load_materials
 from warmlink.orchestration.validation.figures import figures
 from warmlink.orchestration.validation.results import Reproduction, Row
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
 
 TITLE = "Temperature-Induced Deformation in a Mechanical System, reproduced"
 HEADINGS = (
@@ -24,36 +20,9 @@ HEADINGS = (
     "3-D FEA",
     "difference",
 )
-_UNITS = {"um": "µm", "degC": "°C", "s": "s"}
+UNITS = {"um": "µm", "degC": "°C", "s": "s"}
 #: A dash stands where a column has no such number.
 NONE = "–"
-
-
-def terminal_table(result: Reproduction) -> RenderableType:
-    """Rows, their sentences, the attempts and the findings, for a `rich` console."""
-    from rich.console import Group
-    from rich.markup import escape
-    from rich.padding import Padding
-    from rich.table import Table as RichTable
-    from rich.text import Text
-
-    table = RichTable(title="The paper's numbers and ours", title_justify="left")
-    for number, heading in enumerate(HEADINGS):
-        table.add_column(escape(heading), justify="left" if number == 0 else "right")
-    for row in result.rows:
-        table.add_row(*map(escape, _cells(row)))
-    attempts = RichTable(title="What was tried (3-D FEA, the paper's mesh, after 1 h)", title_justify="left")
-    for number, heading in enumerate(_ATTEMPT_HEADINGS):
-        attempts.add_column(escape(heading), justify="left" if number == 0 else "right")
-    for case in result.cases:
-        for cells in _attempt_rows(result, case):
-            attempts.add_row(f"{case}: {cells[0]}", *cells[1:])
-        attempts.add_section()
-    notes = [Text(f"{_name(row)}: {_readable(row.note)}") for row in result.rows]
-    claims = [Text(claim) for claim in _claims(result)]
-    found = [Text(f"• {_readable(sentence)}") for sentence in result.findings]
-    spaced = [Padding(text, (0, 0, 0, 1)) for text in (*notes, Text(), *claims, Text(), *found)]
-    return Group(table, *spaced, Text(), attempts)
 
 
 def write_report(result: Reproduction, path: Path) -> None:
@@ -66,20 +35,23 @@ def write_report(result: Reproduction, path: Path) -> None:
     """
     drawn = figures(result)
     sections = [
-        Section(
-            "Tables II and III, temperatures, times",
-            _sources(),
-            Table(HEADINGS, [_cells(r) for r in result.rows]),
+        *(
+            Section(
+                f"Tables II and III, temperatures, times: {case} case",
+                text,
+                Table(HEADINGS, [_cells(row) for row in result.rows if row.case == case]),
+            )
+            for case, text in zip(result.cases, (_SOURCES, ""), strict=True)
         ),
-        Section("Each disagreement", "\n".join(f"{_name(r)}: {_readable(r.note)}" for r in result.rows)),
-        Section("What it comes to", "\n".join(f"• {_readable(sentence)}" for sentence in result.findings)),
+        Section("Each disagreement", "\n".join(f"• {_name(r)}: {readable(r.note)}" for r in result.rows)),
+        Section("What it comes to", "\n".join(f"• {readable(sentence)}" for sentence in result.findings)),
         *(
             Section(
                 f"What was tried: {case} case", text, Table(_ATTEMPT_HEADINGS, _attempt_rows(result, case))
             )
             for case, text in zip(result.cases, (_TRIED, ""), strict=True)
         ),
-        Section("The paper's statements", "\n".join(f"• {claim}" for claim in _claims(result))),
+        Section("The paper's statements", "\n".join(f"• {claim}" for claim in claims(result))),
         *(Section(heading, figure=figure) for heading, figure in drawn.items()),
         Section("Mesh convergence", _CONVERGENCE, _refinement_table(result)),
         Section("1-D link against 3-D FEA", _AGREEMENT, _agreement_table(result)),
@@ -103,6 +75,12 @@ _TRIED = (
     "heater lag is a first order of 3 minutes. The effective length is that between the two holes. Base and "
     "tip are the points of the link above shaft and diode. Effect: against the model as described; left: "
     "above the measured elongation; steady: three time constants of the elongation."
+)
+_SOURCES = (
+    "Measured and predicted: as printed by Poonyapak, Hayes and McDill. The 1-D link has its base held "
+    "at the shaft's temperature, the 3-D FEA the outer surface of the shaft; both as the paper describes "
+    "its cases, without radiation. Eq. (4), as printed and corrected, takes the shaft's temperature too. "
+    "Difference: 3-D FEA minus measured, or minus predicted where nothing was measured."
 )
 _CONVERGENCE = (
     "Moving case after an hour, 8-node elements throughout. The link alone, heated over a whole section, "
@@ -129,31 +107,33 @@ def _cells(row: Row) -> list[str]:
         difference += " K"
     if row.difference_percent is not None:
         difference += f" ({row.difference_percent:+.0f} %)"
-    return [f"{_name(row)} [{_UNITS[row.unit]}]", *shown, difference]
+    return [f"{row.quantity} [{UNITS[row.unit]}]", *shown, difference]
 
 
 def _name(row: Row) -> str:
     return f"{row.case}: {row.quantity}"
 
 
-def _readable(text: str) -> str:
+def readable(text: str) -> str:
+    """Write units with their signs."""
     return text.replace(" um", " µm").replace("degC", "°C")
 
 
 def _attempt_rows(result: Reproduction, case: str) -> list[list[str]]:
     return [
         [
-            a.name, f"{a.base:.1f}", f"{a.tip:.1f}", f"{a.elongation:.1f}", _signed(a.effect),
-            _signed(a.left), f"{a.steady:.0f}",
+            a.name, f"{a.base:.1f}", f"{a.tip:.1f}", f"{a.elongation:.1f}", signed(a.effect),
+            signed(a.left), f"{a.steady:.0f}",
         ]
         for a in result.attempts
         if a.case == case
     ]  # fmt: skip
 
 
-def _claims(result: Reproduction) -> list[str]:
+def claims(result: Reproduction) -> list[str]:
+    """Give the paper's statements as sentences that begin with whether they hold."""
     return [
-        f"{'holds' if s.holds else 'does not hold'}: {s.claim} ({s.place}; {_readable(s.figures)})"
+        f"{'holds' if s.holds else 'does not hold'}: {s.claim} ({s.place}; {readable(s.figures)})"
         for s in result.statements
     ]
 
@@ -165,9 +145,10 @@ def _refinement_table(result: Reproduction) -> Table:
 
 def _agreement_table(result: Reproduction) -> Table:
     rows = [
-        [a.run, a.body, f"{a.base:+.2f}", f"{a.tip:+.2f}", f"{a.elongation:+.2f}"] for a in result.agreements
+        [f"{a.run}: {a.body}", *(signed(value, 2) for value in (a.base, a.tip, a.elongation))]
+        for a in result.agreements
     ]
-    return Table(("run", "3-D body", "base [K]", "tip [K]", "elongation [%]"), rows)
+    return Table(("run: 3-D body", "base [K]", "tip [K]", "elongation [%]"), rows)
 
 
 def _material_table() -> Table:
@@ -192,15 +173,6 @@ def _assumptions() -> str:
     return f"Properties: Table I. Not given in the paper and assumed here: {assumed}."
 
 
-def _sources() -> str:
-    return (
-        "Measured and predicted: as printed by Poonyapak, Hayes and McDill. The 1-D link has its base held "
-        "at the shaft's temperature, the 3-D FEA the outer surface of the shaft; both as the paper describes "
-        "its cases, without radiation. Eq. (4), as printed and corrected, takes the shaft's temperature too. "
-        "Difference: 3-D FEA minus measured, or minus predicted where nothing was measured."
-    )
-
-
 def _lead(result: Reproduction) -> str:
     parts = [
         f"{r.case} case {r.measured:.1f} µm measured, {r.fea:.1f} µm by 3-D FEA as described"
@@ -221,6 +193,6 @@ def _explained(result: Reproduction, case: str) -> float:
     return -100 * by["radiation and joint resistance"].effect / by["as described"].left
 
 
-def _signed(value: float) -> str:
-    """One digit and a sign, without a negative zero."""
-    return f"{round(value, 1) + 0.0:+.1f}"
+def signed(value: float, digits: int = 1) -> str:
+    """Write so many digits and a sign, without a negative zero."""
+    return f"{round(value, digits) + 0.0:+.{digits}f}"

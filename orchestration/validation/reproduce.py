@@ -16,7 +16,7 @@ from warmlink.orchestration.validation.cases import ZERO_CELSIUS, Bench, Case
 from warmlink.orchestration.validation.fea.drive import Drive, Smooth, TimeGrid
 from warmlink.orchestration.validation.fea.mesh import Assembly, bare_link
 from warmlink.orchestration.validation.fea.simulate import Fea, History
-from warmlink.orchestration.validation.optics import drift_noise
+from warmlink.orchestration.validation.optics import Camera, drift_noise
 from warmlink.orchestration.validation.results import CaseResult, Refinement, Reproduction
 from warmlink.orchestration.validation.rows import paper_rows
 from warmlink.orchestration.validation.statements import findings, paper_statements
@@ -54,13 +54,14 @@ def reproduce(progress: Callable[[float, str], None] | None = None) -> Reproduct
     agreed = agreements(bench, lambda f: tell(0.7 + 0.28 * f, "1-D link against 3-D finite elements"))
     tell(0.98, "the paper's statements")
     consistent = consistency(bench)
+    centroid = drift_noise().total * Camera.printed().cell_width
     result = Reproduction(
         rows=tuple(paper_rows(cases, attempts)),
         statements=tuple(paper_statements(bench, cases)),
         attempts=tuple(attempts),
         pad_gaps=gaps,
         consistency=tuple(consistent),
-        findings=tuple(findings(attempts, gaps, consistent, drift_noise())),
+        findings=tuple(findings(attempts, gaps, consistent, centroid)),
         refinements=tuple(refinements),
         agreements=tuple(agreed),
         cases=cases,

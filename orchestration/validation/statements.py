@@ -101,8 +101,8 @@ def findings(
         "Nothing tried here explains that.",
         f"All attempts together leave {still.left:.1f} um (stationary) and {moving.left:.1f} um (moving) "
         "above the measurement. The authors later named camera warming and centroid errors as largest; "
-        f"the simulated centroid of a dim spot errs by {centroid * 1e6:.2f} um (1 sigma, brightness "
-        "assumed), too little, and the camera's warming was not measured.",
+        f"the simulated centroid of a spot just below saturation errs by {centroid * 1e6:.2f} um (1 sigma, "
+        "the chip's electrons estimated), too little, and the camera's warming was not measured.",
     ]
 
 

@@ -31,9 +31,14 @@ class CooledSurface:
     area: Array
     emissivity: Array
 
+    @cached_property
+    def load(self) -> Array:
+        """Area belonging to each node [m2]."""
+        return np.asarray(self.interpolation.T @ self.area)
+
     def convective(self, temperature: Array, convection: float, ambient: float) -> float:
         """Heat lost by convection [W]: nodal `temperature`, `ambient` [K], `convection` [W/(m2.K)]."""
-        return float(convection * self.area @ (self.interpolation @ temperature - ambient))
+        return float(convection * (self.load @ (temperature - ambient)))
 
     def radiant_load(self, temperature: Array, ambient: float) -> Array:
         """Radiation loss distributed on the nodes [W]: e s (T^4 - T_a^4), a grey body in a black room."""
@@ -111,11 +116,6 @@ class HeatModel:
         """Surface matrix for a unit heat transfer coefficient [m2]."""
         s = self.surface
         return csc_matrix(s.interpolation.T @ diags(s.area) @ s.interpolation)
-
-    @cached_property
-    def convection_load(self) -> Array:
-        """Cooled area belonging to each node [m2]."""
-        return np.asarray(self.surface.interpolation.T @ self.surface.area)
 
     @cached_property
     def heated_nodes(self) -> NDArray[np.int64]:

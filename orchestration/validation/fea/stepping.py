@@ -77,7 +77,7 @@ class HeatStepper:
         step = GAMMA * size
         factor, matrix = self._factor(step, h, ambient)
         flow = drive.heat_flow.within(start, size, fraction) if drive.heat_flow else 0.0
-        load = h * ambient * model.convection_load + flow * model.heated_load
+        load = h * ambient * surface.load + flow * model.heated_load
         stage = base.copy()
         if drive.temperature is not None:
             stage[self._held] = drive.temperature.within(start, size, fraction)

@@ -9,22 +9,27 @@ from warmlink.orchestration.validation.agreement import (
     AMBIENT,
     DUTY_CYCLES,
     Agreement,
-    agreements,
     duty_drive,
 )
 from warmlink.orchestration.validation.cases import Bench
 from warmlink.orchestration.validation.fea.mesh import bare_link
 from warmlink.orchestration.validation.fea.simulate import Fea
+from warmlink.orchestration.validation.results import Reproduction
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
 
 RUNS = ("stationary", "moving", *DUTY_CYCLES)
 HELD, GIVEN = ("stationary", "moving"), tuple(DUTY_CYCLES)
 
 
 @pytest.fixture(scope="module")
-def found() -> dict[tuple[str, str], Agreement]:
-    return {(a.run, a.body): a for a in agreements(Bench())}
+def found(result: Reproduction) -> dict[tuple[str, str], Agreement]:
+    return {(a.run, a.body): a for a in result.agreements}
+
+
+def test_every_run_is_compared_with_every_body(found) -> None:  # type: ignore[no-untyped-def]
+    assert {run for run, _ in found} == set(RUNS)
+    assert len(found) == 4 * len(RUNS)
 
 
 @pytest.mark.parametrize("run", RUNS)

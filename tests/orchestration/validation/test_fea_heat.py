@@ -21,7 +21,7 @@ from warmlink.orchestration.validation.fea.drive import (
     graded_grid,
 )
 from warmlink.orchestration.validation.fea.heat import STEFAN_BOLTZMANN, HeatModel
-from warmlink.orchestration.validation.fea.mesh import Assembly, bar, bare_link, paper_assembly
+from warmlink.orchestration.validation.fea.mesh import Assembly, bar, paper_assembly
 from warmlink.orchestration.validation.fea.simulate import Fea
 from warmlink.orchestration.validation.fea.stepping import HeatStepper
 
@@ -83,8 +83,8 @@ def test_time_stepping_is_of_order_2(radiation: bool) -> None:
             field, _ = stepper.step(field, i * 1200.0 / steps, 1200.0 / steps)
         return field
 
-    reference = final(1280)
-    errors = [float(np.abs(final(n) - reference).max()) for n in (40, 80, 160)]
+    reference = final(640)
+    errors = [float(np.abs(final(n) - reference).max()) for n in (20, 40, 80)]
     assert order(errors) == pytest.approx(2.0, abs=0.15)
 
 
@@ -154,17 +154,6 @@ def test_radiation_balances_a_black_plate_at_the_stefan_boltzmann_temperature() 
     history = Fea(body, 1).run(drive, TimeGrid(((200, 100.0),)), AMBIENT)
     expected = (0.5 / (STEFAN_BOLTZMANN * model.surface.area.sum()) + AMBIENT**4) ** 0.25
     assert history.temperature["tip"][-1] == pytest.approx(expected, abs=0.01)
-
-
-def test_bare_link_converges_with_order_2() -> None:
-    """Heat enters over a whole section: nothing is singular, so the full order is seen."""
-    drive = Drive(Smooth(7.75), Smooth(AMBIENT), heat_flow=Smooth(1.7))
-    tips = []
-    for n in (1, 2, 4):
-        history = Fea(bare_link(GEOMETRY, MATERIALS, n), 1).run(drive, TimeGrid(((60, 60.0),)), AMBIENT)
-        tips.append((history.temperature["tip"][-1], history.elongation[-1]))
-    differences = np.abs(np.diff(np.array(tips), axis=0))
-    assert np.log2(differences[0] / differences[1]) == pytest.approx(2.0, abs=0.25)
 
 
 def test_assembly_has_the_counts_of_the_paper() -> None:

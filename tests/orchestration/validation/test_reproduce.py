@@ -15,13 +15,13 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.validation import analytic
 from warmlink.orchestration.validation.cases import Bench, Case, steady_time
 from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.validation.optics import drift_noise
-from warmlink.orchestration.validation.presentation import terminal_table, write_report
-from warmlink.orchestration.validation.reproduce import reproduce
+from warmlink.orchestration.validation.optics import Camera, drift_noise
+from warmlink.orchestration.validation.presentation import readable, write_report
 from warmlink.orchestration.validation.results import Reproduction
+from warmlink.orchestration.validation.terminal import terminal_table
 from warmlink.orchestration.validation.tried import implied_by_temperatures
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
 
 NUMBER = float | None
 # place: measured, predicted, Eq. (4) printed, corrected, 1-D link, 3-D FEA. The first two are the paper's.
@@ -55,13 +55,10 @@ ATTEMPTS = {
 DIGIT = {"um": 0.05, "degC": 0.05, "s": 3.0}
 
 
-@pytest.fixture(scope="module")
-def result() -> Reproduction:
-    told: list[float] = []
-    found = reproduce(lambda fraction, what: told.append(fraction))
+def test_progress_is_told_from_beginning_to_end(result: Reproduction, told: list[float]) -> None:
+    assert told[0] == 0.0
     assert told == sorted(told)
     assert told[-1] == 1.0
-    return found
 
 
 def test_every_row_has_the_numbers_of_the_paper_and_ours(result: Reproduction) -> None:
@@ -150,7 +147,7 @@ def test_findings_and_notes_print_the_computed_numbers(result: Reproduction) -> 
             assert round(a.left * 1e-6 / (23.6e-6 * 0.1), 1) in numbers
     assert {round(c.implied, 1) for c in result.consistency} <= numbers
     assert {round(1e3 * gap, 1) for gap in result.pad_gaps.values()} <= numbers
-    assert round(drift_noise() * 1e6, 2) in numbers
+    assert round(drift_noise().total * Camera.printed().cell_width * 1e6, 2) in numbers
 
 
 def test_mesh_converges_with_order_2_on_the_link_and_more_slowly_on_the_assembly(
@@ -165,18 +162,39 @@ def test_mesh_converges_with_order_2_on_the_link_and_more_slowly_on_the_assembly
     assert np.all(np.diff(np.abs(np.diff(whole))) < 0)
 
 
-def test_table_in_the_terminal_shows_every_row_and_sentence(result: Reproduction) -> None:
-    console = Console(width=200, file=io.StringIO())
+@pytest.fixture(scope="module")
+def printed(result: Reproduction) -> str:
+    console = Console(width=80, file=io.StringIO())
     console.print(terminal_table(result))
     assert isinstance(console.file, io.StringIO)
-    text = console.file.getvalue()
-    for row in result.rows:
-        assert row.quantity in text
-    assert "[s]" in text
-    assert "+38.6 (+113 %)" in text
-    assert "does not hold" in text
-    for attempt in result.attempts:
-        assert attempt.name in text
+    return console.file.getvalue()
+
+
+def test_terminal_of_80_columns_shows_every_row_on_a_line_of_its_own(printed: str) -> None:
+    lines = [" ".join(line.split()) for line in printed.splitlines()]
+    assert max(map(len, printed.splitlines())) <= 80
+    assert "…" not in printed
+    assert "elongation after 1 h [µm] 34.3 33.2 57.0 80.7 73.7 72.9 +38.6 +113" in lines
+    assert "link above the shaft [°C] 36.6 36.0 – 42.0 42.0 41.7 +5.1 K –" in lines
+    # Case by case, in the order of the table.
+    table = [line for line in lines if re.match(r"[a-z0-9 ]+\[(µm|s|°C)\]", line)]
+    assert len(table) == len(ROWS)
+
+
+def test_terminal_shows_every_attempt_on_a_line_of_its_own(result: Reproduction, printed: str) -> None:
+    lines = [" ".join(line.split()) for line in printed.splitlines()]
+    for a in result.attempts:
+        beginning = f"{a.name} {a.base:.1f} {a.tip:.1f} {a.elongation:.1f} "
+        assert sum(line.startswith(beginning) for line in lines) >= 1, beginning
+    assert "radiation and joint resistance 36.6 27.0 55.6 -36.0 +10.4 707" in lines
+
+
+def test_terminal_shows_every_sentence(result: Reproduction, printed: str) -> None:
+    words = "".join(printed.split())
+    sentences = [r.note for r in result.rows] + [s.claim for s in result.statements] + list(result.findings)
+    for sentence in sentences:
+        assert "".join(readable(sentence).split()) in words
+    assert "doesnothold:" in words
 
 
 def test_page_opens_from_disk_without_a_network(result: Reproduction, tmp_path: Path) -> None:
