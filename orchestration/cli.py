@@ -316,7 +316,8 @@ def check(
 @app.command()
 def diagnose(
     data: Annotated[
-        Path, typer.Argument(help="A measured run (CSV) of the warm-up cell, or an experiment (TOML).")
+        Path,
+        typer.Argument(help="A run (CSV) of the warm-up cell or the six-axis arm, or an experiment (TOML)."),
     ],
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/NAME.")] = None,
     json: Json = False,
@@ -347,11 +348,14 @@ def hide(
         str,
         typer.Option("--with", help="What computes the run: `grid`, a rod, or `fea`, 3-D finite elements."),
     ] = "grid",
+    axis: Annotated[
+        int | None, typer.Option(help="Hide it in this axis of the six-axis arm; the run is all the arm's.")
+    ] = None,
 ) -> None:
     """Make a measured run with a hidden effect, from a solver of its own, to practise `diagnose` on."""
     from warmlink.orchestration.commands.diagnose import hide_command
 
-    hide_command(effects or [], out, seed, noise, solver)
+    hide_command(effects or [], out, seed, noise, solver, axis)
 
 
 @app.command()

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json, remark, spinner
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.hide import Noise, Vector
 
 NO_CONTROLLER = "none"
 
 
 def diagnose_command(path: Path, out: Path | None, as_json: bool) -> None:
     """Diagnose, write the files and print the summary."""
+    from warmlink.orchestration.arm.measured import is_arm_file
+
+    if is_arm_file(path):
+        _diagnose_arm(path, out or Path("out") / path.stem, as_json)
+        return
     from warmlink.orchestration.diagnosis.diagnose import JSON, SSP, SSV, diagnose
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.system.shipped import SHIPPED
@@ -33,11 +42,29 @@ def diagnose_command(path: Path, out: Path | None, as_json: bool) -> None:
     answer(f"report  {folder / 'report.html'}    figures  {folder / JSON}    extended model  {folder / SSP}")
 
 
+def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
+    from warmlink.orchestration.arm.diagnose import diagnose_arm
+    from warmlink.orchestration.arm.measured import arm_experiments
+    from warmlink.orchestration.diagnosis.diagnose import JSON
+
+    with spinner(f"Diagnosing {path.name}") as progress:
+        diagnosis = diagnose_arm(arm_experiments(path), progress=progress)
+        progress("writing the extended models")
+        diagnosis.write(folder)
+    if as_json:
+        answer_json(diagnosis.to_json())
+        return
+    answer(diagnosis.summary())
+    answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / 'report.html'} and so on")
+
+
 GRID, FEA = "grid", "fea"
 """Solvers behind a made-up run: a rod on a grid, 3-D finite elements."""
 
 
-def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str, solver: str) -> None:
+def hide_command(
+    effects: Sequence[str], out: Path, seed: int, noise: str, solver: str, axis: int | None
+) -> None:
     """Write a run that hides effects."""
     from warmlink.orchestration.diagnosis.hide import EFFECTS, REAL, WHITE, effect_of, hide, write_csv
 
@@ -56,6 +83,14 @@ def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str, solve
             strengths[name] = float(size) if equals else effect.size
         except ValueError:
             raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None
+    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
+    if axis is not None:
+        if solver != GRID:
+            raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {solver} out")
+        columns = _hidden_in_arm(strengths, axis, kinds[noise], seed)
+        write_csv(columns, out)
+        answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
+        return
     if solver == FEA:
         from warmlink.orchestration.diagnosis.hidden_fea import hide_with_fea
 
@@ -63,5 +98,12 @@ def hide_command(effects: Sequence[str], out: Path, seed: int, noise: str, solve
     else:
         columns = hide(strengths, noise=kinds[noise], seed=seed)
     write_csv(columns, out)
-    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     answer(f"{out}: two hours with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known")
+
+
+def _hidden_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Vector]:
+    from warmlink.orchestration.arm.hide import hide_in_arm
+    from warmlink.orchestration.arm.run import arm_kinds
+    from warmlink.orchestration.fmu_store import store
+
+    return hide_in_arm(effects, axis, store(None, arm_kinds(None), remark), noise=noise, seed=seed)
