@@ -27,6 +27,10 @@ def run(
             "--set", help='Another start value, as --set "motor.joint_conductance=2 W/K". Repeatable.'
         ),
     ] = None,
+    parameters: Annotated[
+        list[Path] | None,
+        typer.Option(help="A parameter set (SSV) of `design`, `tune` or `diagnose`. Repeatable."),
+    ] = None,
     step: Annotated[str | None, typer.Option(help='Communication step size, as "1 s".')] = None,
     stop: Annotated[str | None, typer.Option(help='Stop time, as "2 h".')] = None,
     master: Annotated[str | None, typer.Option(help="Master algorithm (`warmlink list`).")] = None,
@@ -40,7 +44,9 @@ def run(
     from warmlink.orchestration.commands.run import run_command
 
     raise SystemExit(
-        run_command(scenario, controller, fmus, out, set_ or [], step, stop, master, report, json)
+        run_command(
+            scenario, controller, fmus, out, set_ or [], parameters or [], step, stop, master, report, json
+        )
     )
 
 

@@ -15,6 +15,7 @@ from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.report.series import write_series
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, ClosedLoop, run_scenario
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
+from warmlink.orchestration.scenarios.parameter_files import parameters_of
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
 from warmlink.orchestration.system.shipped import WARMUP_CELL
@@ -28,6 +29,7 @@ def run_command(
     fmus: str | None,
     out: Path | None,
     settings: list[str],
+    parameter_files: list[Path],
     step: str | None,
     stop: str | None,
     master: str | None,
@@ -38,9 +40,13 @@ def run_command(
     if is_arm_scenario(name):
         from warmlink.orchestration.commands.run_arm import run_arm_command
 
+        if parameter_files:
+            raise InputError(
+                f"--parameters: {name} is of the arm, which takes none; use --set axis1.motor..."
+            )
         kind, given = chosen_kind(fmus), settings_given(settings)
         return run_arm_command(name, controller, kind, out, given, step, stop, master, report, as_json)
-    scenario = _scenario(name, settings, step, stop, master)
+    scenario = _scenario(name, settings, parameter_files, step, stop, master)
     controller = controller or scenario.controller
     laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
     needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
@@ -67,9 +73,17 @@ def run_command(
 
 
 def _scenario(
-    name: str, settings: list[str], step: str | None, stop: str | None, master: str | None
+    name: str,
+    settings: list[str],
+    parameter_files: list[Path],
+    step: str | None,
+    stop: str | None,
+    master: str | None,
 ) -> Scenario:
     scenario = load_scenario(name)
+    given: dict[str, str | float] = {}
+    for path in parameter_files:
+        given |= parameters_of(path)
     if step is not None:
         scenario = replace(scenario, step_size=positive(step, "s", "--step"))
     if stop is not None:
@@ -77,7 +91,7 @@ def _scenario(
         scenario = replace(scenario, duty=duty)
     if master is not None:
         scenario = replace(scenario, master=master)
-    return replace(scenario, parameters={**scenario.parameters, **settings_given(settings)})
+    return replace(scenario, parameters={**scenario.parameters, **given, **settings_given(settings)})
 
 
 def settings_given(settings: list[str]) -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +122,7 @@ def run_scenario(
     began = time.perf_counter()
     report = progress or (lambda share: None)
     cell = _system(scenario, catalogue.controller(controller), store)
-    plain = _system(scenario, catalogue.controller(NO_CONTROLLER), store)
+    plain = _system(_of_plant(scenario), catalogue.controller(NO_CONTROLLER), store)
 
     chosen = algorithm(scenario.master)
     stop, step = scenario.stop_time, scenario.step_size
@@ -180,6 +180,14 @@ def cell_values(scenario: Scenario, controller: Component) -> dict[str, dict[str
     if "tolerance" in controller.p.index:
         values.setdefault(COMPENSATOR, {}).setdefault("tolerance", scenario.tolerance)
     return values
+
+
+def _of_plant(scenario: Scenario) -> Scenario:
+    """The scenario without what it sets of the controller, which `none` does not have."""
+    parameters = {
+        name: value for name, value in scenario.parameters.items() if name.rpartition(".")[0] != COMPENSATOR
+    }
+    return replace(scenario, parameters=parameters)
 
 
 def _system(scenario: Scenario, controller: Component, store: FmuStore) -> System:

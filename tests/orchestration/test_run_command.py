@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.units import parse_unit
 
 README = Path(__file__).parents[2] / "README.md"
 FIGURES = {"max_abs_um", "rms_um", "p95_abs_um", "time_to_tolerance_s"}
@@ -99,3 +101,53 @@ def test_a_start_value_changes_the_answer(
         assert run([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
         found.append(json.loads(capsys.readouterr().out)["uncompensated"]["max_abs_um"])
     assert found[1] == pytest.approx(2 * found[0], rel=1e-9)
+
+
+def test_a_start_value_of_the_controller_leaves_none_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = []
+    for arguments in ([], ["--set", "compensator.gain=1 um/W"]):
+        out = ["--stop", "5 min", "--json", "--no-report", "--out", str(tmp_path / "out")]
+        assert run(["run", *arguments, *out], monkeypatch) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    usual, weak = found
+    assert weak["uncompensated"] == usual["uncompensated"]
+    assert weak["compensated"]["max_abs_um"] != pytest.approx(usual["compensated"]["max_abs_um"], rel=0.1)
+
+
+def test_parameter_sets_of_plant_and_controller_are_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plant, law = tmp_path / "extended.ssv", tmp_path / "winner.ssv"
+    write_ssv({"motor.joint_resistance": 0.5}, plant)
+    write_ssv({"gain": Parameter("gain", "Real", 1.0, parse_unit("um/W"))}, law)
+    by_file = ["--parameters", str(plant), "--parameters", str(law)]
+    by_hand = ["--set", "motor.joint_resistance=0.5 K/W", "--set", "compensator.gain=1 um/W"]
+    found = []
+    for arguments in (by_file, by_hand, [*by_file, "--set", "motor.joint_resistance=0 K/W"]):
+        out = ["--stop", "5 min", "--json", "--no-report", "--out", str(tmp_path / "out")]
+        assert run(["run", *arguments, *out], monkeypatch) == 0
+        found.append(json.loads(capsys.readouterr().out)["compensated"])
+    assert found[0]["max_abs_um"] == pytest.approx(found[1]["max_abs_um"], rel=1e-12)
+    assert found[2]["max_abs_um"] > found[1]["max_abs_um"], "--set comes last"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--parameters", "absent.ssv"], "absent.ssv: no such file"),
+        (["six_axis_shift", "--parameters", "absent.ssv"], "--parameters: six_axis_shift is of the arm"),
+    ],
+)
+def test_parameter_sets_that_cannot_serve(
+    arguments: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["run", *arguments], monkeypatch) == 2
+    assert sentence in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
