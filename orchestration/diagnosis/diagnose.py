@@ -59,7 +59,7 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     proposed = None
     if assessment.word == "ambiguous":
         progress("choosing the next experiment")
-        proposed = next_experiment(assessment.fitter, assessment.best, assessment.rivals, experiment)
+        proposed = next_experiment(assessment, experiment)
     return Diagnosis(experiment, assessment, scores, before, after, members, proposed)
 
 

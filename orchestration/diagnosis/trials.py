@@ -250,7 +250,7 @@ def _followed(found: Assessment, experiment: Experiment, effects: dict[str, floa
 
     if found.word != "ambiguous":
         return None
-    proposed = next_experiment(found.fitter, found.best, found.rivals, experiment)
+    proposed = next_experiment(found, experiment)
     if proposed is None or not proposed.duty:
         return None
     duty = [

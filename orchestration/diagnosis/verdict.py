@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.search import Search
 Vector = NDArray[np.float64]
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
 
-UNEXPLAINED = 0.003
+UNEXPLAINED = 0.001
 """Chance level below which slow courses in the residuals count as real."""
 
 _SEEDS = 4
