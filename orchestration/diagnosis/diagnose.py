@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.compensation import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.experiment import Experiment, read_experiment
 from warmlink.orchestration.diagnosis.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.fitting import Fit
@@ -149,6 +150,20 @@ class Diagnosis:
         """The model to use from now on: the uncorrected one unless causes were found."""
         return self.assessment.best if self.causes else self.assessment.null
 
+    @cached_property
+    def feed_forward(self) -> tuple[Compensated, Compensated] | None:
+        """Largest error of the model as a feed-forward, before and after."""
+        before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
+        return None if before is None or after is None else (before, after)
+
+    @cached_property
+    def observer(self) -> tuple[Compensated, Compensated] | None:
+        """Largest error of the observer designed on the model, before and after."""
+        null, chosen = self.assessment.null, self.chosen()
+        before = observer(self.scores.problem, null, chosen)
+        after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
+        return None if before is None or after is None else (before, after)
+
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""
         return {c.name: c.unit for c in self.experiment.columns}
@@ -233,14 +248,16 @@ class Diagnosis:
                 name: {**(self._rmse(each, True) or {}), "runs": self._runs(each)}
                 for name, each in ((p.name, p) for p in (self.after, *self.members))
             }
-        compensated = [self.scores.compensation(p) for p in (self.before, self.adopted)]
         return {
             "fit": self._rmse(self.adopted, False),
             "heldout": heldout,
             "runs": self._runs(self.adopted),
             "compensation_um": None
-            if compensated[0] is None or compensated[1] is None
-            else {"before": 1e6 * compensated[0], "after": 1e6 * compensated[1]},
+            if self.feed_forward is None
+            else {
+                **_in_um(self.feed_forward),
+                "observer": None if self.observer is None else _in_um(self.observer),
+            },
         }
 
     def _rmse(self, after: Predicted, heldout: bool) -> dict[str, Any] | None:
@@ -273,3 +290,13 @@ class Diagnosis:
                     "unit": unit,
                 }
         return result
+
+
+def _in_um(pair: tuple[Compensated, Compensated]) -> dict[str, Any]:
+    before, after = pair
+    return {
+        "before": 1e6 * before.largest,
+        "after": 1e6 * after.largest,
+        "before_95": [1e6 * before.low95, 1e6 * before.high95],
+        "after_95": [1e6 * after.low95, 1e6 * after.high95],
+    }

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.noise import NoiseModel, Sample, Spectrum, estimate, slow_courses
+from warmlink.orchestration.diagnosis.noise import (
+    LIKED,
+    NoiseModel,
+    Sample,
+    Spectrum,
+    estimate,
+    slow_courses,
+    undisturbed,
+)
 from warmlink.orchestration.diagnosis.problem import Problem
 
 Vector = NDArray[np.float64]
@@ -58,7 +66,9 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     return LackOfFit(chi2, slow.shape[1], float(f_distribution.sf(ratio, slow.shape[1], max(rest // 2, 4))))
 
 
-def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> list[NoiseModel]:
+def estimated_noise(
+    problem: Problem, fit: Fit | None, floors: list[float], liked: float = LIKED
+) -> list[NoiseModel]:
     """Noise model of each channel from residuals without slow courses.
 
     Parameters
@@ -67,6 +77,7 @@ def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> l
     fit : the model whose residuals serve; None before any model: then everything that a candidate may
         explain is taken out as well
     floors : least standard deviation by channel, in SI
+    liked : see `estimate`
     """
     predicted = []
     for run in range(len(problem.data)):
@@ -85,10 +96,12 @@ def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> l
             if fit is not None and fit.items:
                 columns = _by_number(columns, fit, run)
             removed = _orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
-            samples.append(Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed))
+            samples += undisturbed(
+                Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed)
+            )
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
         spectra.append(Spectrum(samples, least))
-    return estimate(spectra)
+    return estimate(spectra, liked)
 
 
 def whiteness_p(residual: Vector) -> float:

@@ -83,18 +83,27 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
 
 
 def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
-    """Rows of isolated readings far from the running median of their neighbours.
+    """Rows of isolated readings far from the running median of their neighbours, and from their slope.
 
-    The median follows a monotone course exactly, so that slow heat makes no spikes.
+    The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
+    out the neighbours of a spike on a steep course do not look wild as well.
     """
     rows = np.flatnonzero(np.isfinite(values))
     if rows.size < 3 * _WINDOW:
         return rows[:0]
     filled = values[rows]
     half = _WINDOW // 2
-    middle = np.median(np.lib.stride_tricks.sliding_window_view(filled, _WINDOW), axis=1)
-    first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
-    away = np.abs(filled - np.concatenate([first, middle, last]))
+    windows = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)
+    slope = np.median(np.diff(windows, axis=1), axis=1)
+    straight = np.median(windows - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
+    inner = windows[:, half]
+    away = np.concatenate(
+        [
+            np.abs(filled[:_WINDOW] - _line(filled[:_WINDOW]))[:half],
+            np.minimum(np.abs(inner - np.median(windows, axis=1)), np.abs(inner - straight)),
+            np.abs(filled[-_WINDOW:] - _line(filled[-_WINDOW:]))[-half:],
+        ]
+    )
     scale = max(_noise_of(filled), step / np.sqrt(12))
     suspects = np.flatnonzero(away > max(SPIKE * scale, 1.5 * step, 1e-12))
     # A course that really jumps stays away: a spike's neighbours do not.

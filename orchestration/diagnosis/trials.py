@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 _TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""
 
+_TRACE = 1.0
+"""Expected gain in chi-square below which an effect leaves no trace in a run."""
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -82,7 +85,8 @@ class Trial:
     strengths : of the hidden effects in SI, in the order of `truth`
     rivals : the other sets of an ambiguous verdict
     unexplained_p : chance level of what the chosen model leaves
-    right : the truth is the verdict, or a member of the stated ambiguous set
+    right : the truth is the verdict, or a member of the stated ambiguous set; `adequate` where the effect
+        leaves no trace in the run
     wrong_name : a cause or set was named with confidence that is not the truth
     covered : whether each hidden strength lies in its 95 % interval, where the truth was found best
     heldout : held-out error in units of noise, where the verdict is `named`
@@ -134,17 +138,21 @@ def weakened(effects: dict[str, float], kind: Kind, random: np.random.Generator)
     """
     ((name, size),) = effects.items()
     neutral = effect_of(name).neutral
-    quiet = Noise(1e-12, 1e-18)
-    without = hide({}, kind.duty, quiet)
     small = neutral + 0.05 * (size - neutral)
-    with_it = hide({name: small}, kind.duty, quiet)
+    wanted = random.uniform(15, 40)
+    return {name: neutral + (small - neutral) * float(np.sqrt(wanted / expected_gain({name: small}, kind)))}
+
+
+def expected_gain(effects: dict[str, float], kind: Kind) -> float:
+    """Chi-square between runs without and with effects, on the rows that a diagnosis fits."""
+    quiet = Noise(1e-12, 1e-18)
+    without, with_it = hide({}, kind.duty, quiet), hide(effects, kind.duty, quiet)
     rows = slice(0, int(0.7 * without["time [s]"].size))
     chi2 = 0.0
     for header in list(without)[5:]:
         sigma = kind.noise.elongation * 1e6 if "elongation" in header else kind.noise.temperature
         chi2 += float(np.sum(((with_it[header] - without[header])[rows] / sigma) ** 2))
-    wanted = random.uniform(15, 40)
-    return {name: neutral + (small - neutral) * float(np.sqrt(wanted / chi2))}
+    return chi2
 
 
 def with_gaps(
@@ -218,8 +226,11 @@ def trial(task: tuple[str, int, int]) -> Trial:
     said = names([found.best, *found.rivals]) if found.word in ("named", "ambiguous") else []
     if kind.effects == 0:
         right = found.word == "adequate"
+    elif kind.known:
+        # What leaves no trace, as forced convection at rest, cannot be wrong.
+        right = truth in said or (found.word == "adequate" and expected_gain(effects, kind) < _TRACE)
     else:
-        right = truth in said if kind.known else found.word == "unknown"
+        right = found.word == "unknown"
     heldout = None
     if found.word == "named":
         scores = Scores(experiment, scales_of(found.noise, found.problem))
