@@ -119,6 +119,8 @@ class Diagnosis:
         # What single exchanges say already is not said again of their combinations.
         for rival in sorted(self.assessment.rivals, key=lambda fit: len(fit.key - best)):
             own, other = best - rival.key, rival.key - best
+            if not own:  # the same causes, and perhaps one more
+                own, other = best, rival.key
             if len(other) == 1:
                 exchanged |= other
             elif other <= exchanged:

@@ -158,6 +158,8 @@ def _distances(
     for rival in rivals:
         readings, columns = _whitened(problem, rival, run, whiten)
         apart = truth - readings
+        if rival.key > best.key:  # it can do all that the best does, so the best must not follow it
+            columns = own
         if told:
             free = np.column_stack([own @ _root(best.covariance()), columns @ _root(rival.covariance())])
             # (I + F F')^-1 by Woodbury's identity

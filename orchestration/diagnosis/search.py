@@ -66,14 +66,14 @@ class Search:
             self._level = family_wise_level(Neighbours(self.null, self.items, ()), FALSE_ALARMS)
         return self._level
 
-    def penalty(self, items: Sequence[Item]) -> float:
-        """What a set must gain in chi-square."""
-        alone = sum(self._penalty_of(item, self.level) for item in items)
-        if len(items) < 2:
-            return alone
+    def penalty(self, items: Sequence[Item], alone: bool = False) -> float:
+        """What a set must gain in chi-square; with each of its causes counted as if it were `alone`."""
+        least = sum(self._penalty_of(item, self.level) for item in items)
+        if alone or len(items) < 2:
+            return least
         further = self.level * INVENTED / FALSE_ALARMS
         dearer = (self._penalty_of(item, further) - self._penalty_of(item, self.level) for item in items)
-        return alone + sum(dearer) * (len(items) - 1) / len(items)
+        return least + sum(dearer) * (len(items) - 1) / len(items)
 
     def _penalty_of(self, item: Item, level: float) -> float:
         key = (len(item.freed), level * self._say[item.cause.name])
@@ -134,6 +134,13 @@ class Search:
         every = {twin.key: twin for fit in close for twin in (*self._twins(fit), fit)}
         every.pop(best.key, None)
         return sorted(every.values(), key=self.score)
+
+    def extended(self, best: Fit) -> list[Fit]:
+        """Sets with one more cause than the best that gain what a first cause must, but no further one."""
+        bar = best.chi2 + self.penalty(best.items, alone=True)
+        more = [f for f in self.fits.values() if f.key > best.key and len(f.key) == len(best.key) + 1]
+        likely = [f for f in more if f.admissible and f.chi2 + self.penalty(f.items, alone=True) < bar]
+        return sorted(likely, key=self.score)
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
         """The same fit under labels that split the fitted runs alike: no data tell them apart."""

@@ -97,7 +97,9 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         search, best, left = _again(search, best, progress)
     if left.p < UNEXPLAINED and not lasting and any(n.slow for n in search.fitter.noise):
         # What noise correlated as strongly as is just credible would explain is not called unknown.
-        search, best, left = _again(search, best, progress, liked=TOLERATED)
+        tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
+        if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
+            search, best, left = _again(search, best, progress, liked=TOLERATED)
     before = lack_of_fit(search.fitter, search.null) if best.items else left
     word, rivals = _judge(search, best, left)
     grid_error = problem.refine(_values(problem, best))
@@ -148,7 +150,23 @@ def _judge(search: Search, best: Fit, left: LackOfFit) -> tuple[Word, tuple[Fit,
     if not best.items:
         return "adequate", ()
     rivals = tuple(search.rivals(best))
+    if best.resting:
+        rivals += _off_bounds(search, best, {fit.key for fit in rivals})
+    rivals += tuple(search.extended(best))
     return ("ambiguous" if rivals else "named"), rivals
+
+
+def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[Fit, ...]:
+    """The best sets that rest on no bound: one that does is doubtful, so they stay beside it."""
+    size = len(best.items)
+    free = [f for f in search.fits.values() if len(f.items) == size and f.admissible and not f.resting]
+    if not free:
+        return ()
+    first = min(free, key=search.score)
+    if lack_of_fit(search.fitter, first).p < UNEXPLAINED:
+        return ()
+    beside = (first, *search.rivals(first))
+    return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)
 
 
 def _values(problem: Problem, fit: Fit) -> list[Vector]:
