@@ -119,7 +119,7 @@ def bench_diagnosis_command(share: float, seed: int, jobs: int, out: Path, as_js
     share = positive_share(share)
     counts = {kind: max(1, round(share * count)) for kind, count in FULL.items()}
     with progress_bar("Hidden effects") as progress:
-        bench = bench_diagnosis(counts, seed, jobs, lambda done, total: progress(done / total))
+        bench = bench_diagnosis(counts, seed, jobs, lambda done, total: progress(done / total), out)
     bench.write(out)
     if as_json:
         answer_json(bench.table())

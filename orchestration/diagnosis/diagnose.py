@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.compensation import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.experiment import Experiment, read_experiment
 from warmlink.orchestration.diagnosis.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.fitting import Fit
@@ -59,7 +60,7 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     proposed = None
     if assessment.word == "ambiguous":
         progress("choosing the next experiment")
-        proposed = next_experiment(assessment.fitter, assessment.best, assessment.rivals, experiment)
+        proposed = next_experiment(assessment, experiment)
     return Diagnosis(experiment, assessment, scores, before, after, members, proposed)
 
 
@@ -118,6 +119,8 @@ class Diagnosis:
         # What single exchanges say already is not said again of their combinations.
         for rival in sorted(self.assessment.rivals, key=lambda fit: len(fit.key - best)):
             own, other = best - rival.key, rival.key - best
+            if not own:  # the same causes, and perhaps one more
+                own, other = best, rival.key
             if len(other) == 1:
                 exchanged |= other
             elif other <= exchanged:
@@ -148,6 +151,20 @@ class Diagnosis:
     def chosen(self) -> Fit:
         """The model to use from now on: the uncorrected one unless causes were found."""
         return self.assessment.best if self.causes else self.assessment.null
+
+    @cached_property
+    def feed_forward(self) -> tuple[Compensated, Compensated] | None:
+        """Largest error of the model as a feed-forward, before and after."""
+        before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
+        return None if before is None or after is None else (before, after)
+
+    @cached_property
+    def observer(self) -> tuple[Compensated, Compensated] | None:
+        """Largest error of the observer designed on the model, before and after."""
+        null, chosen = self.assessment.null, self.chosen()
+        before = observer(self.scores.problem, null, chosen)
+        after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
+        return None if before is None or after is None else (before, after)
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""
@@ -233,14 +250,16 @@ class Diagnosis:
                 name: {**(self._rmse(each, True) or {}), "runs": self._runs(each)}
                 for name, each in ((p.name, p) for p in (self.after, *self.members))
             }
-        compensated = [self.scores.compensation(p) for p in (self.before, self.adopted)]
         return {
             "fit": self._rmse(self.adopted, False),
             "heldout": heldout,
             "runs": self._runs(self.adopted),
             "compensation_um": None
-            if compensated[0] is None or compensated[1] is None
-            else {"before": 1e6 * compensated[0], "after": 1e6 * compensated[1]},
+            if self.feed_forward is None
+            else {
+                **_in_um(self.feed_forward),
+                "observer": None if self.observer is None else _in_um(self.observer),
+            },
         }
 
     def _rmse(self, after: Predicted, heldout: bool) -> dict[str, Any] | None:
@@ -273,3 +292,13 @@ class Diagnosis:
                     "unit": unit,
                 }
         return result
+
+
+def _in_um(pair: tuple[Compensated, Compensated]) -> dict[str, Any]:
+    before, after = pair
+    return {
+        "before": 1e6 * before.largest,
+        "after": 1e6 * after.largest,
+        "before_95": [1e6 * before.low95, 1e6 * before.high95],
+        "after_95": [1e6 * after.low95, 1e6 * after.high95],
+    }

@@ -18,8 +18,8 @@ from warmlink.orchestration.diagnosis.problem import Freed, Item, Problem
 Vector = NDArray[np.float64]
 
 _MOST_ITERATIONS = 12
-_BEYOND = 4.0
-"""Chi-square that a bound must cost before it rejects the cause that lies on it."""
+_BEYOND = 10.8
+"""Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
 
 _SMALL = 0.05
 """Expected decrease of chi-square below which a fit has arrived."""
@@ -73,6 +73,15 @@ class Fit:
         """Whether no cause was driven to a bound."""
         return not any(
             bound for bound, freed in zip(self.at_bound, self.freed, strict=True) if not freed.calibrated
+        )
+
+    @property
+    def resting(self) -> bool:
+        """Whether a cause lies on a physical bound, the neutral value excepted."""
+        return any(
+            min(value - f.lower, f.upper - value) <= 1e-6 * f.span < abs(value - f.start)
+            for f, value in zip(self.freed, self.theta, strict=True)
+            if not f.calibrated
         )
 
     def covariance(self) -> Vector:

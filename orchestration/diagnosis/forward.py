@@ -22,6 +22,9 @@ Vector = NDArray[np.float64]
 
 PAD_OFF, PAD_HELD = 0.0, 2.0
 
+_BENT = 0.05
+"""Curvature over an input's range, as a share of its effect, up to which it acts in proportion."""
+
 _STALE = 0.02
 """Change of step times Jacobian beyond which the inverse is made anew."""
 
@@ -64,7 +67,7 @@ class Forward:
             if name in index:
                 self._p[index[name]] = value
         self._w = input_table(equations, run, known)
-        self.steps: Steps = steps_for(run.time, self._w, resolution)
+        self.steps: Steps = steps_for(run.time, self._w, resolution, self._proportional())
 
     def start_values(self) -> Vector:
         """Values of the freed variables as the experiment has them, shape (slots,)."""
@@ -74,6 +77,33 @@ class Forward:
         return np.array(
             [self._p[place[s]] if s in place else self._w[outside[s], 0] for s in self.equations.slots]
         )
+
+    def _proportional(self) -> NDArray[np.bool_]:
+        """Inputs in which rates and their derivatives are all but linear over the range that was logged.
+
+        Of such an input, as an ambient temperature, the mean over a step does what its course does.
+        """
+        rates = self.equations.stepper()
+        z = self.start_values()
+        rates.z[:], rates.p[:] = z, self._p
+        rates.x[:] = self.equations.begin(z, self._p, self._w[:, 0])[0]
+
+        def at(column: Vector) -> Vector:
+            rates.w[:] = column
+            rates.evaluate()
+            return np.column_stack([rates.rates, rates.by_state, rates.by_slot])
+
+        low, high = self._w.min(axis=1), self._w.max(axis=1)
+        found = np.ones(low.size, dtype=bool)
+        for i in np.flatnonzero(high > low):
+            ends = []
+            for level in (low[i], (low[i] + high[i]) / 2, high[i]):
+                column = self._w[:, 0].copy()
+                column[i] = level
+                ends.append(at(column))
+            bend = np.abs(ends[0] + ends[2] - 2 * ends[1])
+            found[i] = bool(np.all(bend <= _BENT * np.abs(ends[2] - ends[0]) + 1e-12 * np.abs(ends[1])))
+        return found
 
     def __call__(self, z: Vector, times: Vector) -> Trajectory:
         """Simulate.

@@ -12,7 +12,6 @@ from warmlink.orchestration.diagnosis.experiment import Experiment
 from warmlink.orchestration.diagnosis.fitting import Fit
 from warmlink.orchestration.diagnosis.noise import NoiseModel
 from warmlink.orchestration.diagnosis.problem import Freed, Problem
-from warmlink.orchestration.diagnosis.rigs import ELONGATION
 
 Vector = NDArray[np.float64]
 
@@ -20,8 +19,6 @@ _BLOCK = 600.0
 """s of a block in the bootstrap: longer than the noise remembers."""
 
 _RESAMPLES = 400
-_AVERAGED = 120.0
-"""s over which the elongation's error is averaged before its largest value is taken, against noise."""
 
 
 @dataclass(frozen=True)
@@ -91,22 +88,6 @@ class Scores:
                 }
             )
         return result
-
-    def compensation(self, predicted: Predicted) -> float | None:
-        """Largest error in m of the tool point when the model's elongation is taken out as a feed-forward.
-
-        Errors are averaged over two minutes, so that the camera's noise does not set the figure.
-        """
-        if ELONGATION not in self.problem.variables:
-            return None
-        channel = self.problem.variables.index(ELONGATION)
-        largest = 0.0
-        for data, readings in zip(self.problem.data, predicted.readings, strict=True):
-            error = data.readings[:, channel] - readings[:, channel]
-            which = np.floor(data.time / _AVERAGED)
-            for block in np.unique(which[np.isfinite(error)]):
-                largest = max(largest, abs(float(np.nanmean(error[which == block]))))
-        return largest
 
     @staticmethod
     def carry(problem: Problem, fit: Fit) -> tuple[list[Freed], Vector]:

@@ -56,7 +56,9 @@ class Steps:
     shares: tuple[tuple[tuple[int, float], ...], ...]
 
 
-def steps_for(time: Vector, inputs: Vector, resolution: Resolution) -> Steps:
+def steps_for(
+    time: Vector, inputs: Vector, resolution: Resolution, proportional: NDArray[np.bool_] | None = None
+) -> Steps:
     """Steps over a run.
 
     Parameters
@@ -64,11 +66,12 @@ def steps_for(time: Vector, inputs: Vector, resolution: Resolution) -> Steps:
     time : rows in s, rising from 0, shape (rows,)
     inputs : held from each row to the next, shape (inputs, rows)
     resolution : how finely
+    proportional : inputs that act in proportion, so that their mean over a step serves, shape (inputs,)
     """
     starts = _levels(time, inputs)
     events = _events(inputs[:, starts])
     ends = np.append(time[starts[1:]], time[-1])
-    builder = _Builder(resolution, inputs)
+    builder = _Builder(resolution, inputs, proportional)
     for start, end, column, event in zip(time[starts], ends, starts, events, strict=True):
         if event:
             builder.flush()
@@ -100,9 +103,13 @@ def _events(levels: Vector) -> NDArray[np.bool_]:
 
 
 class _Builder:
-    def __init__(self, resolution: Resolution, inputs: Vector) -> None:
+    def __init__(
+        self, resolution: Resolution, inputs: Vector, proportional: NDArray[np.bool_] | None
+    ) -> None:
         self.resolution, self._inputs = resolution, inputs
         self._close = ALIKE * np.ptp(inputs, axis=1)
+        if proportional is not None:
+            self._close[proportional] = np.inf
         self._level: dict[int, int] = {}
         self.levels: list[Vector] = []
         self.since = 0.0

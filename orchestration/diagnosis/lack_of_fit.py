@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.noise import NoiseModel, Sample, Spectrum, estimate, slow_courses
+from warmlink.orchestration.diagnosis.noise import (
+    LIKED,
+    NoiseModel,
+    Sample,
+    Spectrum,
+    estimate,
+    slow_courses,
+    undisturbed,
+)
 from warmlink.orchestration.diagnosis.problem import Problem
 
 Vector = NDArray[np.float64]
@@ -29,9 +38,11 @@ class LackOfFit:
 
 
 def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
-    """Test a fit's residuals for slow courses, each channel of each run by itself.
+    """Test a fit's residuals for slow courses, all together and each channel of each run by itself.
 
-    The statistic is an F ratio, since the noise itself is estimated from what is not slow.
+    What is wrong with one sensor shows by itself, and is lost among many. The chance level is that of the
+    less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
+    F ratio, since the noise itself is estimated from what is not slow.
     """
     from scipy.stats import f as f_distribution
 
@@ -51,14 +62,22 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     residual = residual - taken @ (taken.T @ residual)
     basis = basis - taken @ (taken.T @ basis)
     slow = _orthonormal(basis)
-    chi2 = float(np.sum((slow.T @ residual) ** 2))
     rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
-    ratio = chi2 / max(slow.shape[1], 1)
-    # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
-    return LackOfFit(chi2, slow.shape[1], float(f_distribution.sf(ratio, slow.shape[1], max(rest // 2, 4))))
+
+    def chance(courses: Vector) -> tuple[float, float]:
+        chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
+        # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
+        return chi2, float(f_distribution.sf(chi2 / degrees, degrees, max(rest // 2, 4)))
+
+    chi2, together = chance(slow)
+    ends = np.cumsum([0, *(c.shape[1] for c in courses)])
+    single = min(chance(_orthonormal(basis[:, a:b]))[1] for a, b in pairwise(ends))
+    return LackOfFit(chi2, slow.shape[1], min(1.0, 2 * min(together, len(courses) * single)))
 
 
-def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> list[NoiseModel]:
+def estimated_noise(
+    problem: Problem, fit: Fit | None, floors: list[float], liked: float = LIKED
+) -> list[NoiseModel]:
     """Noise model of each channel from residuals without slow courses.
 
     Parameters
@@ -67,6 +86,7 @@ def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> l
     fit : the model whose residuals serve; None before any model: then everything that a candidate may
         explain is taken out as well
     floors : least standard deviation by channel, in SI
+    liked : see `estimate`
     """
     predicted = []
     for run in range(len(problem.data)):
@@ -85,10 +105,12 @@ def estimated_noise(problem: Problem, fit: Fit | None, floors: list[float]) -> l
             if fit is not None and fit.items:
                 columns = _by_number(columns, fit, run)
             removed = _orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
-            samples.append(Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed))
+            samples += undisturbed(
+                Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed)
+            )
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
         spectra.append(Spectrum(samples, least))
-    return estimate(spectra)
+    return estimate(spectra, liked)
 
 
 def whiteness_p(residual: Vector) -> float:

@@ -2,7 +2,8 @@
 
 For each candidate duty cycle the best model's readings are predicted; the distance to the nearest
 readings that a rival can give, its numbers refitted, is the separation expected in standard
-deviations (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975) 57-70).
+deviations (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975) 57-70). The cycle
+that separates best is repeated until that is enough, the new run being judged by itself.
 """
 
 from __future__ import annotations
@@ -18,18 +19,33 @@ from warmlink.orchestration.diagnosis.fitting import Fit, Fitter, overridden
 from warmlink.orchestration.diagnosis.gain import Scores
 from warmlink.orchestration.diagnosis.lack_of_fit import _orthonormal
 from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.noise import Whitener
+from warmlink.orchestration.diagnosis.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.problem import Problem
+from warmlink.orchestration.diagnosis.verdict import Assessment
 
 Vector = NDArray[np.float64]
 
 INTERVAL = 30.0
-"""s between rows of the experiment proposed."""
+"""s over which the rows of the experiment proposed are averaged."""
 
 ROOM = 295.15
-MOST_RIVALS = 4
+MOST_RIVALS = 12
+FURTHER = 30.0
+"""Chi-square within which a model that these data rule out is still considered."""
+
 NEVER = 0.5
 """Expected separation in standard deviations below which a duty cycle tells nothing apart."""
+
+ENOUGH = 7.0
+"""Separation at which a rival is left behind for good.
+
+At 5 its chi-square, which then scatters about 25 by 10, is worse with 19 chances in 20 by more than the
+level at which a set counts as told apart; an effect that was just noticed is likely to be smaller than it
+seemed, by a third at worst.
+"""
+
+ROUNDS = (1, 2, 3, 4, 6, 8, 12)
+"""How often a duty cycle of two hours may be repeated: at most a day."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +73,7 @@ _FAST = Stage(1500, 4.5, 0.5)
 _HEAVY = Stage(1500, 1.0, 5.0)
 _STALL = Stage(1500, 0.0, 4.5)
 _BOTH = Stage(1500, 3.43, 2.5)
-_PAD = Stage(1500, 0.0, 0.0, ROOM + 25)
+_PAD = Stage(1500, 0.0, 0.0, ROOM + 35)
 _LONG_REST = Stage(2700, 0.0, 0.0)
 
 DUTIES: tuple[tuple[Stage, ...], ...] = (
@@ -77,30 +93,38 @@ DUTIES: tuple[tuple[Stage, ...], ...] = (
 """Feasible duty cycles of about two hours."""
 
 
-def next_experiment(
-    fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment
-) -> Proposed | None:
+def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed | None:
     """Choose what tells the best model from its rivals; None where there is no rival."""
+    fitter, best, rivals = assessment.fitter, assessment.best, assessment.rivals
     if not rivals:
         return None
     others = list(rivals[:MOST_RIVALS])
     if experiment.rig.name != "WarmupCell":
         return _another_run(fitter, best, others, experiment)
-    outcomes = [_separations(fitter, best, others, experiment, duty) for duty in DUTIES]
-    table = np.array(outcomes)
+    # The new run is judged by itself, so that it must rule out as well what these data just could.
+    known = {best.key, *(fit.key for fit in rivals)}
+    further = [fit for fit in assessment.search.rivals(best, FURTHER) if fit.key not in known]
+    further = further[: MOST_RIVALS - len(others)]
+    table = np.array([_separations(fitter, best, [*others, *further], experiment, d) for d in DUTIES])
     separable = table.max(axis=0) > NEVER
-    if not separable.any():
+    if not separable[: len(others)].any():
         names = " and ".join(sorted({item.name for fit in (best, *others) for item in fit.items}))
         check = next((i.cause.check for i in best.items if i.title not in others[0].key), "")
         return Proposed((), f"No duty cycle tells {names} apart. {check}", 0.0)
-    worst = table[:, separable].min(axis=1)
-    chosen = int(np.argmax(worst))
-    apart = [fit for fit, s in zip(others, separable, strict=True) if s]
-    why = f"It tells {_title(best)} from {', '.join(_title(f) for f in apart)}."
-    never = [fit for fit, s in zip(others, separable, strict=True) if not s]
+    apart = [fit for fit, s in zip(others, separable, strict=False) if s]
+    against = [fit for fit, s in zip([*others, *further], separable, strict=True) if s]
+    duty = DUTIES[int(np.argmax(table[:, separable].min(axis=1)))]
+    separation, rounds = 0.0, 1
+    for rounds in ROUNDS:
+        separation = min(_separations(fitter, best, against, experiment, duty * rounds))
+        if separation > ENOUGH:
+            break
+    hours = rounds * sum(stage.duration_s for stage in duty) / 3600
+    why = f"In {hours:.1f} hours it tells {_title(best)} from {', '.join(_title(f) for f in apart)}."
+    never = [fit for fit, s in zip(others, separable, strict=False) if not s]
     if never:
         why += f" Nothing tells it from {', '.join(_title(f) for f in never)}."
-    return Proposed(DUTIES[chosen], why, float(worst[chosen]))
+    return Proposed(duty * rounds, why, separation)
 
 
 def _title(fit: Fit) -> str:
@@ -110,13 +134,17 @@ def _title(fit: Fit) -> str:
 def _separations(
     fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: Experiment, duty: Sequence[Stage]
 ) -> list[float]:
-    run = _run_of(duty, fitter.problem)
-    problem = Problem(replace(experiment, runs=(run,)))
-    return _distances(fitter, problem, best, rivals)
+    measured = experiment.runs[0]
+    share = min(measured.fit_until / float(measured.time[-1]), 1.0)
+    problem = Problem(replace(experiment, runs=(_run_of(duty, fitter.problem, share),)))
+    spacing = float(np.median(np.diff(fitter.problem.data[0].time)))
+    # The mean over an interval scatters less than a row does.
+    noise = [replace(n, white=n.white * np.sqrt(min(spacing / INTERVAL, 1.0))) for n in fitter.noise]
+    return _distances(noise, problem, best, rivals)
 
 
 def _distances(
-    fitter: Fitter, problem: Problem, best: Fit, rivals: Sequence[Fit], told: bool = False
+    noise: Sequence[NoiseModel], problem: Problem, best: Fit, rivals: Sequence[Fit], told: bool = False
 ) -> list[float]:
     """Separation of the best model from each rival on the last run of a problem.
 
@@ -124,12 +152,14 @@ def _distances(
     models' numbers.
     """
     run = len(problem.data) - 1
-    whiten = [Whitener(n, problem.data[run].time) for n in fitter.noise]
+    whiten = [Whitener(n, problem.data[run].time) for n in noise]
     truth, own = _whitened(problem, best, run, whiten)
     result = []
     for rival in rivals:
         readings, columns = _whitened(problem, rival, run, whiten)
         apart = truth - readings
+        if rival.key > best.key:  # it can do all that the best does, so the best must not follow it
+            columns = own
         if told:
             free = np.column_stack([own @ _root(best.covariance()), columns @ _root(rival.covariance())])
             # (I + F F')^-1 by Woodbury's identity
@@ -161,9 +191,10 @@ def _root(covariance: Vector) -> Vector:
     return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def _run_of(duty: Sequence[Stage], problem: Problem) -> Run:
+def _run_of(duty: Sequence[Stage], problem: Problem, share: float) -> Run:
+    """The share of a duty cycle that a diagnosis of it would fit, as a run."""
     ends = np.cumsum([stage.duration_s for stage in duty])
-    time = np.arange(0.0, ends[-1] + INTERVAL / 2, INTERVAL)
+    time = np.arange(0.0, share * ends[-1] + INTERVAL / 2, INTERVAL)
     which = np.clip(np.searchsorted(ends, time, side="right"), 0, len(duty) - 1)
     stages = [duty[i] for i in which]
     pad = np.array([np.nan if s.pad_temperature is None else s.pad_temperature for s in stages])
@@ -187,7 +218,7 @@ def _another_run(fitter: Fitter, best: Fit, rivals: Sequence[Fit], experiment: E
     for labels in combinations:
         like = replace(runs[0], name="next", labels=dict(zip(names, labels, strict=True)))
         problem = Problem(replace(experiment, runs=(*runs, like)))
-        found.append((max(_distances(fitter, problem, best, rivals, told=True)), labels))
+        found.append((max(_distances(fitter.noise, problem, best, rivals, told=True)), labels))
     if not found or max(found)[0] < NEVER:
         return Proposed((), f"No further run of this kind tells {_title(best)} from its rivals.", 0.0)
     separation, labels = max(found)

@@ -34,11 +34,17 @@ _WORTH = 8.0
 _APART = 14.0
 """The same for a channel whose noise is unlike that of the others."""
 
-_LIKED = 4.0
-"""Loss of twice the log-likelihood within which a form of the noise is still credible."""
+LIKED, TOLERATED = 4.0, 14.0
+"""Loss of twice the log-likelihood within which a form of the noise is likely, and just credible."""
 
 _FEWEST = 16
 """Readings, or frequencies, that say something about noise."""
+
+_BLOCK, _STRETCH, _FEWEST_STRETCHES = 6, 60, 5
+"""Readings of a mean, and of a stretch of means that is compared with the others; stretches it takes."""
+
+_LOUD, _LOUDER = 15.0, 4.0
+"""Power of a stretch over the median one that noise does not reach, and beside one that did."""
 
 _KEPT = 0.4
 """Share of a frequency's power that must be left after what was taken out."""
@@ -112,6 +118,30 @@ class Sample:
     removed: Vector
 
 
+def undisturbed(sample: Sample) -> list[Sample]:
+    """Parts of a sample without the stretches that stand out in their courses.
+
+    Noise is alike throughout a run. A stretch that is much louder is the model's fault, a jump or a stuck
+    sensor for one, and would pass for noise that is correlated.
+    """
+    windows = sample.times.size // _STRETCH
+    if windows < _FEWEST_STRETCHES:
+        return [sample]
+    blocks = sample.values[: windows * _STRETCH].reshape(windows, -1, _BLOCK).mean(axis=2)
+    power = np.mean(blocks**2, axis=1) / np.median(np.mean(blocks**2, axis=1))
+    loud = power > _LOUD
+    beside = np.convolve(loud, [1, 1, 1], "same") > 0
+    loud |= beside & (power > _LOUDER)
+    if not loud.any() or loud.mean() > 0.5:
+        return [sample]
+    parts = []
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], loud.astype(int), [1]])))
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        rows = slice(first * _STRETCH, None if last == windows else last * _STRETCH)
+        parts.append(Sample(sample.times[rows], sample.values[rows], sample.removed[rows]))
+    return parts
+
+
 class Spectrum:
     """Periodogram of a channel's residuals, corrected for what was taken out of them.
 
@@ -157,8 +187,8 @@ class Spectrum:
         return (1 - share) + share * correlated
 
 
-def estimate(spectra: Sequence[Spectrum]) -> list[NoiseModel]:
-    """Noise model of each channel.
+def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseModel]:
+    """Noise model of each channel: of the forms within a loss of log-likelihood the slowest.
 
     What is correlated, and for how long, is alike in all channels unless one clearly differs: a single
     channel of an hour says too little about it.
@@ -176,8 +206,8 @@ def estimate(spectra: Sequence[Spectrum]) -> list[NoiseModel]:
     elif known:
         # Of forms that the data like about equally the one with the most noise in slow courses: what
         # is only noise must not be called a finding.
-        liked = np.flatnonzero(together < together[common] + _LIKED)
-        common = int(max(liked, key=lambda i: _long_run(*forms[i], step)))
+        likely = np.flatnonzero(together < together[common] + liked)
+        common = int(max(likely, key=lambda i: _long_run(*forms[i], step)))
     models = [NoiseModel(spectrum.least) for spectrum in spectra]
     for row, i in zip(table, known, strict=True):
         own = int(np.argmin(row))

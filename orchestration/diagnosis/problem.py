@@ -93,7 +93,7 @@ class Problem:
 
     def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
-        values, by_slot = self._readings[run](z)
+        values, by_slot = self._means(self._readings, run, z)
         return values + self._corrections[run], by_slot
 
     def artefact(self, values: Sequence[Vector], noise: Sequence[NoiseModel]) -> float:
@@ -106,7 +106,8 @@ class Problem:
         total = 0.0
         fine, finer = self._finer(FINAL), self._at(CHECK)
         for i, z in enumerate(values):
-            error = (finer[i](z)[0] - fine[i](z)[0])[self.data[i].fitted] / sigma
+            error = self._means(finer, i, z)[0] - self._means(fine, i, z)[0]
+            error = error[self.data[i].fitted] / sigma
             total += float(np.sum(error**2))
         if total > 1.0:
             self._finest = CHECK
@@ -125,12 +126,21 @@ class Problem:
             Largest error taken out, in units of 1 mK or 10 nm.
         """
         largest = 0.0
-        for i, (fine, z) in enumerate(zip(self._finer(self._finest), values, strict=True)):
-            error = fine(z)[0] - self._readings[i](z)[0]
+        fine = self._finer(self._finest)
+        for i, z in enumerate(values):
+            error = self._means(fine, i, z)[0] - self._means(self._readings, i, z)[0]
             self._corrections[i] = error
             scale = np.array([1e-8 if v == ELONGATION else 1e-3 for v in self.variables])
             largest = max(largest, float(np.abs(error / scale).max()))
         return largest
+
+    def _means(self, readings: Sequence[Readings], run: int, z: Vector) -> tuple[Vector, Vector]:
+        """Readings and derivatives as means over the blocks of rows that were averaged."""
+        blocks, points = self.data[run].within.shape
+        return tuple(  # type: ignore[return-value]  # two, as there went in
+            each if points == 1 else each.reshape(blocks, points, *each.shape[1:]).mean(axis=1)
+            for each in readings[run](z)
+        )
 
     def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Vector:
         """Slots of a run for fitted values; the later of two that share a slot counts."""
@@ -257,7 +267,7 @@ class Problem:
                 Forward(compiled, run, self.known_of(run), resolution),
                 self.variables,
                 self._outer,
-                data.time,
+                data.within.ravel(),
                 _ambient(run, self.known_of(run)),
             )
             for run, data in zip(self.experiment.runs, self.data, strict=True)

@@ -42,9 +42,9 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         ),
         Section(
             "Ranking",
-            "Sets of causes by chi-square plus a penalty for each cause, which chance alone reaches in one "
-            "of 200 runs with nothing wrong. A set whose parameter would rather lie beyond a physical "
-            "bound is rejected, however well it fits.",
+            "Sets of causes by chi-square plus a penalty for each cause, which chance alone reaches in "
+            "seven of a thousand runs with nothing wrong. A set whose parameter would rather lie beyond "
+            "a physical bound is rejected, however well it fits.",
             _ranking(diagnosis),
         ),
         *_next(diagnosis.proposed),
@@ -176,7 +176,7 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
                 f"{each.noise * factor:.2g}",
                 f"{each.bias * factor:+.2g}",
                 f"{each.whiteness_p:.2g}",
-                ", ".join(each.when[:2]) or "-",
+                each.when[0] if each.when else "-",
                 follows or "-",
             )
         )
@@ -221,13 +221,20 @@ def _next(proposed: Proposed | None) -> list[Section]:
 def _gain_text(diagnosis: Diagnosis) -> str:
     if not diagnosis.causes:
         return "No cause is added, so nothing changes."
-    compensated = [diagnosis.scores.compensation(p) for p in (diagnosis.before, diagnosis.adopted)]
-    if compensated[0] is None or compensated[1] is None:
+    told = []
+    for words, pair in (
+        ("the model's elongation is taken out as a feed-forward", diagnosis.feed_forward),
+        ("the observer designed on the model goes by the thermometers", diagnosis.observer),
+    ):
+        if pair is not None:
+            first, then = (
+                f"{1e6 * each.largest:.2f} um ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
+                for each in pair
+            )
+            told.append(f"{first} before, {then} after, when {words}.")
+    if not told:
         return ""
-    return (
-        "Largest error of the tool point (two-minute means) when the model's elongation is taken out as a "
-        f"feed-forward: {1e6 * compensated[0]:.2f} um before, {1e6 * compensated[1]:.2f} um after."
-    )
+    return "Largest error of the tool point, of two-minute means (95 %):\n" + "\n".join(told)
 
 
 def _gain_table(diagnosis: Diagnosis) -> Table:

@@ -23,6 +23,9 @@ SPIKE = 6.0
 
 _WINDOW = 7
 
+_POINTS = 6
+"""Times at which a block's mean is simulated."""
+
 
 @dataclass(frozen=True)
 class Thinned:
@@ -31,7 +34,8 @@ class Thinned:
     Attributes
     ----------
     time : s, mean of each block's rows, shape (blocks,)
-    readings : SI, mean of each block, NaN where it holds none, shape (blocks, outputs)
+    within : s, times in each block whose simulated mean stands for the block's, shape (blocks, points)
+    readings : SI, mean of each block, NaN where most of it is missing, shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     spikes : spikes removed by output, shape (outputs,)
     quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
@@ -39,6 +43,7 @@ class Thinned:
     """
 
     time: Vector
+    within: Vector
     readings: Vector
     fitted: NDArray[np.bool_]
     spikes: NDArray[np.int64]
@@ -60,37 +65,59 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
     if spacing >= length * 0.75:
-        return Thinned(run.time, table, run.fitted, spikes, quanta, scatter)
+        return Thinned(run.time, run.time[:, None], table, run.fitted, spikes, quanta, scatter)
     block = np.floor(run.time / length).astype(np.int64)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     count = np.diff(np.append(starts, block.size))
     time = np.add.reduceat(run.time, starts) / count
+    points = (np.arange(_POINTS) + 0.5) / _POINTS
+    place = starts[:, None] + np.clip(points * count[:, None] - 0.5, 0.0, count[:, None] - 1.0)
+    within = np.interp(place, np.arange(run.time.size), run.time)
     full = np.isfinite(table)
     sums = np.add.reduceat(np.where(full, table, 0.0), starts, axis=0)
     filled = np.add.reduceat(full.astype(float), starts, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        means = np.where(filled > 0, sums / filled, np.nan)
+        means = np.where(filled >= count[:, None] / 2, sums / filled, np.nan)
     fitted = np.logical_and.reduceat(run.fitted, starts)
-    return Thinned(time, means, fitted, spikes, quanta, scatter)
+    return Thinned(time, within, means, fitted, spikes, quanta, scatter)
 
 
 def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
-    """Rows of isolated readings far from the running median of their neighbours.
+    """Rows of isolated readings far from the running median of their neighbours, and from their slope.
 
-    The median follows a monotone course exactly, so that slow heat makes no spikes.
+    The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
+    out the neighbours of a spike on a steep course do not look wild as well.
     """
     rows = np.flatnonzero(np.isfinite(values))
     if rows.size < 3 * _WINDOW:
         return rows[:0]
     filled = values[rows]
-    padded = np.pad(filled, _WINDOW // 2, mode="reflect", reflect_type="odd")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, _WINDOW)
-    away = np.abs(filled - np.median(windows, axis=1))
+    half = _WINDOW // 2
+    windows = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)
+    slope = np.median(np.diff(windows, axis=1), axis=1)
+    straight = np.median(windows - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
+    inner = windows[:, half]
+    away = np.concatenate(
+        [
+            np.abs(filled[:_WINDOW] - _line(filled[:_WINDOW]))[:half],
+            np.minimum(np.abs(inner - np.median(windows, axis=1)), np.abs(inner - straight)),
+            np.abs(filled[-_WINDOW:] - _line(filled[-_WINDOW:]))[-half:],
+        ]
+    )
     scale = max(_noise_of(filled), step / np.sqrt(12))
     suspects = np.flatnonzero(away > max(SPIKE * scale, 1.5 * step, 1e-12))
     # A course that really jumps stays away: a spike's neighbours do not.
     lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
     return rows[np.array(lonely, dtype=np.int64)]
+
+
+def _line(values: Vector) -> Vector:
+    """Line through the ends of a run, where no median has neighbours on both sides (Theil and Sen)."""
+    place = np.arange(values.size)
+    a, b = np.triu_indices(values.size, 1)
+    slope = float(np.median((values[b] - values[a]) / (b - a)))
+    line: Vector = np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
+    return line
 
 
 def _scatter(values: Vector) -> float:

@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.experiment import Experiment
 from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.lack_of_fit import LackOfFit, estimated_noise, lack_of_fit
 from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.noise import NoiseModel
+from warmlink.orchestration.diagnosis.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.problem import Problem
 from warmlink.orchestration.diagnosis.rigs import ELONGATION
 from warmlink.orchestration.diagnosis.search import Search
@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.search import Search
 Vector = NDArray[np.float64]
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
 
-UNEXPLAINED = 0.003
+UNEXPLAINED = 0.001
 """Chance level below which slow courses in the residuals count as real."""
 
 _SEEDS = 4
@@ -79,52 +79,58 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     start = [f.start for f in problem.calibrated]
     begun = [problem.values(i, problem.calibrated, start) for i in range(len(problem.data))]
     problem.refine(begun)
-    noise = _noise(problem, None, 1.0)
+    noise = _noise(problem, None)
     # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
     artefact = problem.artefact(begun, noise)
     if problem.calibrated:
         calibrated = Fitter(problem, noise).fit(())
         problem.refine(_values(problem, calibrated))
-        noise = _noise(problem, calibrated, 1.0)
+        noise = _noise(problem, calibrated)
     search = Search(Fitter(problem, noise), progress)
     best = search.run()
     left = lack_of_fit(search.fitter, best)
     lasting = any(n.lasting for n in search.fitter.noise)
     if lasting and left.p < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
-        search = _again(search, best, 2.0, progress)
-        best = search.run()
-        left = lack_of_fit(search.fitter, best)
+        search, best, left = _again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
-        search = _again(search, best, 1.0, progress)
-        best = search.run()
-        left = lack_of_fit(search.fitter, best)
+        search, best, left = _again(search, best, progress)
+    if left.p < UNEXPLAINED and not lasting and any(n.slow for n in search.fitter.noise):
+        # What noise correlated as strongly as is just credible would explain is not called unknown.
+        tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
+        if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
+            search, best, left = _again(search, best, progress, liked=TOLERATED)
     before = lack_of_fit(search.fitter, search.null) if best.items else left
     word, rivals = _judge(search, best, left)
     grid_error = problem.refine(_values(problem, best))
     return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
 
 
-def _again(search: Search, best: Fit, inflation: float, progress: Callable[[str], None]) -> Search:
+def _again(
+    search: Search, best: Fit, progress: Callable[[str], None], inflation: float = 1.0, liked: float = LIKED
+) -> tuple[Search, Fit, LackOfFit]:
     """Search anew from the best models so far, near which the grid's error and the noise are known better."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
     problem.refine(_values(problem, best))
     seeds = [best, *search.rivals(best)] if best.items else []
-    fresh = Search(Fitter(problem, _noise(problem, best, inflation)), progress)
+    fresh = Search(Fitter(problem, _noise(problem, best, inflation, liked)), progress)
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
-    return fresh
+    found = fresh.run()
+    return fresh, found, lack_of_fit(fresh.fitter, found)
 
 
-def _noise(problem: Problem, fit: Fit | None, inflation: float) -> list[NoiseModel]:
+def _noise(
+    problem: Problem, fit: Fit | None, inflation: float = 1.0, liked: float = LIKED
+) -> list[NoiseModel]:
     """Noise as estimated, and what a stated figure says beyond the scatter from row to row.
 
     A stated noise of about the size of the scatter, or smaller, adds nothing: the data know better. One
     that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
     """
     floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
-    models = estimated_noise(problem, fit, floors)
+    models = estimated_noise(problem, fit, floors, liked)
     result = []
     for i, (variable, model) in enumerate(zip(problem.variables, models, strict=True)):
         stated = problem.experiment.noise.get(variable)
@@ -144,11 +150,23 @@ def _judge(search: Search, best: Fit, left: LackOfFit) -> tuple[Word, tuple[Fit,
     if not best.items:
         return "adequate", ()
     rivals = tuple(search.rivals(best))
+    if best.resting:
+        rivals += _off_bounds(search, best, {fit.key for fit in rivals})
+    rivals += tuple(search.extended(best))
     return ("ambiguous" if rivals else "named"), rivals
 
 
-def _first_noise(problem: Problem, floors: list[float]) -> list[NoiseModel]:
-    return estimated_noise(problem, None, floors)
+def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[Fit, ...]:
+    """The best sets that rest on no bound: one that does is doubtful, so they stay beside it."""
+    size = len(best.items)
+    free = [f for f in search.fits.values() if len(f.items) == size and f.admissible and not f.resting]
+    if not free:
+        return ()
+    first = min(free, key=search.score)
+    if lack_of_fit(search.fitter, first).p < UNEXPLAINED:
+        return ()
+    beside = (first, *search.rivals(first))
+    return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)
 
 
 def _values(problem: Problem, fit: Fit) -> list[Vector]:

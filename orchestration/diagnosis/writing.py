@@ -79,8 +79,8 @@ def _interval(freed: Freed, item: Item, value: float, deviation: float) -> dict[
     return {
         "value": value * factor,
         "std": deviation * factor,
-        "low95": (value - _INTERVAL * deviation) * factor,
-        "high95": (value + _INTERVAL * deviation) * factor,
+        "low95": max(value - _INTERVAL * deviation, freed.lower) * factor,
+        "high95": min(value + _INTERVAL * deviation, freed.upper) * factor,
         "unit": unit,
     }
 

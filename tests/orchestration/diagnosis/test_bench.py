@@ -1,7 +1,8 @@
 import numpy as np
 
-from warmlink.orchestration.diagnosis.bench import KINDS, bench_diagnosis, drawn, weakened
-from warmlink.orchestration.diagnosis.hide import effect_of
+from warmlink.orchestration.diagnosis.bench import bench_diagnosis
+from warmlink.orchestration.diagnosis.hide import effect_of, hide
+from warmlink.orchestration.diagnosis.trials import KINDS, drawn, weakened, with_gaps
 
 
 def test_the_bench_counts_and_writes(tmp_path) -> None:  # type: ignore[no-untyped-def]
@@ -25,3 +26,14 @@ def test_weak_effects_are_weak() -> None:
     random = np.random.default_rng(4)
     weak = weakened({"radiation": 0.6}, KINDS["weak"], random)["radiation"]
     assert 0 < weak < 0.05 * effect_of("radiation").size
+
+
+def test_gaps_keep_every_change_of_the_inputs() -> None:
+    whole = hide({"radiation": 0.6}, seed=2)
+    holed = with_gaps(whole, {"radiation": 0.6}, np.random.default_rng(5))
+    assert len(holed) == len(whole) - 2
+    assert holed["time [s]"].size < whole["time [s]"].size
+    assert any(np.isnan(values).mean() > 0.1 for name, values in holed.items() if "pad" not in name)
+    held = np.searchsorted(holed["time [s]"], whole["time [s]"], side="right") - 1
+    for name in list(whole)[1:5]:
+        np.testing.assert_array_equal(holed[name][held], whole[name])

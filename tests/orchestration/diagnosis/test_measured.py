@@ -157,3 +157,14 @@ def test_a_quantum_is_recognised() -> None:
     values = 20 + 5 * np.sin(np.arange(400) / 40)
     assert quantum(np.round(values, 1)) == pytest.approx(0.1)
     assert quantum(values) == 0.0
+
+
+def test_spikes_are_found_on_a_steep_course_and_at_the_ends() -> None:
+    noise = np.random.default_rng(3).normal(0, 0.05, 400)
+    steep = 60 * np.exp(-np.arange(400) / 60) + noise
+    assert spike_rows(steep, 0.0).size == 0
+    spiked = steep.copy()
+    spiked[[0, 30, 399]] += [2.0, -2.0, 2.0]
+    assert list(spike_rows(spiked, 0.0)) == [0, 30, 399]
+    bent = np.concatenate([np.zeros(200), np.arange(200) * 1.0]) + noise
+    assert spike_rows(bent, 0.0).size == 0

@@ -1,0 +1,303 @@
+"""One trial of the diagnosis: a fresh run with hidden effects, and what was said of it."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.hidden import Segment
+from warmlink.orchestration.diagnosis.hide import (
+    CHANNELS,
+    EFFECTS,
+    INFORMATIVE,
+    MOVING,
+    REAL,
+    STILL,
+    WHITE,
+    Noise,
+    effect_of,
+    hide,
+    write_csv,
+)
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.experiment import Experiment
+    from warmlink.orchestration.diagnosis.verdict import Assessment
+
+_TWINS = {"expansion_coefficient", "elongation_scale"}
+"""Their product is all that shows."""
+
+_TRACE = 1.0
+"""Expected gain in chi-square below which an effect leaves no trace in a run."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of trial: how many effects are hidden, from where, under which noise and duty cycle.
+
+    `stated` is the noise that the experiment claims as a multiple of the true one, None where it claims
+    none; `gaps` takes two measured columns and parts of others away.
+    """
+
+    effects: int
+    known: bool = True
+    noise: Noise = WHITE
+    duty: tuple[Segment, ...] = INFORMATIVE
+    weak: bool = False
+    stated: float | None = None
+    gaps: bool = False
+
+
+KINDS: dict[str, Kind] = {
+    "single": Kind(1),
+    "weak": Kind(1, weak=True),
+    "pair": Kind(2),
+    "triple": Kind(3),
+    "none": Kind(0),
+    "unknown": Kind(1, known=False),
+    "single, real noise": Kind(1, noise=REAL),
+    "pair, real noise": Kind(2, noise=REAL),
+    "none, real noise": Kind(0, noise=REAL),
+    "unknown, real noise": Kind(1, known=False, noise=REAL),
+    "still": Kind(1, duty=STILL),
+    "moving": Kind(1, duty=MOVING),
+    "none, noise called half": Kind(0, stated=0.5),
+    "none, noise called twice": Kind(0, stated=2.0),
+    "single, noise called half": Kind(1, stated=0.5),
+    "single, noise called twice": Kind(1, stated=2.0),
+    "none, columns missing and gaps": Kind(0, gaps=True),
+    "single, columns missing and gaps": Kind(1, gaps=True),
+}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One hidden truth and what was said of it.
+
+    Attributes
+    ----------
+    number : of the trial within its kind, from which its random choices follow
+    strengths : of the hidden effects in SI, in the order of `truth`
+    rivals : the other sets of an ambiguous verdict
+    unexplained_p : chance level of what the chosen model leaves
+    right : the truth is the verdict, or a member of the stated ambiguous set; `adequate` where the effect
+        leaves no trace in the run
+    wrong_name : a cause or set was named with confidence that is not the truth
+    covered : whether each hidden strength lies in its 95 % interval, where the truth was found best
+    heldout : held-out error in units of noise, where the verdict is `named`
+    followed : whether the next experiment of an ambiguous verdict, carried out on the truth, named it;
+        None where none was proposed
+    seconds : processor time of the search
+    """
+
+    kind: str
+    number: int
+    truth: tuple[str, ...]
+    strengths: tuple[float, ...]
+    verdict: str
+    found: tuple[str, ...]
+    rivals: tuple[str, ...]
+    unexplained_p: float
+    right: bool
+    wrong_name: bool
+    covered: tuple[bool, ...]
+    heldout: float | None
+    followed: bool | None
+    seconds: float
+
+
+def drawn(kind: Kind, random: np.random.Generator) -> dict[str, float]:
+    """Draw hidden effects with their strengths in SI."""
+    pool = [name for name, effect in EFFECTS.items() if effect.known == kind.known]
+    effects: dict[str, float] = {}
+    while len(effects) < kind.effects:
+        name = str(random.choice(pool))
+        effect = EFFECTS[name]
+        stems = {stem.partition(":")[0] for stem in effects}
+        # Both together are one: their product is all that shows.
+        if name in stems or (name in _TWINS and stems & _TWINS):
+            continue
+        places = (*CHANNELS, "elongation") if name == "sensor_offset" else CHANNELS
+        channel = f":{random.choice(places)}" if effect.per_channel else ""
+        sign = random.choice([-1, 1]) if effect.both_signs else 1
+        away = (effect.size - effect.neutral) * random.uniform(0.7, 1.3) * sign
+        effects[name + channel] = float(effect.neutral + away)
+    return effects
+
+
+def weakened(effects: dict[str, float], kind: Kind, random: np.random.Generator) -> dict[str, float]:
+    """Scale a single effect so that its expected gain in chi-square lies between 15 and 40.
+
+    The gain grows with the square of a small effect, and is taken from noiseless runs on the rows that a
+    diagnosis fits, every channel counted with its noise.
+    """
+    ((name, size),) = effects.items()
+    neutral = effect_of(name).neutral
+    small = neutral + 0.05 * (size - neutral)
+    wanted = random.uniform(15, 40)
+    return {name: neutral + (small - neutral) * float(np.sqrt(wanted / expected_gain({name: small}, kind)))}
+
+
+def expected_gain(effects: dict[str, float], kind: Kind) -> float:
+    """Chi-square between runs without and with effects, on the rows that a diagnosis fits."""
+    quiet = Noise(1e-12, 1e-18)
+    without, with_it = hide({}, kind.duty, quiet), hide(effects, kind.duty, quiet)
+    rows = slice(0, int(0.7 * without["time [s]"].size))
+    chi2 = 0.0
+    for header in list(without)[5:]:
+        sigma = kind.noise.elongation * 1e6 if "elongation" in header else kind.noise.temperature
+        chi2 += float(np.sum(((with_it[header] - without[header])[rows] / sigma) ** 2))
+    return chi2
+
+
+def with_gaps(
+    columns: dict[str, Any], effects: dict[str, float], random: np.random.Generator
+) -> dict[str, Any]:
+    """Take away two measured columns, rows while no input changes, and cells: all, one column's, single ones.
+
+    A column that a hidden instrument's effect is in stays. A gap in the rows that hides a change of the
+    inputs is left out: nobody can tell then what the machine did.
+    """
+    spared = {name.partition(":")[2] for name in effects}
+    spared |= {"elongation"} if {"camera_drift", *_TWINS} & set(effects) else set()
+    inputs, measured = list(columns)[1:5], list(columns)[5:]
+    loose = [h for h in measured if h.partition(" ")[0] not in spared]
+    gone = set(random.choice(loose, 2, replace=False))
+    result = {h: np.array(v) for h, v in columns.items() if h not in gone}
+    left = [h for h in measured if h not in gone]
+    rows = result["time [s]"].size
+
+    def stretch(share: float) -> slice:
+        begin = int(random.integers(1, int((1 - share) * rows)))
+        return slice(begin, begin + int(share * rows))
+
+    silent, single = stretch(0.06), stretch(0.12)
+    for header in left:
+        result[header][silent] = np.nan
+    holed = result[str(random.choice(left))]
+    holed[single] = np.nan
+    holed[random.random(rows) < 0.1] = np.nan
+    held = np.ones(rows, dtype=bool)
+    for header in inputs:
+        values = np.nan_to_num(result[header], nan=-1.0)
+        held[1:] &= values[1:] == values[:-1]
+    kept = np.ones(rows, dtype=bool)
+    kept[stretch(0.05)] = False
+    kept |= ~held
+    return {h: v[kept] for h, v in result.items()}
+
+
+def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
+    """Noise that the experiment claims by variable, SI."""
+    factor = kind.stated or 1.0
+    return {
+        column.variable: factor
+        * (kind.noise.elongation if column.name == "elongation" else kind.noise.temperature)
+        for column in experiment.columns
+    }
+
+
+def trial(task: tuple[str, int, int]) -> Trial:
+    """Carry out one trial, given its kind, the bench's seed and its number."""
+    from warmlink.orchestration.diagnosis.gain import Scores, scales_of
+    from warmlink.orchestration.diagnosis.verdict import assess, names
+
+    kind_name, seed, i = task
+    kind = KINDS[kind_name]
+    random = np.random.default_rng([seed, i, list(KINDS).index(kind_name)])
+    effects = drawn(kind, random)
+    if kind.weak:
+        effects = weakened(effects, kind, random)
+    columns = hide(effects, kind.duty, kind.noise, seed=int(random.integers(2**31)))
+    if kind.gaps:
+        columns = with_gaps(columns, effects, random)
+    experiment = _written_and_read(columns)
+    if kind.stated is not None:
+        experiment = replace(experiment, noise=_stated(experiment, kind))
+    began = time.process_time()
+    found = assess(experiment)
+    seconds = time.process_time() - began
+    truth = "+".join(sorted(effects))
+    said = names([found.best, *found.rivals]) if found.word in ("named", "ambiguous") else []
+    if kind.effects == 0:
+        right = found.word == "adequate"
+    elif kind.known:
+        # What leaves no trace, as forced convection at rest, cannot be wrong.
+        right = truth in said or (found.word == "adequate" and expected_gain(effects, kind) < _TRACE)
+    else:
+        right = found.word == "unknown"
+    heldout = None
+    if found.word == "named":
+        scores = Scores(experiment, scales_of(found.noise, found.problem))
+        measured = scores.rmse(scores.predict(found.best), True)
+        heldout = None if measured is None else measured[0]
+    return Trial(
+        kind_name,
+        i,
+        tuple(sorted(effects)),
+        tuple(effects[name] for name in sorted(effects)),
+        found.word,
+        tuple(sorted(found.best.key)) if said else (),
+        tuple(said[1:]),
+        found.left.p,
+        right,
+        found.word == "named" and not right,
+        _covered(found, effects),
+        heldout,
+        _followed(found, experiment, effects, int(random.integers(2**31))) if kind.known else None,
+        seconds,
+    )
+
+
+def _followed(found: Assessment, experiment: Experiment, effects: dict[str, float], seed: int) -> bool | None:
+    """Carry the next experiment out on the truth, and see whether that names it."""
+    from warmlink.orchestration.diagnosis.next_experiment import next_experiment
+    from warmlink.orchestration.diagnosis.verdict import assess
+
+    if found.word != "ambiguous":
+        return None
+    proposed = next_experiment(found, experiment)
+    if proposed is None or not proposed.duty:
+        return None
+    duty = [
+        Segment(s.duration_s, s.speed, s.torque, s.pad_temperature, s.ambient_temperature)
+        for s in proposed.duty
+    ]
+    again = assess(_written_and_read(hide(effects, duty, seed=seed)))
+    if again.word == "ambiguous" and set(effects) & _TWINS:
+        return set(effects) in [set(fit.key) for fit in (again.best, *again.rivals)]
+    return again.word == "named" and again.best.key == set(effects)
+
+
+def _written_and_read(columns: dict[str, Any]) -> Experiment:
+    from warmlink.orchestration.diagnosis.experiment import read_experiment
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.csv"
+        write_csv(columns, path)
+        return read_experiment(path)
+
+
+def _covered(found: Assessment, effects: dict[str, float]) -> tuple[bool, ...]:
+    """Whether each hidden strength lies in its interval; empty where another model was best."""
+    if found.best.key != set(effects):
+        return ()
+    fit = found.best
+    deviations = np.sqrt(np.diag(fit.covariance()))
+    result = []
+    for freed, value, deviation in zip(fit.freed, fit.theta, deviations, strict=True):
+        item = next((i for i in fit.items if freed in i.freed), None)
+        if item is None:
+            continue
+        truth = effects[item.name]
+        if item.cause.relative:
+            truth *= freed.start
+        elif item.name.endswith(":elongation"):
+            truth *= 1e-5  # the strength of an offset is told in K; the camera's is 10 um a K
+        result.append(bool(abs(value - truth) < 1.96 * deviation))
+    return tuple(result)
