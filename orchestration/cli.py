@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 import typer
@@ -41,6 +42,9 @@ BAD_INPUT = 2
 
 def main() -> None:
     """Entry point of the command: bad input ends in one sentence and exit code 2."""
+    # The matrices are small: threads of one product wait for each other longer than they work. NumPy
+    # reads this once, when it is first imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app()
     except InputError as fault:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+
+# As the command does: see warmlink.orchestration.cli.main.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 

@@ -50,9 +50,9 @@ class ArmDiagnosis:
 
     def write(self, folder: Path) -> None:
         """Write `diagnosis.json`, and for each axis a folder with its own, its report and extended model."""
+        for number, each in self.axes.items():
+            each.write(folder / axis_name(number))
         with fresh_folder(folder) as work:
-            for number, each in self.axes.items():
-                each.write(work / axis_name(number))
             text = json.dumps(self.to_json(), indent=2, allow_nan=False, ensure_ascii=False)
             (work / JSON).write_text(text + "\n", encoding="utf-8")
 

@@ -134,7 +134,9 @@ def _print_shares(rows: list[dict[str, Any]]) -> None:
 
     table = Table(box=None)
     for heading in rows[0]:
-        table.add_column(heading.replace("_", " "), justify="left" if heading == "kind" else "right")
+        first = heading == "kind"
+        words = heading.replace("_percent", " %").replace("_", " ")
+        table.add_column(words, justify="left" if first else "right", no_wrap=first)
     for row in rows:
         table.add_row(
             *("-" if v is None else f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values())

@@ -67,6 +67,15 @@ class Proposed:
     why: str
     expected_separation_sigma: float
 
+    @property
+    def cycle(self) -> tuple[tuple[Stage, ...], int]:
+        """Shortest cycle that the duty repeats, and how often."""
+        count = len(self.duty)
+        for length in range(1, count):
+            if count % length == 0 and self.duty == self.duty[:length] * (count // length):
+                return self.duty[:length], count // length
+        return self.duty, 1
+
 
 _REST = Stage(900, 0.0, 0.0)
 _FAST = Stage(1500, 4.5, 0.5)

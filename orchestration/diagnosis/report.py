@@ -204,6 +204,7 @@ def _ranking(diagnosis: Diagnosis) -> Table:
 def _next(proposed: Proposed | None) -> list[Section]:
     if proposed is None:
         return []
+    cycle, times = proposed.cycle
     rows = [
         (
             f"{stage.duration_s / 60:.0f}",
@@ -211,10 +212,12 @@ def _next(proposed: Proposed | None) -> list[Section]:
             f"{stage.torque:.1f}",
             "-" if stage.pad_temperature is None else f"{stage.pad_temperature - 273.15:.0f}",
         )
-        for stage in proposed.duty
+        for stage in cycle
     ]
     table = Table(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
     text = f"{proposed.why}\nExpected separation: {proposed.expected_separation_sigma:.1f} sigma."
+    if times > 1:
+        text += f"\nThe stages below are gone through {times} times."
     return [Section("The next experiment", text, table)]
 
 

@@ -22,6 +22,7 @@ SPIKE = 6.0
 """Robust standard deviations from the running median at which a reading is a spike."""
 
 _WINDOW = 7
+_PIECE = 500_000
 
 _POINTS = 6
 """Times at which a block's mean is simulated."""
@@ -94,18 +95,17 @@ def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
     filled = values[rows]
     half = _WINDOW // 2
     windows = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)
-    slope = np.median(np.diff(windows, axis=1), axis=1)
-    straight = np.median(windows - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
-    inner = windows[:, half]
-    away = np.concatenate(
-        [
-            np.abs(filled[:_WINDOW] - _line(filled[:_WINDOW]))[:half],
-            np.minimum(np.abs(inner - np.median(windows, axis=1)), np.abs(inner - straight)),
-            np.abs(filled[-_WINDOW:] - _line(filled[-_WINDOW:]))[-half:],
-        ]
-    )
-    scale = max(_noise_of(filled), step / np.sqrt(12))
-    suspects = np.flatnonzero(away > max(SPIKE * scale, 1.5 * step, 1e-12))
+    pieces = np.array_split(windows, windows.shape[0] // _PIECE + 1)  # medians copy what they work on
+    middle = np.concatenate([np.median(piece, axis=1) for piece in pieces])
+    first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
+    away = np.abs(filled - np.concatenate([first, middle, last]))
+    limit = max(SPIKE * max(_noise_of(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
+    inner = np.flatnonzero(away[half:-half] > limit)
+    near = windows[inner]
+    slope = np.median(np.diff(near, axis=1), axis=1)
+    straight = np.median(near - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
+    away[inner + half] = np.minimum(away[inner + half], np.abs(near[:, half] - straight))
+    suspects = np.flatnonzero(away > limit)
     # A course that really jumps stays away: a spike's neighbours do not.
     lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
     return rows[np.array(lonely, dtype=np.int64)]

@@ -41,7 +41,7 @@ def test_shuffled_inputs_are_not_explained(tmp_path: Path, clean: Columns) -> No
 
 def test_shuffled_rows_are_not_explained(tmp_path: Path, clean: Columns) -> None:
     order = np.random.default_rng(0).permutation(clean["time [s]"].size)
-    columns = {name: values if "time" in name else values[order] for name, values in clean.items()}
+    columns = {n: (v if "time" in n else v[order])[::3] for n, v in clean.items()}
     assert diagnosed(tmp_path, columns) in ("unknown", "adequate")
 
 
