@@ -37,7 +37,7 @@ class Unknown:
     uniform : doubt in K about a cold start
     """
 
-    shaft_heat: float = 15.0
+    shaft_heat: float = 20.0
     shaft_heat_time: float = 1200.0
     link_heat: float = 0.3
     link_heat_time: float = 2400.0

@@ -225,7 +225,7 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
         0.000506049306184,
     ),
     "disturbance_std": (
-        15.0,
+        20.0,
         0.3,
     ),
     "disturbance_time": (

@@ -12,6 +12,7 @@ from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.fmus import faults
+from warmlink.fmus.motor_heat_source.equations import PAD_TEMPERATURE
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.orchestration.scenarios.duty_files import library, load
@@ -165,3 +166,17 @@ def test_a_stuck_sensor_is_found_when_the_cell_moves_on(cell_of: CellOf) -> None
     record = cell_of(OBSERVER).run(load("windshield_wiper").table(1.0), fault.applied(instruments(1)))
     assert np.flatnonzero(record["distrusted"])[0] - 900 < 600
     assert np.abs(record.error).max() < 2 * TOLERANCE
+
+
+@pytest.mark.parametrize("plant_seed", [0, 8, 9])
+def test_a_pad_switched_on_at_full_power_is_heat_and_no_fault(cell_of: CellOf, plant_seed: int) -> None:
+    """60 W of which the law is not told, a warm-up after, with the model right and wrong."""
+    demands = load("windshield_wiper").table(1.0)
+    still, padded = slice(1500, 3000), slice(1980, 3000)
+    demands[still, :2] = 0.0
+    demands[padded, 3:5] = PAD_TEMPERATURE, 273.15 + 47.0
+    plant = mismatched(plant_seed)
+    values = {**instruments(1), "motor": dict(plant.motor), "link": dict(plant.link)}
+    record = cell_of(OBSERVER).run(demands, values)
+    assert record["distrusted"].mean() < 0.01
+    assert np.abs(record.error).max() < TOLERANCE
