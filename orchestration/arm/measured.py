@@ -10,22 +10,31 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from warmlink.controllers.design.chain import NEIGHBOUR
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
 
 RIG = "WarmupCell"
 
+Vector = NDArray[np.float64]
+
 AMBIENT = "ambient_temperature [degC]"
 DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
 TEMPERATURES = {f"{name} [degC]": rig(RIG).columns[name] for name in SENSED}
 ELONGATIONS = {"elongation [um]": ELONGATION}
 """Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
+
+
+_NEIGHBOURS = ("motor.neighbour_temperature", "link.tip_sink_temperature")
 
 
 def header_of(number: int, header: str) -> str:
@@ -55,7 +64,17 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
         The file, a header or a cell does not fit.
     """
     system = rig(RIG)
-    return {i: _experiment(i, *read_run(path, system, _channels(i))) for i in range(1, AXES + 1)}
+    runs = {i: read_run(path, system, _channels(i)) for i in range(1, AXES + 1)}
+    changes = np.unique(np.concatenate([_changes(run) for run, _ in runs.values()]))
+    return {i: _experiment(i, run, columns, changes) for i, (run, columns) in runs.items()}
+
+
+def _changes(run: Run) -> Vector:
+    """Times in s at which an axis's speed or torque changes."""
+    changed = np.zeros(run.time.size, dtype=bool)
+    for name in DEMANDS.values():
+        changed[1:] |= np.diff(run.inputs[name]) != 0
+    return run.time[changed]
 
 
 def _channels(number: int) -> dict[str, str]:
@@ -70,7 +89,7 @@ def _channels(number: int) -> dict[str, str]:
     return channels
 
 
-def _experiment(number: int, run: Run, columns: tuple[Column, ...]) -> Experiment:
+def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Vector) -> Experiment:
     """One axis's experiment: its run and its nominal parameters, the next joint behind its link's tip."""
     this = axis(number)
     known = {
@@ -82,8 +101,11 @@ def _experiment(number: int, run: Run, columns: tuple[Column, ...]) -> Experimen
     if number < AXES:
         known["link.tip_conductance"] = axis(number + 1).motor[NEIGHBOUR]
     # Said of the link too: the room's temperature would else feed the tip's sink as well.
-    ambient = run.inputs["motor.ambient_temperature"]
-    run = replace(run, inputs={**run.inputs, "link.ambient_temperature": ambient})
+    inputs = {**run.inputs, "link.ambient_temperature": run.inputs["motor.ambient_temperature"]}
+    for name in _NEIGHBOURS:
+        if name in inputs:
+            inputs[name] = over_steps(smoothed(run.time, inputs[name], changes))
+    run = replace(run, inputs=inputs)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     name = f"{axis_name(number)}, {this.name}"
     return Experiment(name, rig(RIG), (replace(run, name=name, fit_until=until),), columns, known)
