@@ -44,8 +44,9 @@ level at which a set counts as told apart; an effect that was just noticed is li
 seemed, by a third at worst.
 """
 
-ROUNDS = (1, 2, 3, 4, 6, 8, 12)
-"""How often a duty cycle of two hours may be repeated: at most a day."""
+ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16)
+LONGEST = 86400.0
+"""How often a duty cycle may be repeated, and s that all of it may take."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,8 @@ _STALL = Stage(1500, 0.0, 4.5)
 _BOTH = Stage(1500, 3.43, 2.5)
 _PAD = Stage(1500, 0.0, 0.0, ROOM + 35)
 _LONG_REST = Stage(2700, 0.0, 0.0)
+_HOT = Stage(2700, 0.0, 4.5, ROOM + 60)  # pad and winding together: the shaft 45 K warm, the winding 80 K
+_HOT_FAST = Stage(2700, 4.5, 2.5, ROOM + 60)
 
 DUTIES: tuple[tuple[Stage, ...], ...] = (
     (_REST, _BOTH, _LONG_REST, _FAST),
@@ -93,13 +96,17 @@ DUTIES: tuple[tuple[Stage, ...], ...] = (
     (_PAD, _FAST, _PAD, _REST),
     (_LONG_REST, _STALL, _FAST, _REST),
     (_STALL, _BOTH, _REST, _PAD),
+    (_HOT, _LONG_REST),
+    (_HOT_FAST, _LONG_REST),
+    (_HOT, _REST, _HOT_FAST, _LONG_REST),
+    (_HOT, _FAST, _LONG_REST),
     tuple(
         replace(s, duration_s=600.0)
         for s in (_FAST, _REST, _HEAVY, _REST, _STALL, _REST, _PAD, _REST, _BOTH, _REST, _FAST, _REST)
     ),
     tuple(replace(s, duration_s=300.0) for s in (_BOTH, _REST, _PAD, _REST, _FAST, _REST, _HEAVY, _REST) * 3),
 )
-"""Feasible duty cycles of about two hours."""
+"""Feasible duty cycles of one to three hours."""
 
 
 def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed | None:
@@ -123,12 +130,13 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     apart = [fit for fit, s in zip(others, separable, strict=False) if s]
     against = [fit for fit, s in zip([*others, *further], separable, strict=True) if s]
     duty = DUTIES[int(np.argmax(table[:, separable].min(axis=1)))]
+    length = sum(stage.duration_s for stage in duty)
     separation, rounds = 0.0, 1
-    for rounds in ROUNDS:
+    for rounds in (n for n in ROUNDS if n * length <= LONGEST):
         separation = min(_separations(fitter, best, against, experiment, duty * rounds))
         if separation > ENOUGH:
             break
-    hours = rounds * sum(stage.duration_s for stage in duty) / 3600
+    hours = rounds * length / 3600
     why = f"In {hours:.1f} hours it tells {_title(best)} from {', '.join(_title(f) for f in apart)}."
     never = [fit for fit, s in zip(others, separable, strict=False) if not s]
     if never:
