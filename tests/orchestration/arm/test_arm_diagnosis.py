@@ -18,7 +18,7 @@ from warmlink.orchestration.commands.diagnose import diagnose_command
 from warmlink.orchestration.diagnosis.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
 
-pytestmark = pytest.mark.xdist_group("arm diagnosis")
+pytestmark = pytest.mark.xdist_group("arm_diagnosis")
 
 ELBOW = 3
 RESISTANCE = 0.6

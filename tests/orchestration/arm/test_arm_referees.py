@@ -18,7 +18,7 @@ from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.write import PARAMETER_SET
 
-pytestmark = pytest.mark.platform
+pytestmark = [pytest.mark.platform, pytest.mark.xdist_group("arm_referees")]
 
 STEPS = 120
 WATCHED = (

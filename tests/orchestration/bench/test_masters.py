@@ -14,6 +14,8 @@ from warmlink.orchestration.bench.masters import Extent, Row, bench_masters, mas
 
 STEPS, SECONDS = 500, 60
 
+pytestmark = pytest.mark.xdist_group("masters")
+
 
 @pytest.fixture(scope="module")
 def cases() -> list[list[Row]]:

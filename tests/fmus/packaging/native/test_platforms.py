@@ -22,7 +22,12 @@ from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
 
 from .bare_host import HERE, arguments, compile_host, hour_in_python
 
-pytestmark = [pytest.mark.slow, pytest.mark.platform, pytest.mark.timeout(600)]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.platform,
+    pytest.mark.timeout(600),
+    pytest.mark.xdist_group("platforms"),
+]
 
 NAME = COMPONENT.name
 VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")
