@@ -107,6 +107,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines.append(_gain_line(diagnosis))
+        lines += _observer_lines(diagnosis)
     if diagnosis.proposed is not None:
         lines.append(f"Next: {diagnosis.proposed.why}")
     if diagnosis.verdict == "unknown":
@@ -118,7 +119,7 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict in _PLAIN:
         return _PLAIN[diagnosis.verdict]
     if diagnosis.verdict == "named":
-        return "Found: " + "; ".join(item.cause.sentence for item in diagnosis.causes)
+        return "Found: " + " ".join(item.cause.sentence for item in diagnosis.causes)
     sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]
     return "These data cannot tell apart: " + " | ".join(sets[:3])
 
@@ -141,6 +142,13 @@ def _gain_line(diagnosis: Diagnosis) -> str:
         if first is not None and then is not None:
             parts.append(f"{first[0]:.3g} to {then[0]:.3g} on {word} rows")
     return f"Error in units of noise: {', '.join(parts)}."
+
+
+def _observer_lines(diagnosis: Diagnosis) -> list[str]:
+    if diagnosis.observer is None:
+        return []
+    before, after = (f"{1e6 * each.largest:.2g}" for each in diagnosis.observer)
+    return [f"With an observer the tool point is off by {before} um at most; designed anew, by {after} um."]
 
 
 def _unknown_lines(diagnosis: Diagnosis) -> list[str]:
