@@ -90,9 +90,11 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
 
 def _phases(run: Run, times: Vector, readings: Vector) -> dict[str, NDArray[np.bool_]]:
     """Rows of each phase of a run."""
-    temperatures = readings[:, np.nanmean(readings, axis=0) > 1.0]
-    with np.errstate(all="ignore"):
-        mean = np.nanmean(temperatures, axis=1) if temperatures.size else np.zeros(times.size)
+    full = np.isfinite(readings)
+    temperatures = full.any(axis=0) & (np.nansum(readings, axis=0) > full.sum(axis=0))
+    counted, sums = full[:, temperatures].sum(axis=1), np.nansum(readings[:, temperatures], axis=1)
+    without = np.full(times.size, np.nan if temperatures.any() else 0.0)
+    mean = np.divide(sums, counted, out=without, where=counted > 0)
     filled = (
         np.interp(times, times[np.isfinite(mean)], mean[np.isfinite(mean)])
         if np.isfinite(mean).any()
