@@ -255,7 +255,7 @@ def trial(task: tuple[str, int, int]) -> Trial:
 
 
 def _followed(found: Assessment, experiment: Experiment, effects: dict[str, float], seed: int) -> bool | None:
-    """Carry the next experiment out on the truth, and see whether that names it."""
+    """Carry the next experiment out on the truth, and see whether that names it, or that nothing is wrong."""
     from warmlink.orchestration.diagnosis.next_experiment import next_experiment
     from warmlink.orchestration.diagnosis.verdict import assess
 
@@ -269,6 +269,8 @@ def _followed(found: Assessment, experiment: Experiment, effects: dict[str, floa
         for s in proposed.duty
     ]
     again = assess(_written_and_read(hide(effects, duty, seed=seed)))
+    if not effects:
+        return again.word == "adequate"
     if again.word == "ambiguous" and set(effects) & _TWINS:
         return set(effects) in [set(fit.key) for fit in (again.best, *again.rivals)]
     return again.word == "named" and again.best.key == set(effects)
