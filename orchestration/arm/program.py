@@ -22,6 +22,7 @@ from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.arm.library import PROGRAMS, arm_scenario_names
 from warmlink.orchestration.scenarios.duty import Duty, Segment
+from warmlink.orchestration.scenarios.duty_files import known_entries
 from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.system.model import Value
 
@@ -91,7 +92,7 @@ def parsed(given: Mapping[str, Any], name: str) -> Program:
     InputError
         Something is missing, misspelt, out of range, or a point is out of the arm's reach.
     """
-    _known(given, KEYS, name)
+    known_entries(given, KEYS, name)
     stop_time = positive(_required(given, "stop_time", name), "s", f"{name}.stop_time")
     if ("segment" in given) == ("random" in given):
         raise InputError(f"{name}: give either [[segment]] tables or one [random] table")
@@ -119,7 +120,7 @@ def parsed(given: Mapping[str, Any], name: str) -> Program:
 
 
 def _segment(table: Mapping[str, Any], where: str) -> tuple[Segment, ...]:
-    _known(table, {"duration", "speed", "torque", "ambient_temperature"}, where)
+    known_entries(table, {"duration", "speed", "torque", "ambient_temperature"}, where)
     duration = positive(_required(table, "duration", where), "s", f"{where}.duration")
     speed, torque = _six(table, "speed", "rad/s", where), _six(table, "torque", "N.m", where)
     ambient = quantity(
@@ -129,7 +130,7 @@ def _segment(table: Mapping[str, Any], where: str) -> tuple[Segment, ...]:
 
 
 def _pose(table: Mapping[str, Any], where: str) -> Pose:
-    _known(table, {"hold", "joints", "point", "pitch", "roll"}, where)
+    known_entries(table, {"hold", "joints", "point", "pitch", "roll"}, where)
     hold = positive(_required(table, "hold", where), "s", f"{where}.hold")
     if ("joints" in table) == ("point" in table):
         raise InputError(f"{where}: give either joints or a point")
@@ -146,7 +147,7 @@ def _pose(table: Mapping[str, Any], where: str) -> Pose:
 
 def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[tuple[Segment, ...]]:
     """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
-    _known(table, {"seed", "shortest", "longest", "speed", "torque", "pause_share"}, where)
+    known_entries(table, {"seed", "shortest", "longest", "speed", "torque", "pause_share"}, where)
     seed = table.get("seed")
     if not isinstance(seed, int) or seed < 0:
         raise InputError(f"{where}.seed: {seed!r} is no seed; give a whole number, 0 or above")
@@ -193,14 +194,6 @@ def _tables(given: Mapping[str, Any], key: str, name: str) -> list[Mapping[str, 
     if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
         raise InputError(f"{name}: {key} is not a list of tables; write [[{key}]] above each")
     return entries
-
-
-def _known(table: Any, allowed: set[str], where: str) -> None:
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: {table!r} is no table; give {', '.join(sorted(allowed))}")
-    unknown = sorted(set(table) - allowed)
-    if unknown:
-        raise InputError(f"{where}: unknown entry {unknown[0]!r}; it may have {', '.join(sorted(allowed))}")
 
 
 def _required(table: Mapping[str, Any], key: str, where: str) -> Any:

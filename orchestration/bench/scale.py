@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from warmlink.fmus.arm_kinematics.equations import AXES as SHIFT_AXES
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, merged
@@ -107,28 +106,19 @@ def _timed(what: str, system: System, axes: int, steps: int, repeats: int) -> Sc
     return Scale(what, axes, len(system.components), steps, min(seconds() for _ in range(repeats)))
 
 
-def scale_table(found: Sequence[Scale]) -> Any:
-    """Rich table of the times."""
-    from rich.table import Table
-
-    table = Table(title="arms by number of axes", title_justify="left", box=None)
-    for heading in (
-        "axes",
-        "components",
-        "steps",
-        "seconds",
-        "us a step and component",
-        "us a step and axis",
-    ):
-        table.add_column(heading, justify="right")
+def scale_table(found: Sequence[Scale]) -> str:
+    """The times as text; how far off proportional they are is told of arms of the same kind."""
+    lines = [f"{'':<22}{'axes':>6}{'components':>12}{'steps':>8}{'s':>8}{'µs/component':>14}{'µs/axis':>9}"]
     for each in found:
-        table.add_row(
-            each.what,
-            str(each.axes),
-            str(each.components),
-            str(each.steps),
-            f"{each.seconds:.2f}",
-            f"{each.us_per_step_and_component:.3f}",
-            f"{each.us_per_step_and_axis:.3f}",
+        lines.append(
+            f"{each.what:<22}{each.axes:>6}{each.components:>12}{each.steps:>8}{each.seconds:>8.2f}"
+            f"{each.us_per_step_and_component:>14.3f}{each.us_per_step_and_axis:>9.3f}"
         )
-    return table
+    alike = [each.us_per_step_and_component for each in found if each.what == found[0].what]
+    if len(alike) > 1:
+        middle = (min(alike) + max(alike)) / 2
+        lines.append(
+            f"µs a step; {found[0].what} are proportional to their components within "
+            f"{100 * (max(alike) / middle - 1):.0f} %"
+        )
+    return "\n".join(lines)

@@ -64,8 +64,6 @@ def bench_scale_command(as_json: bool) -> None:
     """Print the time of a macro step of arms with more and more axes, and that of an 8-hour shift."""
     from dataclasses import asdict
 
-    from rich.console import Console
-
     from warmlink.orchestration.bench.scale import bench_scale, scale_table
 
     found = list(bench_scale())
@@ -81,7 +79,7 @@ def bench_scale_command(as_json: bool) -> None:
             ]
         )
     else:
-        Console().print(scale_table(found))
+        answer(scale_table(found))
 
 
 def bench_laws_command(share: float, seed: int, jobs: int, as_json: bool) -> None:

@@ -37,16 +37,13 @@ def run_command(
     as_json: bool,
 ) -> int:
     """Run, write and answer; gives the exit code."""
+    given = start_values_given(parameter_files, settings)
     if is_arm_scenario(name):
         from warmlink.orchestration.commands.run_arm import run_arm_command
 
-        if parameter_files:
-            raise InputError(
-                f"--parameters: {name} is of the arm, which takes none; use --set axis1.motor..."
-            )
-        kind, given = chosen_kind(fmus), settings_given(settings)
+        kind = chosen_kind(fmus)
         return run_arm_command(name, controller, kind, out, given, step, stop, master, report, as_json)
-    scenario = _scenario(name, settings, parameter_files, step, stop, master)
+    scenario = _scenario(name, given, step, stop, master)
     controller = controller or scenario.controller
     laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
     needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
@@ -74,16 +71,12 @@ def run_command(
 
 def _scenario(
     name: str,
-    settings: list[str],
-    parameter_files: list[Path],
+    given: dict[str, str | float],
     step: str | None,
     stop: str | None,
     master: str | None,
 ) -> Scenario:
     scenario = load_scenario(name)
-    given: dict[str, str | float] = {}
-    for path in parameter_files:
-        given |= parameters_of(path)
     if step is not None:
         scenario = replace(scenario, step_size=positive(step, "s", "--step"))
     if stop is not None:
@@ -91,7 +84,15 @@ def _scenario(
         scenario = replace(scenario, duty=duty)
     if master is not None:
         scenario = replace(scenario, master=master)
-    return replace(scenario, parameters={**scenario.parameters, **given, **settings_given(settings)})
+    return replace(scenario, parameters={**scenario.parameters, **given})
+
+
+def start_values_given(parameter_files: list[Path], settings: list[str]) -> dict[str, str | float]:
+    """Start values by name from `--parameters` and from `--set`, which comes last."""
+    given: dict[str, str | float] = {}
+    for path in parameter_files:
+        given |= parameters_of(path)
+    return {**given, **settings_given(settings)}
 
 
 def settings_given(settings: list[str]) -> dict[str, str]:

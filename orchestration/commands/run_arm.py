@@ -28,7 +28,7 @@ def run_arm_command(
     controller: str | None,
     fmus: FmuKind | None,
     out: Path | None,
-    settings: dict[str, str],
+    settings: dict[str, str | float],
     step: str | None,
     stop: str | None,
     master: str | None,
@@ -66,7 +66,7 @@ def run_arm_command(
 
 
 def _scenario(
-    name: str, settings: dict[str, str], step: str | None, stop: str | None, master: str | None
+    name: str, settings: dict[str, str | float], step: str | None, stop: str | None, master: str | None
 ) -> ArmScenario:
     scenario = load_arm_scenario(name)
     scenario = replace(scenario, parameters={**scenario.parameters, **settings})

@@ -168,10 +168,10 @@ def _chain_plot(outcome: ArmOutcome) -> object:
 
 
 def moments(outcome: ArmOutcome) -> list[int]:
-    """Communication points of the maps: an hour in, when the error is largest, and the end."""
-    length = _length(outcome.tool_error())
+    """Communication points of the maps: the worst, and an hour in, half-way and the end unless near it."""
+    worst, last = int(np.argmax(_length(outcome.tool_error()))), len(outcome.time) - 1
     hour = int(np.searchsorted(outcome.time, min(3600.0, outcome.time[-1])))
-    return sorted({hour, int(np.argmax(length)), len(outcome.time) - 1})
+    return sorted({worst, *(point for point in (hour, last // 2, last) if abs(point - worst) > last / 20)})
 
 
 def _maps(outcome: ArmOutcome) -> list[Section]:
@@ -211,9 +211,11 @@ def _map(grid: Workspace, time: Array, growth: Array, points: Sequence[int]) -> 
             1,
             place,
         )
-        figure.update_xaxes(title="distance from the waist's axis [mm]", row=1, col=place)
+        figure.update_xaxes(title="from the waist [mm]", row=1, col=place)
     figure.update_yaxes(title="height [mm]", row=1, col=1)
-    return styled(figure, 420)
+    styled(figure, 440)
+    # The titles stand below the buttons.
+    return figure.update_layout(margin_t=90)
 
 
 def _length(error: Array) -> Array:

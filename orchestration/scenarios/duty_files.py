@@ -81,7 +81,7 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
     InputError
         Something is missing, misspelt or out of range.
     """
-    _known(given, KEYS, name)
+    known_entries(given, KEYS, name)
     stop_time = _required(given, "stop_time", name)
     if ("segment" in given) == ("random" in given):
         raise InputError(f"{name}: give either [[segment]] tables or one [random] table")
@@ -110,7 +110,7 @@ def library() -> Sequence[Duty]:
 
 
 def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
-    _known(table, {*UNITS, _RAMP_END, "steps"}, where)
+    known_entries(table, {*UNITS, _RAMP_END, "steps"}, where)
     values = {
         key: quantity(table[key], unit, f"{where}.{key}") for key, unit in UNITS.items() if key in table
     }
@@ -135,7 +135,7 @@ def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
 
 def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[Segment]:
     """Segments drawn evenly between bounds until the stop time is filled."""
-    _known(table, {"seed", "duration", "speed", "torque"}, where)
+    known_entries(table, {"seed", "duration", "speed", "torque"}, where)
     seed = table.get("seed")
     if not isinstance(seed, int) or seed < 0:
         raise InputError(f"{where}.seed: {seed!r} is no seed; give a whole number, 0 or above")
@@ -165,7 +165,8 @@ def _tables(entries: Any, name: str) -> None:
         raise InputError(f"{name}: segment is not a list of tables; write [[segment]] above each")
 
 
-def _known(table: Any, allowed: set[str], where: str) -> None:
+def known_entries(table: Any, allowed: set[str], where: str) -> None:
+    """Raise InputError where a table of a file is none, or has an entry that it may not have."""
     if not isinstance(table, Mapping):
         raise InputError(f"{where}: {table!r} is no table; give {', '.join(sorted(allowed))}")
     unknown = sorted(set(table) - allowed)

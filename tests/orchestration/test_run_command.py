@@ -137,7 +137,7 @@ def test_parameter_sets_of_plant_and_controller_are_taken(
     ("arguments", "sentence"),
     [
         (["--parameters", "absent.ssv"], "absent.ssv: no such file"),
-        (["six_axis_shift", "--parameters", "absent.ssv"], "--parameters: six_axis_shift is of the arm"),
+        (["six_axis_shift", "--parameters", "absent.ssv"], "absent.ssv: no such file"),
     ],
 )
 def test_parameter_sets_that_cannot_serve(
