@@ -67,7 +67,7 @@ def test_order_of_convergence(
     np.testing.assert_allclose(observed, order, atol=0.25)
 
 
-# Issue 4's quick study, in µm at steps of 1, 10, 30 and 60 s; None where the same is shown by
+# A study with exact sub-solvers, in µm at steps of 1, 10, 30 and 60 s; None where the same is shown by
 # another line already.
 STUDY = [
     (Jacobi(settled=True), 1.0, (0.010, 0.10, 0.31)),
