@@ -12,8 +12,11 @@ from warmlink.orchestration.command_line.options import Json
 
 def diagnose(
     data: Annotated[
-        Path,
-        typer.Argument(help="A run (CSV) of the warm-up cell or the six-axis arm, or an experiment (TOML)."),
+        list[Path],
+        typer.Argument(
+            help="Runs (CSV) of a warm-up cell, to be judged together; a run of the six-axis arm; or an "
+            "experiment (TOML)."
+        ),
     ],
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/NAME.")] = None,
     json: Json = False,

@@ -132,6 +132,7 @@ _SHARES = {
     "95 %": "in_interval_percent",
     "held": "heldout_within_10_percent",
     "next": "next_experiment_right_percent",
+    "said": "next_experiment_as_said_percent",
 }
 """Columns of the table in the terminal, which all are shares in percent."""
 
@@ -144,5 +145,6 @@ def _print_shares(rows: list[dict[str, Any]]) -> None:
         answer(f"{row['kind']:<33}{row['runs']:>5}{cells}{row['seconds']:>6.2f}")
     answer(
         "in %: right or in the stated set; wrong name; strength in its 95 % interval; held-out error\n"
-        "within 10 % of the noise; next experiment led to the truth. s: processor time of a search"
+        "within 10 % of the noise; next experiment led to the right name; or did what it said it can.\n"
+        "s: processor time of a search"
     )

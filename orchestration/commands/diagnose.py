@@ -16,20 +16,23 @@ if TYPE_CHECKING:
 NO_CONTROLLER = "none"
 
 
-def diagnose_command(path: Path, out: Path | None, as_json: bool) -> None:
+def diagnose_command(paths: Sequence[Path], out: Path | None, as_json: bool) -> None:
     """Diagnose, write the files and print the summary."""
     from warmlink.orchestration.arm.measured import is_arm_file
 
-    if is_arm_file(path):
-        _diagnose_arm(path, out or Path("out") / path.stem, as_json)
-        return
+    folder = out or Path("out") / paths[0].stem
+    for path in paths:
+        if is_arm_file(path):
+            if len(paths) > 1:
+                raise InputError(f"{path}: a run of the whole arm stands alone; diagnose it by itself")
+            _diagnose_arm(path, folder, as_json)
+            return
     from warmlink.orchestration.diagnosis.diagnose import JSON, SSP, SSV, diagnose
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.system.shipped import SHIPPED
 
-    folder = out or Path("out") / path.stem
-    with spinner(f"Diagnosing {path.name}") as progress:
-        diagnosis = diagnose(path, progress)
+    with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
+        diagnosis = diagnose(*paths, progress=progress)
         progress("writing the extended model")
         blueprint = SHIPPED[diagnosis.experiment.rig.name]
         needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()

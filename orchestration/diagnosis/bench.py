@@ -60,6 +60,9 @@ class Bench:
                     "next_experiment_right_percent": _percent(
                         t.followed for t in trials if t.followed is not None
                     ),
+                    "next_experiment_as_said_percent": _percent(
+                        t.as_said for t in trials if t.as_said is not None
+                    ),
                     "seconds": float(np.mean([t.seconds for t in trials])),
                 }
             )

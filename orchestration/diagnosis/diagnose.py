@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.ambiguity import stand_ins
 from warmlink.orchestration.diagnosis.compensation import Compensated, feed_forward, observer
-from warmlink.orchestration.diagnosis.experiment import Experiment, read_experiment
+from warmlink.orchestration.diagnosis.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.fitting import Fit
-from warmlink.orchestration.diagnosis.gain import Predicted, Scores, scales_of
+from warmlink.orchestration.diagnosis.gain import Predicted, Scores
 from warmlink.orchestration.diagnosis.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.problem import Item
 from warmlink.orchestration.diagnosis.residuals import Wrong, what_is_wrong
@@ -31,21 +32,21 @@ Progress = Callable[[str], None]
 SSV, SSP, JSON = "extended.ssv", "extended.ssp", "diagnosis.json"
 
 
-def diagnose(path: Path | str, progress: Progress = lambda text: None) -> Diagnosis:
-    """Diagnose a measured run or an experiment.
+def diagnose(*paths: Path | str, progress: Progress = lambda text: None) -> Diagnosis:
+    """Diagnose an experiment, or measured runs together.
 
     Parameters
     ----------
-    path : a CSV file of the warm-up cell, or an experiment file (TOML)
+    paths : an experiment file (TOML), or CSV files of one warm-up cell
     progress : told in a few words what is being done
 
     Raises
     ------
     InputError
-        The file, or something in it, cannot be used.
+        A file, or something in it, cannot be used.
     """
     progress("reading")
-    return diagnose_experiment(read_experiment(Path(path)), progress)
+    return diagnose_experiment(read_runs([Path(path) for path in paths]), progress)
 
 
 def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text: None) -> Diagnosis:
@@ -53,7 +54,7 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     refuse_senseless(experiment)
     assessment = assess(experiment, progress)
     progress("measuring the gain")
-    scores = Scores(experiment, scales_of(assessment.noise, assessment.problem))
+    scores = Scores(experiment, assessment.noise)
     before = scores.predict(assessment.null)
     after = scores.predict(assessment.best) if assessment.best.items else before
     members = tuple(scores.predict(fit) for fit in assessment.rivals)
@@ -113,20 +114,7 @@ class Diagnosis:
         """Sets of causes that the data cannot tell apart; a combination is written `a+b`."""
         if self.verdict != "ambiguous":
             return []
-        best = self.assessment.best.key
-        sets: dict[frozenset[str], list[str]] = {}
-        exchanged: set[str] = set()
-        # What single exchanges say already is not said again of their combinations.
-        for rival in sorted(self.assessment.rivals, key=lambda fit: len(fit.key - best)):
-            own, other = best - rival.key, rival.key - best
-            if not own:  # the same causes, and perhaps one more
-                own, other = best, rival.key
-            if len(other) == 1:
-                exchanged |= other
-            elif other <= exchanged:
-                continue
-            sets.setdefault(own, ["+".join(sorted(own))]).append("+".join(sorted(other)))
-        return [list(dict.fromkeys(names)) for names in sets.values()]
+        return stand_ins(self.assessment.best.key, [fit.key for fit in self.assessment.rivals])
 
     @cached_property
     def wrong(self) -> dict[str, Wrong]:
@@ -183,6 +171,7 @@ class Diagnosis:
                 "duty": [vars(stage) for stage in proposed.duty],
                 "why": proposed.why,
                 "expected_separation_sigma": proposed.expected_separation_sigma,
+                "expected_chance": proposed.expected_chance,
             },
             "wrong": {name: self._wrong_entry(name, wrong) for name, wrong in self.wrong.items()},
             "remaining": {name: self._wrong_entry(name, wrong) for name, wrong in self.remaining.items()},

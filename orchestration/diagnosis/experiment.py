@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -97,6 +97,44 @@ def _bare(path: Path) -> Experiment:
     run, columns = read_run(path, system)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(path.stem, system, (replace(run, fit_until=until),), columns)
+
+
+def read_runs(paths: Sequence[Path]) -> Experiment:
+    """Read one experiment, or several bare CSV files as runs of one warm-up cell.
+
+    Raises
+    ------
+    InputError
+        What does not fit; or an experiment file among several.
+    """
+    for path in paths:
+        if len(paths) > 1 and path.suffix.lower() == ".toml":
+            raise InputError(
+                f"{path}: an experiment file stands alone; give further runs in it, each as a [[run]]"
+            )
+    return together([read_experiment(path) for path in paths])
+
+
+def together(experiments: Sequence[Experiment]) -> Experiment:
+    """Join experiments on one machine: all their runs, the rest as the first has it."""
+    first = experiments[0]
+    runs = [run for each in experiments for run in each.runs]
+    names = [run.name for run in runs]
+    columns = {column.variable: column for each in reversed(experiments) for column in each.columns}
+    return replace(
+        first,
+        title=" and ".join(each.title for each in experiments),
+        runs=tuple(
+            replace(run, name=f"{run.name} ({names[: i + 1].count(run.name)})")
+            if names.count(run.name) > 1
+            else run
+            for i, run in enumerate(runs)
+        ),
+        columns=(
+            *first.columns,
+            *(c for v, c in columns.items() if v not in {o.variable for o in first.columns}),
+        ),
+    )
 
 
 class _Reader:

@@ -122,10 +122,11 @@ class Fitter:
         self.problem, self.noise = problem, tuple(noise)
         self.rows: list[list[NDArray[np.int64]]] = []
         self.whiteners: list[list[Whitener]] = []
-        for data in problem.data:
+        for run, data in enumerate(problem.data):
+            here = problem.noise_in(run, self.noise)
             rows = [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
             self.rows.append(rows)
-            self.whiteners.append([Whitener(n, data.time[r]) for n, r in zip(noise, rows, strict=True)])
+            self.whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
         self.count = sum(r.size for rows in self.rows for r in rows)
         self.evaluations = 0
 

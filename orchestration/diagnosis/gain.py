@@ -38,9 +38,9 @@ class Predicted:
 class Scores:
     """Errors of models on a whole experiment, held-out rows included."""
 
-    def __init__(self, experiment: Experiment, scales: Sequence[float]) -> None:
+    def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel]) -> None:
         self.problem = Problem(experiment)
-        self.scales = np.array(scales)
+        self.scales = [np.array(_scales(noise, self.problem, i)) for i in range(len(experiment.runs))]
         self.problem.refine(self.problem.neutral)
 
     def predict(self, fit: Fit) -> Predicted:
@@ -61,7 +61,7 @@ class Scores:
         blocks = []
         for run, data in enumerate(self.problem.data):
             rows = ~data.fitted if heldout else data.fitted
-            error = (data.readings - predicted.readings[run])[rows] / self.scales
+            error = (data.readings - predicted.readings[run])[rows] / self.scales[run]
             which = np.floor(data.time[rows] / _BLOCK)
             for block in np.unique(which):
                 squares = error[which == block] ** 2
@@ -121,9 +121,9 @@ class Scores:
         rows = data.time <= until
         for _ in range(4 if own else 0):
             values, by_slot = self.problem.predict(run, z)
-            residual = ((data.readings - values) / self.scales)[rows]
+            residual = ((data.readings - values) / self.scales[run])[rows]
             columns = np.stack([by_slot[rows][:, :, list(f.slots)].sum(axis=2) for f in own], axis=2)
-            columns = columns / self.scales[None, :, None]
+            columns = columns / self.scales[run][None, :, None]
             good = np.isfinite(residual)
             step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
             for f, change in zip(own, step, strict=True):
@@ -132,12 +132,12 @@ class Scores:
         return z
 
 
-def scales_of(noise: Sequence[NoiseModel], problem: Problem) -> list[float]:
-    """Noise of each channel in SI, by which errors of different kinds are added.
+def _scales(noise: Sequence[NoiseModel], problem: Problem, run: int) -> list[float]:
+    """Noise of each channel of a run in SI, by which errors of different kinds are added.
 
     The stated figure where it was larger than the scatter, the estimate otherwise.
     """
     return [
         problem.experiment.noise[v] if n.lasting else n.sigma
-        for n, v in zip(noise, problem.variables, strict=True)
+        for n, v in zip(problem.noise_in(run, noise), problem.variables, strict=True)
     ]

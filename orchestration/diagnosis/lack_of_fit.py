@@ -58,10 +58,10 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
             sensitivities.append(_by_number(joined[:, 1:], fit, run))
     residual, by_number = np.concatenate(residuals), np.concatenate(sensitivities)
     basis = _block_diagonal(courses)
-    taken = _orthonormal(by_number)
+    taken = orthonormal(by_number)
     residual = residual - taken @ (taken.T @ residual)
     basis = basis - taken @ (taken.T @ basis)
-    slow = _orthonormal(basis)
+    slow = orthonormal(basis)
     rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
 
     def chance(courses: Vector) -> tuple[float, float]:
@@ -71,7 +71,7 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
 
     chi2, together = chance(slow)
     ends = np.cumsum([0, *(c.shape[1] for c in courses)])
-    single = min(chance(_orthonormal(basis[:, a:b]))[1] for a, b in pairwise(ends))
+    single = min(chance(orthonormal(basis[:, a:b]))[1] for a, b in pairwise(ends))
     return LackOfFit(chi2, slow.shape[1], min(1.0, 2 * min(together, len(courses) * single)))
 
 
@@ -104,12 +104,12 @@ def estimated_noise(
             columns = by_slot[rows, channel]
             if fit is not None and fit.items:
                 columns = _by_number(columns, fit, run)
-            removed = _orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
+            removed = orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
             samples += undisturbed(
-                Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed)
+                Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed, data.averaging)
             )
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
-        spectra.append(Spectrum(samples, least))
+        spectra.append(Spectrum(samples, least, problem.averaging))
     return estimate(spectra, liked)
 
 
@@ -141,7 +141,7 @@ def _block_diagonal(blocks: list[Vector]) -> Vector:
     return np.asarray(block_diag(*blocks))
 
 
-def _orthonormal(columns: Vector, least: float = 1e-7) -> Vector:
+def orthonormal(columns: Vector, least: float = 1e-7) -> Vector:
     """Orthonormal basis of the columns' span, shape (rows, rank), without what adds less than a share."""
     size = np.linalg.norm(columns, axis=0)
     kept = columns[:, size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)]

@@ -9,7 +9,7 @@ stationary time series", Arkiv för Matematik 2 (1953) 423-434.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,26 @@ _KEPT = 0.4
 
 
 @dataclass(frozen=True)
+class Averaging:
+    """What a reading is the mean of: so many rows over a time in s."""
+
+    rows: float = 1.0
+    duration: float = 0.0
+
+    def kept(self, memory: float) -> float:
+        """Share of the variance that noise correlated over a time in s keeps in the mean.
+
+        The mean over T of a process with covariance exp(-t/m): 2 (T/m - 1 + exp(-T/m)) / (T/m)^2.
+        """
+        ratio = self.duration / memory
+        return 2 * (ratio + float(np.expm1(-ratio))) / ratio**2 if ratio > 1e-6 else 1.0
+
+
+ROW = Averaging()
+"""A row as it was recorded."""
+
+
+@dataclass(frozen=True)
 class NoiseModel:
     """Noise of one channel in SI: standard deviations of its parts, and correlation time in s.
 
@@ -67,6 +87,17 @@ class NoiseModel:
     def sigma(self) -> float:
         """Standard deviation of a reading."""
         return float(np.sqrt(self.white**2 + self.slow**2 + self.lasting**2))
+
+    def averaged(self, here: Averaging, known: Averaging) -> NoiseModel:
+        """Noise of means over other rows and times than those that it is known of.
+
+        A stated figure, which is known from `lasting`, is that of any reading.
+        """
+        if here == known or self.lasting:
+            return self
+        white = self.white * np.sqrt(known.rows / here.rows)
+        slow = self.slow * np.sqrt(here.kept(self.memory) / known.kept(self.memory))
+        return replace(self, white=float(white), slow=float(slow))
 
     def covariance(self, times: Vector) -> Vector:
         """Covariance of readings at times in s, shape (times, times)."""
@@ -111,11 +142,17 @@ class Sample:
     times : s, shape (n,)
     values : residuals, orthogonal to `removed`, shape (n,)
     removed : orthonormal columns, shape (n, columns)
+    averaging : what each value is the mean of
     """
 
     times: Vector
     values: Vector
     removed: Vector
+    averaging: Averaging = ROW
+
+    def part(self, rows: slice) -> Sample:
+        """Some of the rows."""
+        return replace(self, times=self.times[rows], values=self.values[rows], removed=self.removed[rows])
 
 
 def undisturbed(sample: Sample) -> list[Sample]:
@@ -138,7 +175,7 @@ def undisturbed(sample: Sample) -> list[Sample]:
     edges = np.flatnonzero(np.diff(np.concatenate([[1], loud.astype(int), [1]])))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         rows = slice(first * _STRETCH, None if last == windows else last * _STRETCH)
-        parts.append(Sample(sample.times[rows], sample.values[rows], sample.removed[rows]))
+        parts.append(sample.part(rows))
     return parts
 
 
@@ -149,12 +186,15 @@ class Spectrum:
     ----------
     samples : residuals by run
     least : least standard deviation that the channel may have
+    known : what the readings are means of whose noise is asked for
     """
 
-    def __init__(self, samples: Sequence[Sample], least: float) -> None:
+    def __init__(self, samples: Sequence[Sample], least: float, known: Averaging = ROW) -> None:
         from scipy.fft import dct
 
         powers, phases, steps, weights = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+        self._known = known
+        self._averagings: list[tuple[Averaging, int]] = []
         for sample in samples:
             size = sample.times.size
             if size < _FEWEST:
@@ -167,6 +207,7 @@ class Spectrum:
             phases.append(np.pi * modes / size)
             steps.append(np.full(modes.size, float(np.median(np.diff(sample.times)))))
             weights.append(kept[modes])
+            self._averagings.append((sample.averaging, modes.size))
         self.power, self.phase = np.concatenate(powers), np.concatenate(phases)
         self.steps, self.weight = np.concatenate(steps), np.concatenate(weights)
         self.least = least
@@ -184,7 +225,18 @@ class Spectrum:
     def _shape(self, memory: float, share: float) -> Vector:
         decay = np.exp(-self.steps / memory)
         correlated = (1 - decay**2) / (1 - 2 * decay * np.cos(self.phase) + decay**2)
-        return (1 - share) + share * correlated
+        white, slow = self._sizes(memory)
+        return (1 - share) * white + share * slow * correlated
+
+    def _sizes(self, memory: float) -> tuple[Vector, Vector]:
+        """Variance of white and of correlated noise at each frequency, as a multiple of the known one."""
+        unit = NoiseModel(1.0, 1.0, memory)
+        white, slow = [np.zeros(0)], [np.zeros(0)]
+        for averaging, size in self._averagings:
+            here = unit.averaged(averaging, self._known)
+            white.append(np.full(size, here.white**2))
+            slow.append(np.full(size, here.slow**2))
+        return np.concatenate(white), np.concatenate(slow)
 
 
 def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseModel]:

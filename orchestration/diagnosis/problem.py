@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.grid import CHECK, FINAL, SEARCH, Resoluti
 from warmlink.orchestration.diagnosis.initial import initial_values
 from warmlink.orchestration.diagnosis.instruments import NEUTRAL, Readings, channel_of
 from warmlink.orchestration.diagnosis.measured import Run, names_of
-from warmlink.orchestration.diagnosis.noise import NoiseModel
+from warmlink.orchestration.diagnosis.noise import Averaging, NoiseModel
 from warmlink.orchestration.diagnosis.rigs import ELONGATION
 from warmlink.orchestration.diagnosis.thinning import Thinned, thinned
 
@@ -96,17 +96,26 @@ class Problem:
         values, by_slot = self._means(self._readings, run, z)
         return values + self._corrections[run], by_slot
 
+    @property
+    def averaging(self) -> Averaging:
+        """What the readings are means of whose noise is told: those of the first run to fit."""
+        return self.data[self.fitted_runs[0] if self.fitted_runs else 0].averaging
+
+    def noise_in(self, run: int, noise: Sequence[NoiseModel]) -> list[NoiseModel]:
+        """Noise of each channel in a run, given that in the first run to fit."""
+        return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
+
     def artefact(self, values: Sequence[Vector], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.
 
         From a simulation with half the cells' size and half the steps. Where it might be taken for an
         effect, that finer one serves from here on.
         """
-        sigma = np.array([each.white for each in noise])
         total = 0.0
         fine, finer = self._finer(FINAL), self._at(CHECK)
         for i, z in enumerate(values):
             error = self._means(finer, i, z)[0] - self._means(fine, i, z)[0]
+            sigma = np.array([each.white for each in self.noise_in(i, noise)])
             error = error[self.data[i].fitted] / sigma
             total += float(np.sum(error**2))
         if total > 1.0:
@@ -136,11 +145,15 @@ class Problem:
 
     def _means(self, readings: Sequence[Readings], run: int, z: Vector) -> tuple[Vector, Vector]:
         """Readings and derivatives as means over the blocks of rows that were averaged."""
-        blocks, points = self.data[run].within.shape
-        return tuple(  # type: ignore[return-value]  # two, as there went in
-            each if points == 1 else each.reshape(blocks, points, *each.shape[1:]).mean(axis=1)
-            for each in readings[run](z)
-        )
+        weight = self.data[run].weight
+        values, by_slot = readings[run](z)
+        if weight.shape[1] == 1:
+            return values, by_slot
+
+        def mean(each: Vector) -> Vector:
+            return np.einsum("bp,bp...->b...", weight, each.reshape(*weight.shape, *each.shape[1:]))
+
+        return mean(values), mean(by_slot)
 
     def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Vector:
         """Slots of a run for fitted values; the later of two that share a slot counts."""

@@ -139,7 +139,7 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
                 row=row,
                 col=1,
             )
-            error = (data.readings[:, i] - readings) / diagnosis.scores.scales[i]
+            error = (data.readings[:, i] - readings) / diagnosis.scores.scales[run][i]
             figure.add_scatter(
                 x=minutes,
                 y=error,
@@ -215,7 +215,10 @@ def _next(proposed: Proposed | None) -> list[Section]:
         for stage in cycle
     ]
     table = Table(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
-    text = f"{proposed.why}\nExpected separation: {proposed.expected_separation_sigma:.1f} sigma."
+    text = (
+        f"{proposed.why}\nExpected separation: {proposed.expected_separation_sigma:.1f} sigma; "
+        f"chance of naming the cause: {100 * proposed.expected_chance:.0f} %."
+    )
     if times > 1:
         text += f"\nThe stages below are gone through {times} times."
     return [Section("The next experiment", text, table)]

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.lack_of_fit import whiteness_p
 from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.noise import NoiseModel
 from warmlink.orchestration.diagnosis.problem import Problem
 
 Vector = NDArray[np.float64]
@@ -75,15 +74,16 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
         together = np.concatenate(parts)
         if together.size == 0:
             continue
-        noise = fitter.noise[channel]
+        by_run = [problem.noise_in(run, fitter.noise)[channel].sigma for run in range(len(parts))]
+        noise = float(np.sqrt(np.average(np.square(by_run), weights=[r.size for r in rows])))
         white = np.concatenate([w[channel][:, 0] for w in whitened])
         found[problem.names[variable]] = Wrong(
             float(np.sqrt(np.mean(together**2))),
-            noise.sigma,
+            noise,
             float(np.mean(together)),
             whiteness_p(white),
             _when(parts, rows, phases, noise),
-            _followed(parts, rows, signals) if np.std(together) > noise.sigma else (),
+            _followed(parts, rows, signals) if np.std(together) > noise else (),
         )
     return found
 
@@ -125,7 +125,7 @@ def _when(
     parts: Sequence[Vector],
     rows: Sequence[NDArray[np.int64]],
     phases: Sequence[Mapping[str, NDArray[np.bool_]]],
-    noise: NoiseModel,
+    noise: float,
 ) -> tuple[str, ...]:
     sizes = {}
     for name in dict.fromkeys(name for each in phases for name in each):
@@ -136,7 +136,7 @@ def _when(
         ]
         values = np.concatenate(chosen)
         if values.size >= 10:
-            sizes[name] = float(np.sqrt(np.mean(values**2))) / noise.sigma
+            sizes[name] = float(np.sqrt(np.mean(values**2))) / noise
     wrong = [name for name, size in sizes.items() if size > _NOTABLE]
     return tuple(sorted(wrong, key=lambda name: -sizes[name]))
 

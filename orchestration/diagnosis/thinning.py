@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.noise import ROW, Averaging
 
 Vector = NDArray[np.float64]
 
@@ -24,8 +25,8 @@ SPIKE = 6.0
 _WINDOW = 7
 _PIECE = 500_000
 
-_POINTS = 6
-"""Times at which a block's mean is simulated."""
+_FEWEST_POINTS = 6
+"""Times at which a block of many rows is simulated at least; in a long one more, `SHORTEST` apart."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,9 @@ class Thinned:
     Attributes
     ----------
     time : s, mean of each block's rows, shape (blocks,)
-    within : s, times in each block whose simulated mean stands for the block's, shape (blocks, points)
+    averaging : what a block is the mean of
+    within : s, times in each block at which it is simulated, shape (blocks, points)
+    weight : of each of these times in the block's mean, shape (blocks, points)
     readings : SI, mean of each block, NaN where most of it is missing, shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     spikes : spikes removed by output, shape (outputs,)
@@ -44,7 +47,9 @@ class Thinned:
     """
 
     time: Vector
+    averaging: Averaging
     within: Vector
+    weight: Vector
     readings: Vector
     fitted: NDArray[np.bool_]
     spikes: NDArray[np.int64]
@@ -66,21 +71,45 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
     if spacing >= length * 0.75:
-        return Thinned(run.time, run.time[:, None], table, run.fitted, spikes, quanta, scatter)
+        times = run.time[:, None]
+        return Thinned(run.time, ROW, times, np.ones_like(times), table, run.fitted, spikes, quanta, scatter)
     block = np.floor(run.time / length).astype(np.int64)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     count = np.diff(np.append(starts, block.size))
     time = np.add.reduceat(run.time, starts) / count
-    points = (np.arange(_POINTS) + 0.5) / _POINTS
-    place = starts[:, None] + np.clip(points * count[:, None] - 0.5, 0.0, count[:, None] - 1.0)
-    within = np.interp(place, np.arange(run.time.size), run.time)
+    within, weight = _points(run.time, starts, count, length)
     full = np.isfinite(table)
-    sums = np.add.reduceat(np.where(full, table, 0.0), starts, axis=0)
     filled = np.add.reduceat(full.astype(float), starts, axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        means = np.where(filled >= count[:, None] / 2, sums / filled, np.nan)
+    means = np.add.reduceat(_bridged(run.time, table), starts, axis=0) / count[:, None]
+    means = np.where(filled >= count[:, None] / 2, means, np.nan)
     fitted = np.logical_and.reduceat(run.fitted, starts)
-    return Thinned(time, within, means, fitted, spikes, quanta, scatter)
+    averaging = Averaging(1 / float(np.mean(1 / count)), length)
+    return Thinned(time, averaging, within, weight, means, fitted, spikes, quanta, scatter)
+
+
+def _bridged(time: Vector, table: Vector) -> Vector:
+    """Readings with those missing on the line between their neighbours: a mean must not lean to one side."""
+    result = table.copy()
+    for column in result.T:
+        there = np.isfinite(column)
+        if there.any() and not there.all():
+            column[~there] = np.interp(time[~there], time[there], column[there])
+    return result
+
+
+def _points(
+    time: Vector, starts: NDArray[np.int64], count: NDArray[np.int64], length: float
+) -> tuple[Vector, Vector]:
+    """Times at which blocks are simulated, and their weights: the rows, or some as evenly spread.
+
+    Rows are taken themselves where they are few, since beside a leap of the inputs no others stand for them.
+    """
+    most = max(_FEWEST_POINTS, int(np.ceil(length / SHORTEST)))
+    number = np.minimum(count, most)[:, None]
+    point = np.arange(number.max())
+    place = np.clip((point + 0.5) * (count[:, None] / number) - 0.5, 0.0, count[:, None] - 1.0)
+    within = np.interp(starts[:, None] + place, np.arange(time.size), time)
+    return within, np.where(point < number, 1.0 / number, 0.0)
 
 
 def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:

@@ -90,8 +90,9 @@ class Trial:
     wrong_name : a cause or set was named with confidence that is not the truth
     covered : whether each hidden strength lies in its 95 % interval, where the truth was found best
     heldout : held-out error in units of noise, where the verdict is `named`
-    followed : whether the next experiment of an ambiguous verdict, carried out on the truth, named it;
-        None where none was proposed
+    followed : whether the next experiment of an ambiguous verdict, carried out on the truth, leads to the
+        right name, both runs diagnosed together; None where none was proposed
+    as_said : whether it does, or leaves beside the truth only what the proposal said nothing tells from it
     seconds : processor time of the search
     """
 
@@ -108,6 +109,7 @@ class Trial:
     covered: tuple[bool, ...]
     heldout: float | None
     followed: bool | None
+    as_said: bool | None
     seconds: float
 
 
@@ -204,7 +206,7 @@ def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
 
 def trial(task: tuple[str, int, int]) -> Trial:
     """Carry out one trial, given its kind, the bench's seed and its number."""
-    from warmlink.orchestration.diagnosis.gain import Scores, scales_of
+    from warmlink.orchestration.diagnosis.gain import Scores
     from warmlink.orchestration.diagnosis.verdict import assess, names
 
     kind_name, seed, i = task
@@ -231,9 +233,13 @@ def trial(task: tuple[str, int, int]) -> Trial:
         right = truth in said or (found.word == "adequate" and expected_gain(effects, kind) < _TRACE)
     else:
         right = found.word == "unknown"
+    follow = kind.known and found.word == "ambiguous"
+    followed, as_said = (
+        _followed(found, experiment, effects, int(random.integers(2**31))) if follow else (None, None)
+    )
     heldout = None
     if found.word == "named":
-        scores = Scores(experiment, scales_of(found.noise, found.problem))
+        scores = Scores(experiment, found.noise)
         measured = scores.rmse(scores.predict(found.best), True)
         heldout = None if measured is None else measured[0]
     return Trial(
@@ -249,31 +255,40 @@ def trial(task: tuple[str, int, int]) -> Trial:
         found.word == "named" and not right,
         _covered(found, effects),
         heldout,
-        _followed(found, experiment, effects, int(random.integers(2**31))) if kind.known else None,
+        followed,
+        as_said,
         seconds,
     )
 
 
-def _followed(found: Assessment, experiment: Experiment, effects: dict[str, float], seed: int) -> bool | None:
-    """Carry the next experiment out on the truth, and see whether that names it, or that nothing is wrong."""
-    from warmlink.orchestration.diagnosis.next_experiment import next_experiment
-    from warmlink.orchestration.diagnosis.verdict import assess
+def _followed(
+    found: Assessment, experiment: Experiment, effects: dict[str, float], seed: int
+) -> tuple[bool | None, bool | None]:
+    """Carry the next experiment out on the truth, and diagnose both runs together.
 
-    if found.word != "ambiguous":
-        return None
+    Whether that names the truth, or says that nothing is wrong; and whether it does, or leaves beside the
+    truth only what the proposal said that nothing tells from it. None where there was nothing to carry out.
+    """
+    from warmlink.orchestration.diagnosis.experiment import together
+    from warmlink.orchestration.diagnosis.next_experiment import next_experiment
+    from warmlink.orchestration.diagnosis.verdict import assess, names
+
     proposed = next_experiment(found, experiment)
     if proposed is None or not proposed.duty:
-        return None
+        return None, None
     duty = [
         Segment(s.duration_s, s.speed, s.torque, s.pad_temperature, s.ambient_temperature)
         for s in proposed.duty
     ]
-    again = assess(_written_and_read(hide(effects, duty, seed=seed)))
+    again = assess(together([experiment, _written_and_read(hide(effects, duty, seed=seed))]))
     if not effects:
-        return again.word == "adequate"
-    if again.word == "ambiguous" and set(effects) & _TWINS:
-        return set(effects) in [set(fit.key) for fit in (again.best, *again.rivals)]
-    return again.word == "named" and again.best.key == set(effects)
+        return again.word == "adequate", again.word == "adequate"
+    left = set(names([again.best, *again.rivals])) if again.word in ("named", "ambiguous") else set()
+    truth = "+".join(sorted(effects))
+    beside = left - {truth}
+    right = truth in left and beside <= (_TWINS if set(effects) & _TWINS else set())
+    alike = {frozenset(pair) for pair in proposed.alike}
+    return right, right or (truth in left and all(frozenset((truth, each)) in alike for each in beside))
 
 
 def _written_and_read(columns: dict[str, Any]) -> Experiment:

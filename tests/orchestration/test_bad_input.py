@@ -50,6 +50,8 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatc
         (["run", "windscreen"], "windscreen: no such scenario; choose"),
         (["run", "empty.toml"], "stop_time is missing"),
         (["run", "wrong.toml"], "not a TOML file"),
+        (["diagnose", "wrong.toml", "run.csv"], "an experiment file stands alone"),
+        (["diagnose", "absent.csv", "also.csv"], "absent.csv: there is no such file"),
         (["run", "--controller", "magic"], "magic: no such controller; choose"),
         (["run", "--fmus", "wasm"], "--fmus wasm: no such kind; choose native or python"),
         (["run", "--master", "magic"], "magic"),

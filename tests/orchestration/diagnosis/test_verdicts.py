@@ -20,7 +20,6 @@ from warmlink.orchestration.diagnosis.hide import (
     ordinary,
     write_csv,
 )
-from warmlink.orchestration.diagnosis.next_experiment import DUTIES, Proposed
 from warmlink.orchestration.diagnosis.verdict import Assessment, assess
 
 TWINS = {"expansion_coefficient", "elongation_scale"}
@@ -198,9 +197,3 @@ def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> No
     page = files["report.html"].read_text()
     assert "http-equiv" not in page
     assert "<script src" not in page
-
-
-def test_a_next_experiment_tells_its_cycle_and_how_often() -> None:
-    cycle = DUTIES[0]
-    assert Proposed(cycle * 3, "", 6.0).cycle == (cycle, 3)
-    assert Proposed((), "", 0.0).cycle == ((), 1)
