@@ -41,6 +41,8 @@ ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 LONGEST = 86400.0
 """How often a duty cycle may be repeated, and s that all of it may take."""
 
+_MOST_TOLD = 4
+
 ALIKE = float(np.sqrt(NEAR))
 """Expected separation in standard deviations below which models are more likely than not to stay alike."""
 
@@ -87,26 +89,19 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     never = np.max(table * most[:, None, None], axis=0) < ALIKE
     alike = _alike(members, never)
     if len(alike) == len(members) * (len(members) - 1) // 2:
-        names = " and ".join(sorted({item.name for fit in members for item in fit.items}))
-        check = next((i.cause.check for i in members[0].items if i.title not in members[1].key), "")
-        return Proposed((), f"No duty cycle of a day tells {names} apart. {check}", 0.0, 0.0, alike)
+        return _nothing_tells(members, alike)
     table[:, never] = np.inf
     which, rounds = _soonest(design, table)
-    for rounds in (n for n in _feasible(DUTIES[which]) if n >= rounds):
-        separations = np.where(never, np.inf, design.separations(DUTIES[which] * rounds))
-        chance = design.chance(separations)
-        if chance >= SURE:
-            break
+    duty, separations, chance = _long_enough(design, DUTIES[which], rounds, never)
     among = separations[:, : len(members)]
-    pairs = np.minimum(among, among.T)
-    nearest = float(pairs.min())
-    return Proposed(
-        DUTIES[which] * rounds,
-        _why(members, alike, rounds * length(DUTIES[which]), chance),
-        nearest,
-        chance,
-        alike,
-    )
+    nearest = float(np.minimum(among, among.T).min())
+    return Proposed(duty, _why(members, alike, length(duty), chance), nearest, chance, alike)
+
+
+def _nothing_tells(members: Sequence[Fit], alike: tuple[tuple[str, str], ...]) -> Proposed:
+    names = " and ".join(sorted({item.name for fit in members for item in fit.items}))
+    check = next((i.cause.check for i in members[0].items if i.title not in members[1].key), "")
+    return Proposed((), f"No duty cycle of a day tells {names} apart. {check}", 0.0, 0.0, alike)
 
 
 _NOTHING = 0.5
@@ -182,6 +177,18 @@ def _soonest(design: _Design, table: Vector) -> tuple[int, int]:
     return min(found)[2:]
 
 
+def _long_enough(
+    design: _Design, cycle: tuple[Stage, ...], rounds: int, never: NDArray[np.bool_]
+) -> tuple[tuple[Stage, ...], Vector, float]:
+    """The cycle repeated from so many rounds on until it is sure; its separations, and the chance."""
+    for rounds in (n for n in _feasible(cycle) if n >= rounds):
+        separations = np.where(never, np.inf, design.separations(cycle * rounds))
+        chance = design.chance(separations)
+        if chance >= SURE:
+            break
+    return cycle * rounds, separations, chance
+
+
 def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> tuple[tuple[str, str], ...]:
     pairs = combinations(range(len(members)), 2)
     return tuple((_title(members[i]), _title(members[j])) for i, j in pairs if never[i, j] or never[j, i])
@@ -190,6 +197,8 @@ def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> tuple[tuple[str,
 def _why(members: Sequence[Fit], alike: Sequence[tuple[str, str]], seconds: float, chance: float) -> str:
     first, *others = (_title(fit) for fit in members)
     apart = [first, *(title for title in others if (first, title) not in alike)]
+    if len(apart) > _MOST_TOLD + 1:
+        apart[_MOST_TOLD:] = [f"{len(apart) - _MOST_TOLD} more"]
     told = f"tells {', '.join(apart[:-1])} and {apart[-1]} apart" if apart[1:] else "rules out the others"
     but = "".join(f" Nothing tells {a} from {b}." for a, b in alike[:3])
     return f"In {seconds / 3600:.1f} hours it {told}, with a chance of {100 * chance:.0f} %.{but}"
