@@ -151,7 +151,7 @@ class Problem:
             return values, by_slot
 
         def mean(each: Vector) -> Vector:
-            return np.einsum("bp,bp...->b...", weight, each.reshape(*weight.shape, *each.shape[1:]))
+            return np.einsum("bpo,bpo...->bo...", weight, each.reshape(*weight.shape[:2], *each.shape[1:]))
 
         return mean(values), mean(by_slot)
 

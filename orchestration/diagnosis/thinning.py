@@ -38,7 +38,7 @@ class Thinned:
     time : s, mean of each block's rows, shape (blocks,)
     averaging : what a block is the mean of
     within : s, times in each block at which it is simulated, shape (blocks, points)
-    weight : of each of these times in the block's mean, shape (blocks, points)
+    weight : of each of these times in the block's mean, shape (blocks, points, outputs)
     readings : SI, mean of each block, NaN where most of it is missing, shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     spikes : spikes removed by output, shape (outputs,)
@@ -71,45 +71,59 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
     if spacing >= length * 0.75:
-        times = run.time[:, None]
-        return Thinned(run.time, ROW, times, np.ones_like(times), table, run.fitted, spikes, quanta, scatter)
+        one = np.ones((run.time.size, 1, table.shape[1]))
+        return Thinned(run.time, ROW, run.time[:, None], one, table, run.fitted, spikes, quanta, scatter)
     block = np.floor(run.time / length).astype(np.int64)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     count = np.diff(np.append(starts, block.size))
     time = np.add.reduceat(run.time, starts) / count
-    within, weight = _points(run.time, starts, count, length)
-    full = np.isfinite(table)
-    filled = np.add.reduceat(full.astype(float), starts, axis=0)
-    means = np.add.reduceat(_bridged(run.time, table), starts, axis=0) / count[:, None]
-    means = np.where(filled >= count[:, None] / 2, means, np.nan)
+    most = max(_FEWEST_POINTS, int(np.ceil(length / SHORTEST)))
+    within, weight = _points(run.time, np.isfinite(table), starts, count, most)
+    means = _means(run.time, table, starts, count, count > most)
     fitted = np.logical_and.reduceat(run.fitted, starts)
     averaging = Averaging(1 / float(np.mean(1 / count)), length)
     return Thinned(time, averaging, within, weight, means, fitted, spikes, quanta, scatter)
 
 
-def _bridged(time: Vector, table: Vector) -> Vector:
-    """Readings with those missing on the line between their neighbours: a mean must not lean to one side."""
-    result = table.copy()
-    for column in result.T:
-        there = np.isfinite(column)
-        if there.any() and not there.all():
-            column[~there] = np.interp(time[~there], time[there], column[there])
-    return result
+def _means(
+    time: Vector,
+    table: Vector,
+    starts: NDArray[np.int64],
+    count: NDArray[np.int64],
+    sparse: NDArray[np.bool_],
+) -> Vector:
+    """Mean of each block's readings, NaN where most are missing.
+
+    Where not each row of a block is simulated, missing readings are put on the line between their neighbours:
+    the mean must not lean to one side.
+    """
+    full = np.isfinite(table)
+    filled = np.add.reduceat(full.astype(float), starts, axis=0)
+    rows = np.where(full, table, 0.0)
+    counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
+    for column, there in zip(rows.T, full.T, strict=True):
+        gaps = ~there & np.repeat(sparse, count)
+        if there.any():
+            column[gaps] = np.interp(time[gaps], time[there], column[there])
+    means = np.add.reduceat(rows, starts, axis=0) / counted
+    return np.where(filled >= count[:, None] / 2, means, np.nan)
 
 
 def _points(
-    time: Vector, starts: NDArray[np.int64], count: NDArray[np.int64], length: float
+    time: Vector, full: NDArray[np.bool_], starts: NDArray[np.int64], count: NDArray[np.int64], most: int
 ) -> tuple[Vector, Vector]:
     """Times at which blocks are simulated, and their weights: the rows, or some as evenly spread.
 
-    Rows are taken themselves where they are few, since beside a leap of the inputs no others stand for them.
+    Rows are taken themselves where they are few, those that were read: beside a leap of the inputs no others
+    stand for them.
     """
-    most = max(_FEWEST_POINTS, int(np.ceil(length / SHORTEST)))
     number = np.minimum(count, most)[:, None]
     point = np.arange(number.max())
     place = np.clip((point + 0.5) * (count[:, None] / number) - 0.5, 0.0, count[:, None] - 1.0)
     within = np.interp(starts[:, None] + place, np.arange(time.size), time)
-    return within, np.where(point < number, 1.0 / number, 0.0)
+    used = np.repeat((point < number)[:, :, None], full.shape[1], axis=2)
+    used &= full[np.round(starts[:, None] + place).astype(np.int64)] | (count > most)[:, None, None]
+    return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
 
 
 def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
