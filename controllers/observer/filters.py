@@ -1,0 +1,106 @@
+"""Two filters side by side: one alert to unknown heat, one quiet, and which of them leads.
+
+The alert filter expects unknown heat of the designed size all the time. So it follows a pad within minutes
+and knows it from a failing sensor, at the price of more of the thermometers' noise. The quiet filter expects
+`quiet_share` of that heat, and its innovations are white while there is none. It uses a reading whenever the
+alert one does, and is what the law reports; the alert one leads, that is the quiet one goes on from it,
+while unknown heat is seen, and wherever the two elongations disagree.
+
+Disagreement: of two estimates, one that is good with and without unknown heat and one that is good without
+only, the difference has without it the difference of their variances.
+J. A. Hausman, "Specification tests in econometrics", Econometrica 46 (1978) 1251-1271.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from warmlink.controllers.kalman import Belief, variance_along
+from warmlink.controllers.matrices import outer, packed_size, symmetric, upper
+from warmlink.controllers.observer.model import HEATS, MODES, elongation
+from warmlink.fmus.arithmetic import Number, maximum, stack, where
+from warmlink.fmus.packaging.component import Record, State
+
+DISAGREEMENT_SIGMAS = 4.0
+"""Standard deviations of their difference beyond which the two elongations disagree."""
+
+_PREFIX = {"alert": "", "quiet": "quiet_"}
+"""What the names of each filter's states begin with."""
+
+
+class Filters(NamedTuple):
+    """The two beliefs, of the same size."""
+
+    alert: Belief
+    quiet: Belief
+
+
+def filter_states(size: int) -> tuple[State, ...]:
+    """States that hold both beliefs, of so many elements each."""
+    sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
+    return tuple(
+        State(name, "1", size=count)
+        for prefix in _PREFIX.values()
+        for name, count in zip(_names(prefix), sizes, strict=True)
+    )
+
+
+def filters_of(x: Record, size: int) -> Filters:
+    """Both beliefs as they lie in a law's states."""
+    return Filters(*(_belief_of(x, prefix, size) for prefix in _PREFIX.values()))
+
+
+def quiet_of(x: Record, size: int) -> Belief:
+    """The quiet belief alone, which is the one that is reported."""
+    return _belief_of(x, _PREFIX["quiet"], size)
+
+
+def filters_named(filters: Filters) -> dict[str, Number]:
+    """Both beliefs under the names of a law's states."""
+    named: dict[str, Number] = {}
+    for prefix, belief in zip(_PREFIX.values(), filters, strict=True):
+        flat = (belief.mean, upper(belief.spread), upper(belief.noise_spread))
+        named.update(zip(_names(prefix), flat, strict=True))
+    return named
+
+
+def expected_shares(share: Number, size: int) -> Number:
+    """Factors on the states' designed sizes where that share of the unknown heats is expected."""
+    return stack(*[1.0] * MODES, *[share] * HEATS, *[1.0] * (size - MODES - HEATS))
+
+
+def quieted(alert: Belief, p: Record) -> Belief:
+    """The belief from which the quiet filter goes on: the alert one's, with less expected of unknown heat.
+
+    The elongation's variance is the same in both, since the heats have no direct part in it.
+    """
+    share = expected_shares(p.quiet_share, alert.mean.shape[0])
+    return alert._replace(spread=outer(share, share) * alert.spread)
+
+
+def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
+    """The filters once it is settled which of them leads.
+
+    Parameters
+    ----------
+    seen : evidence of disturbances, squared and relative to those designed for
+    begun_again : 1 where the alert filter has begun again from the duty, else 0
+    """
+    alert, quiet = filters
+    row = stack(p.elongation_row, *[0.0] * (alert.mean.shape[0] - MODES))
+    apart = elongation(alert.mean, p) - elongation(quiet.mean, p)
+    by_noise = variance_along(alert.noise_spread, row) - variance_along(quiet.noise_spread, row)
+    disagree = where(apart**2 > DISAGREEMENT_SIGMAS**2 * maximum(by_noise, 0.0), 1.0, 0.0)
+    heat_seen = where(seen > p.quiet_share**2, 1.0, 0.0)
+    alert_leads = maximum(maximum(heat_seen, disagree), begun_again)
+    then = zip(quieted(alert, p), quiet, strict=True)
+    return Filters(alert, Belief(*(where(alert_leads > 0, new, old) for new, old in then)))
+
+
+def _names(prefix: str) -> tuple[str, ...]:
+    return tuple(f"{prefix}{name}" for name in ("estimate", "spread", "noise_spread"))
+
+
+def _belief_of(x: Record, prefix: str, size: int) -> Belief:
+    mean, spread, noise_spread = (getattr(x, name) for name in _names(prefix))
+    return Belief(mean, symmetric(spread, size), symmetric(noise_spread, size))
