@@ -3,26 +3,25 @@
 The alert filter expects unknown heat of the designed size all the time. So it follows a pad within minutes
 and knows it from a failing sensor, at the price of more of the thermometers' noise. The quiet filter expects
 `quiet_share` of that heat, and its innovations are white while there is none. It uses a reading whenever the
-alert one does, and is what the law reports; the alert one leads, that is the quiet one goes on from it,
-while unknown heat is seen, and wherever the two elongations disagree.
-
-Disagreement: of two estimates, one that is good with and without unknown heat and one that is good without
-only, the difference has without it the difference of their variances.
-J. A. Hausman, "Specification tests in econometrics", Econometrica 46 (1978) 1251-1271.
+alert one does, and is what the law reports. The alert one leads, that is the quiet one goes on from it, from
+when unknown heat is certain until nothing is left of the evidence.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.kalman import Belief, variance_along
-from warmlink.controllers.matrices import outer, packed_size, symmetric, upper
-from warmlink.controllers.observer.model import HEATS, MODES, elongation
-from warmlink.fmus.arithmetic import Number, maximum, stack, where
+from warmlink.controllers.kalman import Belief
+from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
+from warmlink.controllers.observer.model import HEATS, MODES
+from warmlink.fmus.arithmetic import Number, stack, total, where
 from warmlink.fmus.packaging.component import Record, State
 
-DISAGREEMENT_SIGMAS = 4.0
-"""Standard deviations of their difference beyond which the two elongations disagree."""
+CERTAIN_SIGMAS = 5.0
+"""Standard deviations of what noise alone makes of it beyond which unknown heat is certain.
+
+Of the thousands of estimates of a shift, three are exceeded by chance every hour, five in hardly any shift.
+"""
 
 _PREFIX = {"alert": "", "quiet": "quiet_"}
 """What the names of each filter's states begin with."""
@@ -50,11 +49,6 @@ def filters_of(x: Record, size: int) -> Filters:
     return Filters(*(_belief_of(x, prefix, size) for prefix in _PREFIX.values()))
 
 
-def quiet_of(x: Record, size: int) -> Belief:
-    """The quiet belief alone, which is the one that is reported."""
-    return _belief_of(x, _PREFIX["quiet"], size)
-
-
 def filters_named(filters: Filters) -> dict[str, Number]:
     """Both beliefs under the names of a law's states."""
     named: dict[str, Number] = {}
@@ -78,23 +72,25 @@ def quieted(alert: Belief, p: Record) -> Belief:
     return alert._replace(spread=outer(share, share) * alert.spread)
 
 
-def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
-    """The filters once it is settled which of them leads.
+def led(
+    filters: Filters, before: Number, seen: Number, begun_again: Number, p: Record
+) -> tuple[Filters, Number]:
+    """The filters once it is settled which of them leads, and 1 if that is the alert one, else 0.
 
     Parameters
     ----------
+    before : 1 where the alert filter led until now, else 0
     seen : evidence of disturbances, squared and relative to those designed for
-    begun_again : 1 where the alert filter has begun again from the duty, else 0
+    begun_again : 1 where the alert filter has just begun again from the duty, else 0
     """
     alert, quiet = filters
-    row = stack(p.elongation_row, *[0.0] * (alert.mean.shape[0] - MODES))
-    apart = elongation(alert.mean, p) - elongation(quiet.mean, p)
-    by_noise = variance_along(alert.noise_spread, row) - variance_along(quiet.noise_spread, row)
-    disagree = where(apart**2 > DISAGREEMENT_SIGMAS**2 * maximum(by_noise, 0.0), 1.0, 0.0)
-    heat_seen = where(seen > p.quiet_share**2, 1.0, 0.0)
-    alert_leads = maximum(maximum(heat_seen, disagree), begun_again)
+    heats = slice(MODES, MODES + HEATS)
+    noise = diagonal_of(alert.noise_spread)[heats]
+    certain = where(alert.mean[heats] ** 2 > CERTAIN_SIGMAS**2 * noise, 1.0, 0.0)
+    still = where(seen > p.quiet_share**2, before, 0.0)
+    leads = where(total(certain) + still + begun_again > 0, 1.0, 0.0)
     then = zip(quieted(alert, p), quiet, strict=True)
-    return Filters(alert, Belief(*(where(alert_leads > 0, new, old) for new, old in then)))
+    return Filters(alert, Belief(*(where(leads > 0, new, old) for new, old in then))), leads
 
 
 def _names(prefix: str) -> tuple[str, ...]:

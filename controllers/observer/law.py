@@ -22,7 +22,6 @@ from warmlink.controllers.observer.filters import (
     filters_named,
     filters_of,
     led,
-    quiet_of,
     quieted,
 )
 from warmlink.controllers.observer.model import (
@@ -68,6 +67,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
         **named(filters, trust, 0.0),
         "duty_modes": filters.alert.mean[:MODES],
         "plausible_heat": 0.0,
+        "alert_leads": 0.0,
         "correction": 0.0,
         "elongation": elongation(filters.quiet.mean, p),
         "distrusted": distrusted(trust, readings, p),
@@ -84,7 +84,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
     alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
     seen = evidence(x.evidence, alert, p, step)
-    filters = led(Filters(alert, filters.quiet), seen, again, p)
+    filters, leads = led(Filters(alert, filters.quiet), x.alert_leads, seen, again, p)
     wanted = elongation(filters.quiet.mean, p)
     least = least_elongation(duty_modes, u, p)
     correction = fail_safe.limited(x.correction, maximum(wanted, least), p, step)
@@ -92,6 +92,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         **named(filters, trust, seen),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
+        "alert_leads": leads,
         "correction": correction,
         "elongation": maximum(wanted, least),
         "distrusted": maximum(distrusted(trust, readings, p), where(wanted < least, 1.0, 0.0)),
@@ -101,7 +102,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
     row = stack(p.elongation_row, *[0.0] * HEATS)
-    return reported(x, quiet_of(x, STATES), row, p)
+    return reported(x, filters_of(x, STATES), row, p)
 
 
 def sensed(u: Record) -> Number:
@@ -188,7 +189,7 @@ def sense(
         row = stack(sensor_row(i, p), *[0.0] * extra)
         innovations = Filters(*(readings[i] - temperature(i, each.mean[:MODES], p) for each in filters))
         widest = variance_along(filters.alert.spread, row)
-        sure = variance_along(believed_spread(filters.alert, seen), row)
+        sure = variance_along(believed_spread(Filters(filters.alert, filters.alert), seen), row)
         news_here = used * news[i]
         verdict = fail_safe.judged(
             trust, i, news_here, innovations.alert, widest + variance, sure + variance, gates, step
@@ -220,14 +221,15 @@ def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
     return clip(seen, 0.0, LARGEST_EVIDENCE)
 
 
-def believed_spread(belief: Belief, seen: Number) -> Number:
-    """Covariance of the error with disturbances as strong as they are seen to be."""
-    return belief.noise_spread + seen * (belief.spread - belief.noise_spread)
+def believed_spread(filters: Filters, seen: Number) -> Number:
+    """Covariance of the reported error: noise, and what disturbances as strong as they are seen to be add."""
+    alert, quiet = filters
+    return quiet.noise_spread + seen * (alert.spread - alert.noise_spread)
 
 
-def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
+def reported(x: Record, filters: Filters, row: Number, p: Record) -> dict[str, Number]:
     """The outputs, given the derivative of the elongation by the state."""
-    variance = variance_along(believed_spread(belief, x.evidence), row)
+    variance = variance_along(believed_spread(filters, x.evidence), row)
     variance = variance + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {

@@ -20,7 +20,7 @@ from warmlink.controllers.kalman import Belief, corrected, variance_along
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
-from warmlink.controllers.observer.filters import Filters, filters_of, led, quiet_of
+from warmlink.controllers.observer.filters import Filters, filters_of, led
 from warmlink.fmus.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
 from warmlink.fmus.packaging.component import Record
 
@@ -57,6 +57,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
         **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
         "duty_modes": filters.alert.mean[: model.MODES],
         "plausible_heat": 0.0,
+        "alert_leads": 0.0,
         "correction": 0.0,
         "elongation": elongation(filters.quiet.mean, p),
         "distrusted": observer.distrusted(trust, readings, p),
@@ -74,7 +75,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
     filters, camera = look(Filters(alert, filters.quiet), x, u, p, step)
     seen = observer.evidence(x.evidence, filters.alert, p, step)
-    filters = led(filters, seen, again, p)
+    filters, leads = led(filters, x.alert_leads, seen, again, p)
     least = least_elongation(duty_modes, u, p)
     free_estimate = elongation(filters.quiet.mean, p)
     wanted = maximum(free_estimate, least)
@@ -85,6 +86,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         **_named(camera._replace(free_for=free)),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
+        "alert_leads": leads,
         "correction": correction,
         "elongation": wanted,
         "distrusted": maximum(
@@ -96,8 +98,8 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    belief = quiet_of(x, STATES)
-    return observer.reported(x, belief, elongation_row(belief.mean, p), p)
+    filters = filters_of(x, STATES)
+    return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p)
 
 
 def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tuple[Filters, Camera]:
