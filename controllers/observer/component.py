@@ -89,8 +89,8 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
         Parameter(
             "quiet_share",
             "1",
-            0.1,
-            "share of the unknown heats' size that is allowed for while none is seen",
+            0.05,
+            "share of unknown heats and profile errors that is allowed for while no unknown heat is seen",
             minimum=0,
             maximum=1,
         ),

@@ -2,7 +2,7 @@
 
 The alert filter expects unknown heat of the designed size all the time. So it follows a pad within minutes
 and knows it from a failing sensor, at the price of more of the thermometers' noise. The quiet filter expects
-`quiet_share` of that heat, and its innovations are white while there is none. It uses a reading whenever the
+`quiet_share` of that, and its innovations are white while there is none. It uses a reading whenever the
 alert one does, and is what the law reports. The alert one leads, that is the quiet one goes on from it, from
 when unknown heat is certain until nothing is left of the evidence.
 """
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from warmlink.controllers.kalman import Belief
 from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
-from warmlink.controllers.observer.model import HEATS, MODES
+from warmlink.controllers.observer.model import HEATS, MODES, STATES
 from warmlink.fmus.arithmetic import Number, stack, total, where
 from warmlink.fmus.packaging.component import Record, State
 
@@ -58,17 +58,22 @@ def filters_named(filters: Filters) -> dict[str, Number]:
     return named
 
 
-def expected_shares(share: Number, size: int) -> Number:
-    """Factors on the states' designed sizes where that share of the unknown heats is expected."""
-    return stack(*[1.0] * MODES, *[share] * HEATS, *[1.0] * (size - MODES - HEATS))
+def allowed_for(designed: Number, share: Number) -> Number:
+    """Variances that what is unknown adds in a step, where a share of profile errors and heats is expected.
+
+    What a camera reveals is no heat, and stays as designed.
+    """
+    others = designed.shape[0] - STATES
+    return stack(*[share] * STATES, *[1.0] * others) ** 2 * designed
 
 
 def quieted(alert: Belief, p: Record) -> Belief:
-    """The belief from which the quiet filter goes on: the alert one's, with less expected of unknown heat.
+    """The belief from which the quiet filter goes on: the alert one's, with less doubt about unknown heat.
 
     The elongation's variance is the same in both, since the heats have no direct part in it.
     """
-    share = expected_shares(p.quiet_share, alert.mean.shape[0])
+    others = alert.mean.shape[0] - STATES
+    share = stack(*[1.0] * MODES, *[p.quiet_share] * HEATS, *[1.0] * others)
     return alert._replace(spread=outer(share, share) * alert.spread)
 
 

@@ -18,7 +18,7 @@ from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix,
 from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
 from warmlink.controllers.observer.filters import (
     Filters,
-    expected_shares,
+    allowed_for,
     filters_named,
     filters_of,
     led,
@@ -150,7 +150,7 @@ def predict(filters: Filters, u: Record, p: Record, step: Number) -> Filters:
     """Beliefs a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
     decay, reach = decay_and_reach(p, step)
     fade = exp(-step / p.disturbance_time)
-    size, extra = MODES + fade.shape[0], fade.shape[0] - HEATS
+    extra = fade.shape[0] - HEATS
     by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
         reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
     )
@@ -164,8 +164,7 @@ def predict(filters: Filters, u: Record, p: Record, step: Number) -> Filters:
         unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
         drive = known_heat(modes, u, p) + unknown_heat
         mean = stack(decay * modes + reach * drive, fade * disturbances)
-        disturbance = expected_shares(share, size) ** 2 * designed
-        return carried(belief, transition, mean, diagonal(disturbance))
+        return carried(belief, transition, mean, diagonal(allowed_for(designed, share)))
 
     return Filters(later(filters.alert, 1.0), later(filters.quiet, p.quiet_share))
 
