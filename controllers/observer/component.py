@@ -103,7 +103,6 @@ def observer_states(size: int) -> tuple[State, ...]:
     return (
         *filter_states(size),
         State("evidence", "1"),
-        State("alert_leads", "1"),
         State("duty_modes", "1", size=_MODES),
         State("plausible_heat", "W"),
         *fail_safe.trust_states("K", len(SENSED)),

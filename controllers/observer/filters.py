@@ -3,8 +3,8 @@
 The alert filter expects unknown heat of the designed size all the time. So it follows a pad within minutes
 and knows it from a failing sensor, at the price of more of the thermometers' noise. The quiet filter expects
 `quiet_share` of that, and its innovations are white while there is none. It uses a reading whenever the
-alert one does, and is what the law reports. The alert one leads, that is the quiet one goes on from it, from
-when unknown heat is certain until nothing is left of the evidence.
+alert one does, and is what the law reports. The alert one leads, that is the quiet one goes on from it,
+while unknown heat is certain or remembered for that.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from typing import NamedTuple
 from warmlink.controllers.kalman import Belief
 from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
-from warmlink.fmus.arithmetic import Number, stack, total, where
+from warmlink.fmus.arithmetic import Number, maximum, stack, total, where
 from warmlink.fmus.packaging.component import Record, State
 
+EVIDENCE_SIGMAS = 3.0
+"""Standard deviations of its noise beyond which an estimated disturbance counts as seen."""
+
 CERTAIN_SIGMAS = 5.0
-"""Standard deviations of what noise alone makes of it beyond which unknown heat is certain.
+"""Those beyond which unknown heat is certain.
 
 Of the thousands of estimates of a shift, three are exceeded by chance every hour, five in hardly any shift.
 """
@@ -77,25 +80,24 @@ def quieted(alert: Belief, p: Record) -> Belief:
     return alert._replace(spread=outer(share, share) * alert.spread)
 
 
-def led(
-    filters: Filters, before: Number, seen: Number, begun_again: Number, p: Record
-) -> tuple[Filters, Number]:
-    """The filters once it is settled which of them leads, and 1 if that is the alert one, else 0.
+def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
+    """The filters once it is settled which of them leads.
 
     Parameters
     ----------
-    before : 1 where the alert filter led until now, else 0
-    seen : evidence of disturbances, squared and relative to those designed for
+    seen : evidence of disturbances, squared and relative to those designed for, what is remembered included
     begun_again : 1 where the alert filter has just begun again from the duty, else 0
     """
     alert, quiet = filters
-    heats = slice(MODES, MODES + HEATS)
-    noise = diagonal_of(alert.noise_spread)[heats]
-    certain = where(alert.mean[heats] ** 2 > CERTAIN_SIGMAS**2 * noise, 1.0, 0.0)
-    still = where(seen > p.quiet_share**2, before, 0.0)
-    leads = where(total(certain) + still + begun_again > 0, 1.0, 0.0)
+    heats = alert.mean[MODES:STATES]
+    noise = diagonal_of(alert.noise_spread)[MODES:STATES]
+    certain = total(where(heats**2 > CERTAIN_SIGMAS**2 * noise, 1.0, 0.0))
+    by_noise = noise / p.disturbance_std[:HEATS] ** 2
+    least = (CERTAIN_SIGMAS**2 - EVIDENCE_SIGMAS**2) * maximum(by_noise[0], by_noise[1])
+    remembered = where(seen > least, 1.0, 0.0)
+    alert_leads = certain + remembered + begun_again > 0
     then = zip(quieted(alert, p), quiet, strict=True)
-    return Filters(alert, Belief(*(where(leads > 0, new, old) for new, old in then))), leads
+    return Filters(alert, Belief(*(where(alert_leads, new, old) for new, old in then)))
 
 
 def _names(prefix: str) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from warmlink.controllers.kalman import Belief, carried, corrected, variance_alo
 from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric
 from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
 from warmlink.controllers.observer.filters import (
+    EVIDENCE_SIGMAS,
     Filters,
     allowed_for,
     filters_named,
@@ -51,9 +52,6 @@ from warmlink.fmus.arithmetic import (
 )
 from warmlink.fmus.packaging.component import Record
 
-EVIDENCE_SIGMAS = 3.0
-"""Standard deviations beyond which an estimated disturbance counts as seen."""
-
 LARGEST_EVIDENCE = 4.0
 """Bound on the squared ratio of disturbances seen to disturbances designed for."""
 
@@ -67,7 +65,6 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
         **named(filters, trust, 0.0),
         "duty_modes": filters.alert.mean[:MODES],
         "plausible_heat": 0.0,
-        "alert_leads": 0.0,
         "correction": 0.0,
         "elongation": elongation(filters.quiet.mean, p),
         "distrusted": distrusted(trust, readings, p),
@@ -84,7 +81,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
     alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
     seen = evidence(x.evidence, alert, p, step)
-    filters, leads = led(Filters(alert, filters.quiet), x.alert_leads, seen, again, p)
+    filters = led(Filters(alert, filters.quiet), seen, again, p)
     wanted = elongation(filters.quiet.mean, p)
     least = least_elongation(duty_modes, u, p)
     correction = fail_safe.limited(x.correction, maximum(wanted, least), p, step)
@@ -92,7 +89,6 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         **named(filters, trust, seen),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
-        "alert_leads": leads,
         "correction": correction,
         "elongation": maximum(wanted, least),
         "distrusted": maximum(distrusted(trust, readings, p), where(wanted < least, 1.0, 0.0)),

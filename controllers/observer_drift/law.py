@@ -57,7 +57,6 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
         **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
         "duty_modes": filters.alert.mean[: model.MODES],
         "plausible_heat": 0.0,
-        "alert_leads": 0.0,
         "correction": 0.0,
         "elongation": elongation(filters.quiet.mean, p),
         "distrusted": observer.distrusted(trust, readings, p),
@@ -75,7 +74,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
     filters, camera = look(Filters(alert, filters.quiet), x, u, p, step)
     seen = observer.evidence(x.evidence, filters.alert, p, step)
-    filters, leads = led(filters, x.alert_leads, seen, again, p)
+    filters = led(filters, seen, again, p)
     least = least_elongation(duty_modes, u, p)
     free_estimate = elongation(filters.quiet.mean, p)
     wanted = maximum(free_estimate, least)
@@ -86,7 +85,6 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         **_named(camera._replace(free_for=free)),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
-        "alert_leads": leads,
         "correction": correction,
         "elongation": wanted,
         "distrusted": maximum(

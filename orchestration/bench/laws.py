@@ -188,10 +188,11 @@ def _removal_lines(kind: str, trials: list[Trial]) -> Iterator[str]:
 def _whiteness_lines(trials: list[Trial]) -> Iterator[str]:
     found = [w for t in trials for w in t.white]
     rejected = np.mean([w.p < LEVEL for w in found])
+    neighbours, size = (np.mean([getattr(w, name) for w in found]) for name in ("neighbours", "std"))
     yield (
         f"  innovations: {len(found)} series, {100 * rejected:.1f} % rejected as not white at "
-        f"{100 * LEVEL:.0f} % (Ljung-Box), correlation of neighbours "
-        f"{np.mean([w.neighbours for w in found]):+.3f}, of stated size times {np.mean([w.std for w in found]):.3f}"
+        f"{100 * LEVEL:.0f} % (Ljung-Box), correlation of neighbours {neighbours:+.3f}, "
+        f"of stated size times {size:.3f}"
     )
     by_duty: dict[str, list[bool]] = {}
     for trial in trials:

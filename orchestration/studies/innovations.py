@@ -73,12 +73,16 @@ def innovations(record: Record, demands: Array) -> dict[str, Array]:
         given[OBSERVER.u.index[name]] = column
     looked = _look().map(now.shape[1])(before, given, sensed, now)
     series, mean = (np.array(each) for each in looked)
-    led_by_alert = now[OBSERVER.x.index["alert_leads"]] > 0
-    for k, same in enumerate(np.isclose(mean, _quiet_mean(now), rtol=1e-9, atol=1e-12).all(axis=0)):
-        if not (same or led_by_alert[k]):
-            raise ValueError(
-                f"step {SETTLED + k}: the innovations do not lead to the state that the law recorded"
-            )
+    alert, quiet = (
+        now[first : first + model.STATES]
+        for first in (OBSERVER.x.index[f"{name}[1]"] for name in ("estimate", "quiet_estimate"))
+    )
+    foreseen = np.isclose(mean, quiet, rtol=1e-9, atol=1e-12).all(axis=0)
+    led_by_alert = (quiet == alert).all(axis=0)
+    for k in np.flatnonzero(~(foreseen | led_by_alert)):
+        raise ValueError(
+            f"step {SETTLED + k}: the innovations do not lead to the state that the law recorded"
+        )
     return {SENSED[sensor]: each for sensor, each in zip(_used(), series, strict=True)}
 
 
@@ -108,8 +112,3 @@ def _parameters() -> Any:
 
 def _used() -> list[int]:
     return [i for i, std in enumerate(np.asarray(_parameters().sensor_std)) if std > 0]
-
-
-def _quiet_mean(states: Array) -> Array:
-    first = OBSERVER.x.index["quiet_estimate[1]"]
-    return states[first : first + model.STATES]
