@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from warmlink.controllers.kalman import Belief, variance_along
-from warmlink.controllers.observer.filters import CERTAIN_SIGMAS, Filters, allowed_for, led, quieted
+from warmlink.controllers.observer.filters import Filters, allowed_for, led, quieted
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
 
 P: Any = SimpleNamespace(quiet_share=0.1)
@@ -47,23 +47,27 @@ def test_what_a_camera_reveals_is_allowed_for_in_full(size: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("heat", "before", "seen", "begun_again", "alert_leads"),
+    ("heat", "seen", "begun_again", "alert_leads"),
     [
-        (0.0, 0.0, 0.0, 0.0, 0.0),
-        (0.99 * CERTAIN_SIGMAS, 0.0, 1.0, 0.0, 0.0),
-        (1.01 * CERTAIN_SIGMAS, 0.0, 0.0, 0.0, 1.0),
-        (-1.01 * CERTAIN_SIGMAS, 0.0, 0.0, 0.0, 1.0),
-        (0.0, 1.0, 0.011, 0.0, 1.0),
-        (0.0, 1.0, 0.009, 0.0, 0.0),
-        (0.0, 0.0, 0.0, 1.0, 1.0),
+        (0.0, 0.0, 0.0, False),
+        (4.99, 0.0, 0.0, False),
+        (5.01, 0.0, 0.0, True),
+        (-5.01, 0.0, 0.0, True),
+        (0.0, 15.9, 0.0, False),
+        (0.0, 16.1, 0.0, True),
+        (0.0, 0.0, 1.0, True),
     ],
 )
-def test_who_leads(heat: float, before: float, seen: float, begun_again: float, alert_leads: float) -> None:
-    """Certain heat gives the alert filter the lead, as does a new start; evidence lets it keep it."""
+def test_who_leads(heat: float, seen: float, begun_again: float, alert_leads: bool) -> None:
+    """Certain heat gives the alert filter the lead, as do the memory of it and a new start.
+
+    Heat in standard deviations of its noise, evidence in its variances beyond the nine that count for none.
+    """
     for size in SIZES:
-        given = Filters(belief(size, 2, heat), belief(size, 3))
-        filters, leads = led(given, before, seen, begun_again, P)
-        assert leads == alert_leads
-        assert filters.alert is given.alert
-        expected = quieted(given.alert, P) if alert_leads else given.quiet
+        alert, quiet = belief(size, 2, heat), belief(size, 3)
+        noise = np.diag(alert.noise_spread)[MODES:STATES]
+        p = SimpleNamespace(quiet_share=0.1, disturbance_std=np.ones(size - MODES))
+        filters = led(Filters(alert, quiet), seen * noise.max(), begun_again, p)
+        assert filters.alert is alert
+        expected = quieted(alert, p) if alert_leads else quiet
         assert all(np.array_equal(one, other) for one, other in zip(filters.quiet, expected, strict=True))
