@@ -7,6 +7,7 @@ from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED,
 from warmlink.controllers.matrices import packed_size
 from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.designed import DESIGNED
+from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import with_values
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.component import Component, Parameter, State
@@ -85,6 +86,14 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             minimum=0,
             maximum=1,
         ),
+        Parameter(
+            "quiet_share",
+            "1",
+            0.05,
+            "share of unknown heats and profile errors that is allowed for while no unknown heat is seen",
+            minimum=0,
+            maximum=1,
+        ),
         *_MODEL,
     )
 
@@ -92,9 +101,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
 def observer_states(size: int) -> tuple[State, ...]:
     """What an observer with a state of so many elements remembers."""
     return (
-        State("estimate", "1", size=size),
-        State("spread", "1", size=packed_size(size)),
-        State("noise_spread", "1", size=packed_size(size)),
+        *filter_states(size),
         State("evidence", "1"),
         State("duty_modes", "1", size=_MODES),
         State("plausible_heat", "W"),

@@ -29,8 +29,8 @@ def reconciled(
     plausible: Number,
     u: Record,
     p: Record,
-) -> tuple[Belief, fail_safe.Trust]:
-    """Belief and trust once sensors that contradict each other are settled.
+) -> tuple[Belief, fail_safe.Trust, Number]:
+    """Belief and trust once sensors that contradict each other are settled; 1 where that begins it again.
 
     A sensor that drifts away slowly has no telling innovation: the filter makes up heat that explains it.
     Such heat soon exceeds what a wrong model may account for. Then the sensor that is farthest from what the
@@ -59,9 +59,9 @@ def reconciled(
         warmth = maximum(warmth, deviation[i])
     out = stack(*left_out)
     again = _begun_again(belief, duty_modes, warmth, p)
-    return Belief(
-        *(where(too_much, new, old) for new, old in zip(again, belief, strict=True))
-    ), trust._replace(out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for))
+    belief = Belief(*(where(too_much, new, old) for new, old in zip(again, belief, strict=True)))
+    trust = trust._replace(out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for))
+    return belief, trust, where(too_much, 1.0, 0.0)
 
 
 def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) -> Belief:

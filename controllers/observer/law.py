@@ -3,7 +3,8 @@
     dz/dt = (the reduced model of `model.py`) + B_s d_1 + B_l d_2
 
 d_1 and d_2 are heat in W that no input tells of, into the shaft (a pad, say) and into the link, each with
-exponentially fading correlation. Readings enter one after the other, so any may be left out. See README.md.
+exponentially fading correlation. Two filters expect more and less of it, see `filters.py`. Readings enter one
+after the other, so any may be left out. See README.md.
 """
 
 from __future__ import annotations
@@ -13,8 +14,17 @@ from collections.abc import Mapping
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
-from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric, upper
+from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric
 from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
+from warmlink.controllers.observer.filters import (
+    EVIDENCE_SIGMAS,
+    Filters,
+    allowed_for,
+    filters_named,
+    filters_of,
+    led,
+    quieted,
+)
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
@@ -42,42 +52,41 @@ from warmlink.fmus.arithmetic import (
 )
 from warmlink.fmus.packaging.component import Record
 
-EVIDENCE_SIGMAS = 3.0
-"""Standard deviations beyond which an estimated disturbance counts as seen."""
-
 LARGEST_EVIDENCE = 4.0
 """Bound on the squared ratio of disturbances seen to disturbances designed for."""
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
-    start, readings = first_belief(u, p, STATES), sensed(u)
+    start, readings = first_filters(u, p, STATES), sensed(u)
     trust = fail_safe.at_start(readings)
-    belief, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    filters, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
     return {
-        **named(belief, trust, 0.0),
-        "duty_modes": belief.mean[:MODES],
+        **named(filters, trust, 0.0),
+        "duty_modes": filters.alert.mean[:MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
-        "elongation": elongation(belief.mean, p),
+        "elongation": elongation(filters.quiet.mean, p),
         "distrusted": distrusted(trust, readings, p),
     }
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: carried over by the model, corrected by the readings, limited."""
-    belief = predict(belief_of(x, STATES), u, p, step)
+    filters = predict(filters_of(x, STATES), u, p, step)
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
-    belief, trust = sense(belief, trust, readings, news, x.evidence, p, step)
+    filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = by_duty(x.duty_modes, u, p, step)
-    plausible = plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
-    belief, trust = reconciled(belief, trust, readings, duty_modes, plausible, u, p)
-    wanted = elongation(belief.mean, p)
+    plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
+    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
+    seen = evidence(x.evidence, alert, p, step)
+    filters = led(Filters(alert, filters.quiet), seen, again, p)
+    wanted = elongation(filters.quiet.mean, p)
     least = least_elongation(duty_modes, u, p)
     correction = fail_safe.limited(x.correction, maximum(wanted, least), p, step)
     return {
-        **named(belief, trust, evidence(x.evidence, belief, p, step)),
+        **named(filters, trust, seen),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
         "correction": correction,
@@ -88,9 +97,8 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    belief = belief_of(x, STATES)
     row = stack(p.elongation_row, *[0.0] * HEATS)
-    return reported(x, belief, row, p)
+    return reported(x, filters_of(x, STATES), row, p)
 
 
 def sensed(u: Record) -> Number:
@@ -98,20 +106,15 @@ def sensed(u: Record) -> Number:
     return stack(*(getattr(u, name) for name in SENSED))
 
 
-def belief_of(x: Record, size: int) -> Belief:
-    """The belief as it lies in the states."""
-    return Belief(x.estimate, symmetric(x.spread, size), symmetric(x.noise_spread, size))
+def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
+    """What the filters remember, under the names of the law's states."""
+    return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
 
 
-def named(belief: Belief, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
-    """What the filter remembers, under the names of the law's states."""
-    return {
-        "estimate": belief.mean,
-        "spread": upper(belief.spread),
-        "noise_spread": upper(belief.noise_spread),
-        "evidence": seen,
-        **fail_safe.trust_named(trust),
-    }
+def first_filters(u: Record, p: Record, size: int) -> Filters:
+    """Both filters before any reading."""
+    start = first_belief(u, p, size)
+    return Filters(start, quieted(start, p))
 
 
 def first_belief(u: Record, p: Record, size: int) -> Belief:
@@ -139,55 +142,63 @@ def first_belief(u: Record, p: Record, size: int) -> Belief:
     )
 
 
-def predict(belief: Belief, u: Record, p: Record, step: Number) -> Belief:
-    """Belief a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
-    modes, disturbances = belief.mean[:MODES], belief.mean[MODES:]
-    extra = disturbances.shape[0] - HEATS
+def predict(filters: Filters, u: Record, p: Record, step: Number) -> Filters:
+    """Beliefs a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
     decay, reach = decay_and_reach(p, step)
     fade = exp(-step / p.disturbance_time)
-    unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
-    drive = known_heat(modes, u, p) + unknown_heat
-    mean = stack(decay * modes + reach * drive, fade * disturbances)
+    extra = fade.shape[0] - HEATS
     by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
         reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
     )
     # Of convection's effect on errors the diagonal is kept: the rest is a hundredth of it.
     own = decay + reach * absolute(u.speed) * diagonal_of(matrix(p.convection, MODES))
     transition = blocks(diagonal(own), by_heat, diagonal(fade))
-    unknown = stack(*[0.0] * MODES, p.disturbance_std**2 * (1.0 - fade**2))
-    model = stack(p.profile_std**2 * (1.0 - decay**2), *[0.0] * (HEATS + extra))
-    return carried(belief, transition, mean, diagonal(unknown + model))
+    designed = stack(p.profile_std**2 * (1.0 - decay**2), p.disturbance_std**2 * (1.0 - fade**2))
+
+    def later(belief: Belief, share: Number) -> Belief:
+        modes, disturbances = belief.mean[:MODES], belief.mean[MODES:]
+        unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
+        drive = known_heat(modes, u, p) + unknown_heat
+        mean = stack(decay * modes + reach * drive, fade * disturbances)
+        return carried(belief, transition, mean, diagonal(allowed_for(designed, share)))
+
+    return Filters(later(filters.alert, 1.0), later(filters.quiet, p.quiet_share))
 
 
 def sense(
-    belief: Belief,
+    filters: Filters,
     trust: fail_safe.Trust,
     readings: Number,
     news: Number,
     seen: Number,
     p: Record,
     step: Number,
-) -> tuple[Belief, fail_safe.Trust]:
-    """Belief and trust after the readings, taken one after the other."""
-    extra = belief.mean.shape[0] - MODES
+) -> tuple[Filters, fail_safe.Trust]:
+    """Beliefs and trust after the readings, taken one after the other; the alert filter judges them."""
+    extra = filters.alert.mean.shape[0] - MODES
     gates = fail_safe.gates_of(p)
     means, calm, out = [], [], []
     for i in range(SENSORS):
         used = where(p.sensor_std[i] > 0, 1.0, 0.0)
         variance = where(used > 0, p.sensor_std[i] ** 2, 1.0)
         row = stack(sensor_row(i, p), *[0.0] * extra)
-        innovation = readings[i] - temperature(i, belief.mean[:MODES], p)
-        widest = variance_along(belief.spread, row)
-        sure = variance_along(believed_spread(belief, seen), row)
+        innovations = Filters(*(readings[i] - temperature(i, each.mean[:MODES], p) for each in filters))
+        widest = variance_along(filters.alert.spread, row)
+        sure = variance_along(believed_spread(Filters(filters.alert, filters.alert), seen), row)
         news_here = used * news[i]
         verdict = fail_safe.judged(
-            trust, i, news_here, innovation, widest + variance, sure + variance, gates, step
+            trust, i, news_here, innovations.alert, widest + variance, sure + variance, gates, step
         )
-        belief = corrected(belief, row, innovation, variance, verdict.use)
+        filters = Filters(
+            *(
+                corrected(belief, row, innovation, variance, verdict.use)
+                for belief, innovation in zip(filters, innovations, strict=True)
+            )
+        )
         means.append(verdict.mean)
         calm.append(verdict.calm_for)
         out.append(used * verdict.out)
-    return belief, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+    return filters, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
 
 
 def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
@@ -205,14 +216,15 @@ def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
     return clip(seen, 0.0, LARGEST_EVIDENCE)
 
 
-def believed_spread(belief: Belief, seen: Number) -> Number:
-    """Covariance of the error with disturbances as strong as they are seen to be."""
-    return belief.noise_spread + seen * (belief.spread - belief.noise_spread)
+def believed_spread(filters: Filters, seen: Number) -> Number:
+    """Covariance of the reported error: noise, and what disturbances as strong as they are seen to be add."""
+    alert, quiet = filters
+    return quiet.noise_spread + seen * (alert.spread - alert.noise_spread)
 
 
-def reported(x: Record, belief: Belief, row: Number, p: Record) -> dict[str, Number]:
+def reported(x: Record, filters: Filters, row: Number, p: Record) -> dict[str, Number]:
     """The outputs, given the derivative of the elongation by the state."""
-    variance = variance_along(believed_spread(belief, x.evidence), row)
+    variance = variance_along(believed_spread(filters, x.evidence), row)
     variance = variance + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {

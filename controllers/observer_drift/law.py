@@ -20,6 +20,7 @@ from warmlink.controllers.kalman import Belief, corrected, variance_along
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
+from warmlink.controllers.observer.filters import Filters, filters_of, led
 from warmlink.fmus.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
 from warmlink.fmus.packaging.component import Record
 
@@ -46,39 +47,41 @@ class Camera(NamedTuple):
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: those of the observer, and no reading of the camera yet."""
-    start = observer.first_belief(u, p, STATES)
+    start = observer.first_filters(u, p, STATES)
     readings = observer.sensed(u)
     trust = fail_safe.at_start(readings)
-    belief, trust = observer.sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    filters, trust = observer.sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
     return {
-        **observer.named(belief, trust, 0.0),
+        **observer.named(filters, trust, 0.0),
         **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
-        "duty_modes": belief.mean[: model.MODES],
+        "duty_modes": filters.alert.mean[: model.MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
-        "elongation": elongation(belief.mean, p),
+        "elongation": elongation(filters.quiet.mean, p),
         "distrusted": observer.distrusted(trust, readings, p),
     }
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: the observer's, then what the camera teaches, limited."""
-    belief = observer.predict(observer.belief_of(x, STATES), u, p, step)
+    filters = observer.predict(filters_of(x, STATES), u, p, step)
     readings = observer.sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
-    belief, trust = observer.sense(belief, trust, readings, news, x.evidence, p, step)
+    filters, trust = observer.sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = model.by_duty(x.duty_modes, u, p, step)
-    plausible = plausible_link_heat(x.plausible_heat, belief.mean, u, p, step)
-    belief, trust = reconciled(belief, trust, readings, duty_modes, plausible, u, p)
-    belief, camera = look(belief, x, u, p, step)
+    plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
+    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
+    filters, camera = look(Filters(alert, filters.quiet), x, u, p, step)
+    seen = observer.evidence(x.evidence, filters.alert, p, step)
+    filters = led(filters, seen, again, p)
     least = least_elongation(duty_modes, u, p)
-    free_estimate = elongation(belief.mean, p)
+    free_estimate = elongation(filters.quiet.mean, p)
     wanted = maximum(free_estimate, least)
     correction = fail_safe.limited(x.correction, wanted, p, step)
     free = where(absolute(wanted - correction) < p.camera_std, camera.free_for + step, 0.0)
     return {
-        **observer.named(belief, trust, observer.evidence(x.evidence, belief, p, step)),
+        **observer.named(filters, trust, seen),
         **_named(camera._replace(free_for=free)),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
@@ -86,19 +89,19 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
         "elongation": wanted,
         "distrusted": maximum(
             maximum(observer.distrusted(trust, readings, p), where(free_estimate < least, 1.0, 0.0)),
-            doubtful(camera, belief, u, p),
+            doubtful(camera, filters.quiet, u, p),
         ),
     }
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    belief = observer.belief_of(x, STATES)
-    return observer.reported(x, belief, elongation_row(belief.mean, p), p)
+    filters = filters_of(x, STATES)
+    return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p)
 
 
-def look(belief: Belief, x: Record, u: Record, p: Record, step: Number) -> tuple[Belief, Camera]:
-    """Belief and memory after the camera's reading, which counts once, when it is new.
+def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tuple[Filters, Camera]:
+    """Beliefs and memory after the camera's reading, which counts once, when it is new.
 
     While a limit holds the correction back, the reading is not the estimate's error; it counts only when the
     limits have been idle since before the picture was taken.
@@ -107,25 +110,36 @@ def look(belief: Belief, x: Record, u: Record, p: Record, step: Number) -> tuple
     new = where(u.measured_drift == x.camera_last, 0.0, 1.0) * where(u.drift_valid > 0.5, 1.0, 0.0)
     news = new * fail_safe.present(u.measured_drift)
     free = where(x.camera_free_for > p.camera_delay + 2.0 * step, 1.0, 0.0)
-    row = elongation_row(belief.mean, p)
+    rows = Filters(*(elongation_row(each.mean, p) for each in filters))
     variance = p.camera_std**2
-    innovation = u.measured_drift - (x.elongation - x.correction)
+    before = filters_of(x, STATES)
+    apart = elongation(before.alert.mean, p) - elongation(before.quiet.mean, p)
+    reported = u.measured_drift - (x.elongation - x.correction)
+    innovations = Filters(alert=reported - apart, quiet=reported)
     # A leap within the camera's authority is harmless, so it is believed.
-    expected = variance_along(belief.spread, row) + variance + (p.camera_authority / p.gate) ** 2
+    expected = (
+        variance_along(filters.alert.spread, rows.alert) + variance + (p.camera_authority / p.gate) ** 2
+    )
     trust = fail_safe.Trust(*(stack(value) for value in (0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)))
     verdict = fail_safe.judged(
         trust,
         0,
         news,
-        innovation,
+        reported,
         expected,
         expected,
         fail_safe.Gates(p.gate, LARGEST, p.mean_time, p.camera_return_time),
         age,
     )
     judged = news * free
-    belief = corrected(belief, row, innovation, variance, verdict.use * free, stack(*_TEACHES))
-    return belief, Camera(
+    use = verdict.use * free
+    filters = Filters(
+        *(
+            corrected(belief, row, innovation, variance, use, stack(*_TEACHES))
+            for belief, row, innovation in zip(filters, rows, innovations, strict=True)
+        )
+    )
+    return filters, Camera(
         last=where(news > 0, u.measured_drift, x.camera_last),
         age=where(news > 0, 0.0, age),
         calm_for=where(judged > 0, verdict.calm_for, x.camera_calm_for),

@@ -12,7 +12,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.duty_files import library, load
+from warmlink.orchestration.scenarios.duty_files import library
 
 if TYPE_CHECKING:
     from warmlink.orchestration.scenarios.duty import Duty
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 WITH_CAMERA: Mapping[str, bool] = {"observer": False, "observer_drift": True}
 """The laws whose `correction_std` is a promise, and whether the camera is one of their instruments."""
 
-WHITENESS_DUTY, WHITENESS_SECONDS = "shift_with_breaks", 3000.0
+WHITENESS_SECONDS = 3000.0
 LEVEL = 0.05
 
 
@@ -32,7 +32,7 @@ class Counts:
     """Runs of a law: for coverage at nominal parameters, for whiteness, with wrong models, with a fault."""
 
     coverage: int = 200
-    whiteness: int = 40
+    whiteness: int = 200
     mismatch: int = 200
     faults: int = 1000
 
@@ -110,10 +110,10 @@ def _trial(task: tuple[str, str, int, int]) -> Trial:
     if kind == "faults":
         (run,) = fault_runs(cell, library(), [seed], WITH_CAMERA[name])
         return Trial(name, kind, seed, run.duty, fault=run)
-    if kind == "whiteness":
-        return Trial(name, kind, seed, WHITENESS_DUTY, white=_white(cell, seed))
-    duties = _told_of_their_heat() if kind == "coverage" else library()
+    duties = _told_of_their_heat() if kind in {"coverage", "whiteness"} else library()
     duty = duties[place % len(duties)]
+    if kind == "whiteness":
+        return Trial(name, kind, seed, duty.name, white=_white(cell, duty, seed))
     record = cell.run(duty.table(cell.step), {**instruments(seed), **_plant(kind, seed)})
     return Trial(
         name,
@@ -135,11 +135,11 @@ def _plant(kind: str, seed: int) -> dict[str, dict[str, float]]:
     return {"motor": dict(plant.motor), "link": dict(plant.link)}
 
 
-def _white(cell: Cell, seed: int) -> tuple[Whiteness, ...]:
+def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:
     from warmlink.orchestration.studies.innovations import innovations, whiteness
     from warmlink.orchestration.studies.trials import instruments
 
-    demands = load(WHITENESS_DUTY).table(cell.step, WHITENESS_SECONDS)
+    demands = duty.table(cell.step, WHITENESS_SECONDS)
     series = innovations(cell.run(demands, instruments(seed)), demands)
     return tuple(whiteness(each) for each in series.values())
 
@@ -163,9 +163,9 @@ def laws_table(trials: list[Trial]) -> str:
         lines.append(name)
         for kind in ("coverage", "mismatch"):
             lines += _removal_lines(kind, [t for t in trials if (t.law, t.kind) == (name, kind)])
-        white = [w for t in trials if t.law == name for w in t.white]
+        white = [t for t in trials if t.law == name and t.white]
         if white:
-            lines.append(_whiteness_line(white))
+            lines += _whiteness_lines(white)
         lines += _fault_lines([t.fault for t in trials if t.law == name and t.fault is not None])
     return "\n".join(lines)
 
@@ -185,13 +185,20 @@ def _removal_lines(kind: str, trials: list[Trial]) -> Iterator[str]:
         yield f"  correction_std at 2 sigma: covers {middle:.1f} % of the time (± {2 * error:.1f} %)"
 
 
-def _whiteness_line(found: list[Whiteness]) -> str:
-    p, neighbours = np.array([w.p for w in found]), np.array([w.neighbours for w in found])
-    return (
-        f"  innovations: {len(found)} series, {100 * np.mean(p < LEVEL):.0f} % rejected as not white at "
-        f"{100 * LEVEL:.0f} % (Ljung-Box), correlation of neighbours {neighbours.mean():+.3f}, "
-        f"of stated size times {np.mean([w.std for w in found]):.3f}"
+def _whiteness_lines(trials: list[Trial]) -> Iterator[str]:
+    found = [w for t in trials for w in t.white]
+    rejected = np.mean([w.p < LEVEL for w in found])
+    neighbours, size = (np.mean([getattr(w, name) for w in found]) for name in ("neighbours", "std"))
+    yield (
+        f"  innovations: {len(found)} series, {100 * rejected:.1f} % rejected as not white at "
+        f"{100 * LEVEL:.0f} % (Ljung-Box), correlation of neighbours {neighbours:+.3f}, "
+        f"of stated size times {size:.3f}"
     )
+    by_duty: dict[str, list[bool]] = {}
+    for trial in trials:
+        by_duty.setdefault(trial.duty, []).extend(w.p < LEVEL for w in trial.white)
+    most = max(by_duty, key=lambda duty: float(np.mean(by_duty[duty])))
+    yield f"    most in {most}: {sum(by_duty[most])} of {len(by_duty[most])} series"
 
 
 def _fault_lines(runs: list[FaultRun]) -> Iterator[str]:

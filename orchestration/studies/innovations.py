@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import corrected, variance_along
 from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.controllers.observer.filters import filters_of
 from warmlink.orchestration.studies.rollout import DEMANDS, RECORDED, Array, Cell, Record
 
 LAGS = 20
@@ -50,6 +53,8 @@ def whiteness(series: NDArray[np.float64]) -> Whiteness:
 def innovations(record: Record, demands: Array) -> dict[str, Array]:
     """Innovations of `observer` by sensor, from the law's recorded states, in standard deviations.
 
+    They are those of the estimate that the law reports, its quiet filter's.
+
     Parameters
     ----------
     record : of a cell made with `law_states`, by the law with its default parameters
@@ -60,22 +65,50 @@ def innovations(record: Record, demands: Array) -> dict[str, Array]:
     ValueError
         The reconstruction is not what the law itself came to.
     """
-    p = OBSERVER.d.read(np.array([s.start for s in OBSERVER.scalars()][: OBSERVER.p.size], dtype=float))
-    states = record.values[:, len(RECORDED) :]
-    used = [i for i, std in enumerate(np.asarray(p.sensor_std)) if std > 0]
-    found: dict[int, list[float]] = {sensor: [] for sensor in used}
-    sensed = record.values[:, [RECORDED.index(f"sensed_{name}") for name in SENSED]]
-    for k in range(SETTLED, record.time.size):
-        values = dict(zip(DEMANDS[:3], demands[k], strict=False))
-        u = OBSERVER.u.read(np.array([values.get(name, 0.0) for name in OBSERVER.u.names]))
-        now = OBSERVER.x.read(states[k])
-        belief = law.predict(law.belief_of(OBSERVER.x.read(states[k - 1]), model.STATES), u, p, Cell.step)
-        for sensor, series in found.items():
-            variance = float(p.sensor_std[sensor]) ** 2
-            row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
-            innovation = sensed[k, sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
-            series.append(innovation / (variance_along(belief.noise_spread, row) + variance) ** 0.5)
-            belief = corrected(belief, row, innovation, variance, 1.0 - now.trust_out[sensor])
-        if not np.allclose(belief.mean, now.estimate, rtol=1e-9, atol=1e-12):
-            raise ValueError(f"step {k}: the innovations do not lead to the state that the law recorded")
-    return {SENSED[sensor]: np.array(series) for sensor, series in found.items()}
+    states = record.values[:, len(RECORDED) :].T
+    now, before = states[:, SETTLED:], states[:, SETTLED - 1 : -1]
+    sensed = record.values[SETTLED:, [RECORDED.index(f"sensed_{name}") for name in SENSED]].T
+    given = np.zeros((OBSERVER.u.size, now.shape[1]))
+    for name, column in zip(DEMANDS[:3], demands[SETTLED:].T, strict=False):
+        given[OBSERVER.u.index[name]] = column
+    looked = _look().map(now.shape[1])(before, given, sensed, now)
+    series, mean = (np.array(each) for each in looked)
+    alert, quiet = (
+        now[first : first + model.STATES]
+        for first in (OBSERVER.x.index[f"{name}[1]"] for name in ("estimate", "quiet_estimate"))
+    )
+    foreseen = np.isclose(mean, quiet, rtol=1e-9, atol=1e-12).all(axis=0)
+    led_by_alert = (quiet == alert).all(axis=0)
+    for k in np.flatnonzero(~(foreseen | led_by_alert)):
+        raise ValueError(
+            f"step {SETTLED + k}: the innovations do not lead to the state that the law recorded"
+        )
+    return {SENSED[sensor]: each for sensor, each in zip(_used(), series, strict=True)}
+
+
+@cache
+def _look() -> Any:
+    """Innovations of the sensors in use and the estimate after them, as a compiled-in-memory function."""
+    import casadi as ca
+
+    p = _parameters()
+    before, now = (ca.SX.sym(name, OBSERVER.x.size) for name in ("before", "now"))
+    given, sensed = ca.SX.sym("given", OBSERVER.u.size), ca.SX.sym("sensed", len(SENSED))
+    u, out = OBSERVER.u.read(given), OBSERVER.x.read(now).trust_out
+    belief = law.predict(filters_of(OBSERVER.x.read(before), model.STATES), u, p, Cell.step).quiet
+    series = []
+    for sensor in _used():
+        variance = float(p.sensor_std[sensor]) ** 2
+        row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
+        innovation = sensed[sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
+        series.append(innovation / (variance_along(belief.noise_spread, row) + variance) ** 0.5)
+        belief = corrected(belief, row, innovation, variance, 1.0 - out[sensor])
+    return ca.Function("look", [before, given, sensed, now], [ca.vertcat(*series), belief.mean])
+
+
+def _parameters() -> Any:
+    return OBSERVER.p.read(np.array([s.start for s in OBSERVER.scalars()][: OBSERVER.p.size], dtype=float))
+
+
+def _used() -> list[int]:
+    return [i for i, std in enumerate(np.asarray(_parameters().sensor_std)) if std > 0]

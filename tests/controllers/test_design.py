@@ -11,9 +11,9 @@ from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant, Plan
 from warmlink.controllers.design.reduction import balanced, reduce_plant
 from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
 from warmlink.controllers.design.shipped import as_module, shipped_values
-from warmlink.controllers.observer import law
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.designed import DESIGNED as OBSERVER_DESIGNED
+from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.observer_drift.designed import DESIGNED as DRIFT_DESIGNED
 from warmlink.controllers.regression.designed import DESIGNED as REGRESSION_DESIGNED
 from warmlink.controllers.start_values import Values, by_scalar
@@ -148,19 +148,21 @@ def test_the_laws_recursion_ends_at_the_steady_kalman_gain(sensors: tuple[str, .
     rows = [i for i, name in enumerate(OUTPUTS[:5]) if name.removesuffix("_temperature") in sensors]
     C = np.zeros((len(rows), 9))
     C[:, :7] = reduced.C[rows]
-    before = linalg.solve_discrete_are(F.T, C.T, Q, sigma**2 * np.eye(len(rows)))
-    after = before - before @ C.T @ np.linalg.solve(
-        C @ before @ C.T + sigma**2 * np.eye(len(rows)), C @ before
-    )
 
     instance = Instance(OBSERVER)
     no_loss = dict.fromkeys(("coulomb_friction", "viscous_friction", "iron_loss_coefficient"), 0.0)
+    share = 0.5
     instance.set({**by_scalar(values), **no_loss, "speed": speed, "sample_time": step, "stuck_time": 1e9})
+    instance.set({"quiet_share": share})
     instance.initialize()
     instance.step(0.0, 4000.0)
-    found = law.belief_of(OBSERVER.x.read(np.array(instance.snapshot().states)), 9).spread
-    std = np.sqrt(np.diag(after))
-    assert np.abs(found - after) / np.outer(std, std) == pytest.approx(0.0, abs=2e-3)
+    found = filters_of(OBSERVER.x.read(np.array(instance.snapshot().states)), 9)
+    for belief, expected in ((found.alert, 1.0), (found.quiet, share)):
+        before = linalg.solve_discrete_are(F.T, C.T, expected**2 * Q, sigma**2 * np.eye(len(rows)))
+        innovation = C @ before @ C.T + sigma**2 * np.eye(len(rows))
+        after = before - before @ C.T @ np.linalg.solve(innovation, C @ before)
+        std = np.sqrt(np.diag(after))
+        assert np.abs(belief.spread - after) / np.outer(std, std) == pytest.approx(0.0, abs=2e-3)
 
 
 def test_losses_in_the_law_are_the_motors(plant: LinearPlant) -> None:

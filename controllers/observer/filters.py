@@ -1,0 +1,109 @@
+"""Two filters side by side: one alert to unknown heat, one quiet, and which of them leads.
+
+The alert filter expects unknown heat of the designed size all the time. So it follows a pad within minutes
+and knows it from a failing sensor, at the price of more of the thermometers' noise. The quiet filter expects
+`quiet_share` of that, and its innovations are white while there is none. It uses a reading whenever the
+alert one does, and is what the law reports. The alert one leads, that is the quiet one goes on from it,
+while unknown heat is certain or remembered for that.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from warmlink.controllers.kalman import Belief
+from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
+from warmlink.controllers.observer.model import HEATS, MODES, STATES
+from warmlink.fmus.arithmetic import Number, maximum, stack, total, where
+from warmlink.fmus.packaging.component import Record, State
+
+EVIDENCE_SIGMAS = 3.0
+"""Standard deviations of its noise beyond which an estimated disturbance counts as seen."""
+
+CERTAIN_SIGMAS = 5.0
+"""Those beyond which unknown heat is certain.
+
+Of the thousands of estimates of a shift, three are exceeded by chance every hour, five in hardly any shift.
+"""
+
+_PREFIX = {"alert": "", "quiet": "quiet_"}
+"""What the names of each filter's states begin with."""
+
+
+class Filters(NamedTuple):
+    """The two beliefs, of the same size."""
+
+    alert: Belief
+    quiet: Belief
+
+
+def filter_states(size: int) -> tuple[State, ...]:
+    """States that hold both beliefs, of so many elements each."""
+    sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
+    return tuple(
+        State(name, "1", size=count)
+        for prefix in _PREFIX.values()
+        for name, count in zip(_names(prefix), sizes, strict=True)
+    )
+
+
+def filters_of(x: Record, size: int) -> Filters:
+    """Both beliefs as they lie in a law's states."""
+    return Filters(*(_belief_of(x, prefix, size) for prefix in _PREFIX.values()))
+
+
+def filters_named(filters: Filters) -> dict[str, Number]:
+    """Both beliefs under the names of a law's states."""
+    named: dict[str, Number] = {}
+    for prefix, belief in zip(_PREFIX.values(), filters, strict=True):
+        flat = (belief.mean, upper(belief.spread), upper(belief.noise_spread))
+        named.update(zip(_names(prefix), flat, strict=True))
+    return named
+
+
+def allowed_for(designed: Number, share: Number) -> Number:
+    """Variances that what is unknown adds in a step, where a share of profile errors and heats is expected.
+
+    What a camera reveals is no heat, and stays as designed.
+    """
+    others = designed.shape[0] - STATES
+    return stack(*[share] * STATES, *[1.0] * others) ** 2 * designed
+
+
+def quieted(alert: Belief, p: Record) -> Belief:
+    """The belief from which the quiet filter goes on: the alert one's, with less doubt about unknown heat.
+
+    The elongation's variance is the same in both, since the heats have no direct part in it.
+    """
+    others = alert.mean.shape[0] - STATES
+    share = stack(*[1.0] * MODES, *[p.quiet_share] * HEATS, *[1.0] * others)
+    return alert._replace(spread=outer(share, share) * alert.spread)
+
+
+def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
+    """The filters once it is settled which of them leads.
+
+    Parameters
+    ----------
+    seen : evidence of disturbances, squared and relative to those designed for, what is remembered included
+    begun_again : 1 where the alert filter has just begun again from the duty, else 0
+    """
+    alert, quiet = filters
+    heats = alert.mean[MODES:STATES]
+    noise = diagonal_of(alert.noise_spread)[MODES:STATES]
+    certain = total(where(heats**2 > CERTAIN_SIGMAS**2 * noise, 1.0, 0.0))
+    by_noise = noise / p.disturbance_std[:HEATS] ** 2
+    least = (CERTAIN_SIGMAS**2 - EVIDENCE_SIGMAS**2) * maximum(by_noise[0], by_noise[1])
+    remembered = where(seen > least, 1.0, 0.0)
+    alert_leads = certain + remembered + begun_again > 0
+    then = zip(quieted(alert, p), quiet, strict=True)
+    return Filters(alert, Belief(*(where(alert_leads, new, old) for new, old in then)))
+
+
+def _names(prefix: str) -> tuple[str, ...]:
+    return tuple(f"{prefix}{name}" for name in ("estimate", "spread", "noise_spread"))
+
+
+def _belief_of(x: Record, prefix: str, size: int) -> Belief:
+    mean, spread, noise_spread = (getattr(x, name) for name in _names(prefix))
+    return Belief(mean, symmetric(spread, size), symmetric(noise_spread, size))

@@ -1,0 +1,73 @@
+"""The two filters of an observer: what is expected of unknown heat, and which of them leads."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from warmlink.controllers.kalman import Belief, variance_along
+from warmlink.controllers.observer.filters import Filters, allowed_for, led, quieted
+from warmlink.controllers.observer.model import HEATS, MODES, STATES
+
+P: Any = SimpleNamespace(quiet_share=0.1)
+SIZES = [STATES, STATES + 2]
+
+
+def belief(size: int, seed: int, heat: float = 0.0) -> Belief:
+    """Any belief, with the shaft's unknown heat so many standard deviations of its noise from zero."""
+    draw = np.random.default_rng(seed)
+    roots = draw.normal(size=(2, size, size))
+    noise, more = (root @ root.T for root in roots)
+    mean = draw.normal(size=size)
+    mean[MODES : MODES + HEATS] = heat * noise[MODES, MODES] ** 0.5, 0.0
+    return Belief(mean, noise + more, noise)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_quieted_belief_expects_less_heat_and_is_as_sure_of_all_else(size: int) -> None:
+    alert = belief(size, 1)
+    quiet = quieted(alert, P)
+    heats = slice(MODES, MODES + HEATS)
+    assert np.linalg.eigvalsh(quiet.spread).min() > 0
+    assert np.diag(quiet.spread)[heats] == pytest.approx(0.01 * np.diag(alert.spread)[heats])
+    others = np.r_[:MODES, MODES + HEATS : size]
+    assert np.array_equal(quiet.spread[np.ix_(others, others)], alert.spread[np.ix_(others, others)])
+    row = np.r_[np.ones(MODES), np.zeros(size - MODES)]
+    assert variance_along(quiet.spread, row) == pytest.approx(variance_along(alert.spread, row))
+    assert np.array_equal(quiet.mean, alert.mean)
+    assert np.array_equal(quiet.noise_spread, alert.noise_spread)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_what_a_camera_reveals_is_allowed_for_in_full(size: int) -> None:
+    designed = np.arange(1.0, size + 1)
+    shares = allowed_for(designed, 0.1) / designed
+    assert shares == pytest.approx([0.01] * STATES + [1.0] * (size - STATES))
+
+
+@pytest.mark.parametrize(
+    ("heat", "seen", "begun_again", "alert_leads"),
+    [
+        (0.0, 0.0, 0.0, False),
+        (4.99, 0.0, 0.0, False),
+        (5.01, 0.0, 0.0, True),
+        (-5.01, 0.0, 0.0, True),
+        (0.0, 15.9, 0.0, False),
+        (0.0, 16.1, 0.0, True),
+        (0.0, 0.0, 1.0, True),
+    ],
+)
+def test_who_leads(heat: float, seen: float, begun_again: float, alert_leads: bool) -> None:
+    """Certain heat gives the alert filter the lead, as do the memory of it and a new start.
+
+    Heat in standard deviations of its noise, evidence in its variances beyond the nine that count for none.
+    """
+    for size in SIZES:
+        alert, quiet = belief(size, 2, heat), belief(size, 3)
+        noise = np.diag(alert.noise_spread)[MODES:STATES]
+        p = SimpleNamespace(quiet_share=0.1, disturbance_std=np.ones(size - MODES))
+        filters = led(Filters(alert, quiet), seen * noise.max(), begun_again, p)
+        assert filters.alert is alert
+        expected = quieted(alert, p) if alert_leads else quiet
+        assert all(np.array_equal(one, other) for one, other in zip(filters.quiet, expected, strict=True))
