@@ -184,7 +184,7 @@ def sense(
         row = stack(sensor_row(i, p), *[0.0] * extra)
         innovations = Filters(*(readings[i] - temperature(i, each.mean[:MODES], p) for each in filters))
         widest = variance_along(filters.alert.spread, row)
-        sure = variance_along(believed_spread(Filters(filters.alert, filters.alert), seen), row)
+        sure = variance_along(believed_spread(filters.alert, filters.alert, seen), row)
         news_here = used * news[i]
         verdict = fail_safe.judged(
             trust, i, news_here, innovations.alert, widest + variance, sure + variance, gates, step
@@ -216,15 +216,17 @@ def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
     return clip(seen, 0.0, LARGEST_EVIDENCE)
 
 
-def believed_spread(filters: Filters, seen: Number) -> Number:
-    """Covariance of the reported error: noise, and what disturbances as strong as they are seen to be add."""
-    alert, quiet = filters
-    return quiet.noise_spread + seen * (alert.spread - alert.noise_spread)
+def believed_spread(belief: Belief, alert: Belief, seen: Number) -> Number:
+    """Covariance of a belief's error: its noise, and what disturbances as strong as they are seen to be add.
+
+    What they add is counted as in the alert filter.
+    """
+    return belief.noise_spread + seen * (alert.spread - alert.noise_spread)
 
 
 def reported(x: Record, filters: Filters, row: Number, p: Record) -> dict[str, Number]:
     """The outputs, given the derivative of the elongation by the state."""
-    variance = variance_along(believed_spread(filters, x.evidence), row)
+    variance = variance_along(believed_spread(filters.quiet, filters.alert, x.evidence), row)
     variance = variance + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {

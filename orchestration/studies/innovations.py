@@ -88,7 +88,7 @@ def innovations(record: Record, demands: Array) -> dict[str, Array]:
 
 @cache
 def _look() -> Any:
-    """Innovations of the sensors in use and the estimate after them, as a compiled-in-memory function."""
+    """Innovations of the sensors in use and the estimate after them, of a law's states before and now."""
     import casadi as ca
 
     p = _parameters()
