@@ -253,9 +253,9 @@ def _numbered(component: Component, sentence: str) -> str:
     def number(match: re.Match[str]) -> str:
         stem, element = match["name"], match["element"]
         name = stem if element is None else f"{stem}[{int(element) + 1}]"
-        return f"{{{component.p.index[name]}{match['format'] or ''}}}"
+        return f"{{{component.p.index[name]}}}"
 
-    return re.sub(r"\{(?P<name>\w+)(?:\[(?P<element>\d+)\])?(?P<format>:[^}]*)?\}", number, sentence)
+    return re.sub(r"\{(?P<name>\w+)(?:\[(?P<element>\d+)\])?\}", number, sentence)
 
 
 def _string(text: str) -> str:

@@ -134,7 +134,7 @@ class Scalar:
 class Check:
     """A condition across parameters: `margin(p)` must not be negative (NaN fails too).
 
-    The sentence is formatted with the parameter values, as
+    The sentence is given the parameter values, with nine digits, as
     `"tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)"`.
     """
 

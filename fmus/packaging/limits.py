@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from string import Formatter
 
 from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
 
@@ -30,7 +31,7 @@ def problems(component: Component, instance: str, values: Sequence[float]) -> It
         for check in component.checks:
             margin = check.margin(record)
             if not margin >= 0:
-                yield f"{instance}.{check.sentence.format_map(named)}"
+                yield f"{instance}.{_Sentence().vformat(check.sentence, (), named)}"
 
 
 def problem(scalar: Scalar, value: float) -> str | None:
@@ -56,6 +57,13 @@ def problem(scalar: Scalar, value: float) -> str | None:
 
 def _unit(scalar: Scalar) -> str:
     return "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
+
+
+class _Sentence(Formatter):
+    """Writes numbers as C writes them too, so that a native FMU says the same (`report_check`)."""
+
+    def format_field(self, value: float, format_spec: str) -> str:
+        return f"{value:.9g}"
 
 
 class _Named(Mapping[str, float]):

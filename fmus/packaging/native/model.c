@@ -67,18 +67,6 @@ static int within(Model *model, const Variable *variable, double value)
     return 0;
 }
 
-/* Shortest text that reads back as the same number. */
-static void shortest(double value, char *text, size_t size)
-{
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, size, "%.*g", digits, value);
-        if (strtod(text, NULL) == value)
-            break;
-    }
-    if (!strpbrk(text, ".en"))
-        strncat(text, ".0", size - strlen(text) - 1);
-}
-
 /* Reports a sentence in which `{12}` stands for the parameter of that value reference. */
 static void report_check(Model *model, const char *sentence)
 {
@@ -91,15 +79,7 @@ static void report_check(Model *model, const char *sentence)
         }
         char *end;
         long reference = strtol(sentence + 1, &end, 10);
-        double value = model->memory.parameters[reference];
-        if (*end == ':') {
-            char format[16] = "%";
-            size_t length = strcspn(++end, "}");
-            strncat(format, end, length < 12 ? length : 12);
-            snprintf(number, sizeof number, format, value);
-            end += length;
-        } else
-            shortest(value, number, sizeof number);
+        snprintf(number, sizeof number, "%.9g", model->memory.parameters[reference]);
         for (const char *digit = number; *digit && used + 1 < sizeof text; digit++)
             text[used++] = *digit;
         sentence = *end ? end + 1 : end;

@@ -152,6 +152,21 @@ def test_each_refusal_has_the_sentence_of_the_python_instance(pair: tuple[Compon
                 assert refused(native, lambda: native.step(0.0, 1.0)) == str(sentence.value)
 
 
+@pytest.mark.parametrize("value", [2.0**-24, 5e-324, 1 / 3e7, 9e-7])
+def test_a_number_in_a_sentence_is_written_alike(native_fmu: BuildNative, value: float) -> None:
+    component = COMPONENTS["TemperatureSensors"]
+    native = Native(native_fmu(component.name, "2.0"), component)
+    instance = Instance(component)
+    instance.set({"quantum[1]": value})
+    instance.begin()
+    native.set({"quantum[1]": value})
+    native.enter()
+    with pytest.raises(InputError) as sentence:
+        instance.initialize()
+    assert refused(native, native.fmu.exitInitializationMode) == str(sentence.value)
+    native.close()
+
+
 def _bad_values(scalar: Scalar) -> list[float]:
     variable = scalar.variable
     if isinstance(variable, Output) or variable.type == "Boolean":
