@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -40,11 +39,9 @@ def test_a_crash_is_named_and_the_results_are_kept(trivial2: Path) -> None:
 
 
 def test_a_step_that_never_returns_meets_the_time_limit(trivial2: Path) -> None:
-    began = time.perf_counter()
     result = simulate(pair(trivial2, fail_at=2.1, fail_status=6), 5.0, 0.5, isolation=LIMITS)
     assert "b: time limit at 2 s: step has not returned within 0.5 s" in str(result.reason)
     assert result.times[-1] == 2.0
-    assert time.perf_counter() - began < 20.0
 
 
 def test_errors_cross_the_border_as_they_are(trivial2: Path) -> None:
