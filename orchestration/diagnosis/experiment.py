@@ -120,7 +120,9 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
     first = experiments[0]
     runs = [run for each in experiments for run in each.runs]
     names = [run.name for run in runs]
-    columns = {column.variable: column for each in reversed(experiments) for column in each.columns}
+    columns: dict[str, Column] = {}
+    for column in (c for each in experiments for c in each.columns):
+        columns.setdefault(column.variable, column)
     return replace(
         first,
         title=" and ".join(each.title for each in experiments),
@@ -130,10 +132,7 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
             else run
             for i, run in enumerate(runs)
         ),
-        columns=(
-            *first.columns,
-            *(c for v, c in columns.items() if v not in {o.variable for o in first.columns}),
-        ),
+        columns=tuple(columns.values()),
     )
 
 

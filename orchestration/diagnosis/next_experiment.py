@@ -46,6 +46,9 @@ _MOST_TOLD = 4
 ALIKE = float(np.sqrt(NEAR))
 """Expected separation in standard deviations below which models are more likely than not to stay alike."""
 
+_NOTHING = 0.5
+"""Expected separation of another run below which it is not worth making."""
+
 
 @dataclass(frozen=True)
 class Proposed:
@@ -102,10 +105,6 @@ def _nothing_tells(members: Sequence[Fit], alike: tuple[tuple[str, str], ...]) -
     names = " and ".join(sorted({item.name for fit in members for item in fit.items}))
     check = next((i.cause.check for i in members[0].items if i.title not in members[1].key), "")
     return Proposed((), f"No duty cycle of a day tells {names} apart. {check}", 0.0, 0.0, alike)
-
-
-_NOTHING = 0.5
-"""Expected separation of another run below which it is not worth making."""
 
 
 class _Design:

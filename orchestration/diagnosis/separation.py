@@ -21,7 +21,6 @@ from warmlink.orchestration.diagnosis.problem import Problem
 
 Vector = NDArray[np.float64]
 
-
 _CLOSE = 1e-6
 """Separation in standard deviations below which models are one."""
 
@@ -38,7 +37,6 @@ class Foreseen:
 
     def __init__(self, problem: Problem, noise: Sequence[NoiseModel], models: Sequence[Fit]) -> None:
         self.models = tuple(models)
-        self._noise, self._problem = noise, problem
         run = len(problem.data) - 1
         whiten = [Whitener(n, problem.data[run].time) for n in noise]
         foreseen = [_whitened(problem, fit, run, whiten) for fit in self.models]
