@@ -37,7 +37,7 @@ class Trajectory:
     ----------
     values : shape (times, outputs)
     slopes : time derivatives of the values
-    by_slot : derivatives, shape (times, outputs, slots)
+    by_slot : derivatives, shape (times, outputs, slots), or (times, outputs, 0) where none were asked for
     """
 
     values: Vector
@@ -54,12 +54,19 @@ class Forward:
     run : the measured run: its times and inputs
     known : value by parameter or input, as far as it differs from the nominal
     resolution : how finely
+    derivatives : whether they are wanted beside the values
     """
 
     def __init__(
-        self, equations: Equations, run: Run, known: Mapping[str, float], resolution: Resolution
+        self,
+        equations: Equations,
+        run: Run,
+        known: Mapping[str, float],
+        resolution: Resolution,
+        derivatives: bool = True,
     ) -> None:
         self.equations = equations
+        self._slots = len(equations.slots) if derivatives else 0
         rig = equations.rig
         self._p = equations.parameter_values.copy()
         index = {name: i for i, name in enumerate(rig.parameters)}
@@ -121,7 +128,7 @@ class Forward:
         rates = self.equations.stepper()
         rates.z[:], rates.p[:] = z, self._p
         x, by_slot = self.equations.begin(z, self._p, self._w[:, 0])
-        joined = np.column_stack([x, by_slot])
+        joined = np.column_stack([x, by_slot[:, : self._slots]])
         count, shape = len(self.steps.shares), joined.shape
         states = np.empty((count + 1, *shape))
         left, right = np.empty((count, *shape)), np.empty((count, *shape))
@@ -170,7 +177,7 @@ class Forward:
                 by_slot = by_slot + share * rates.by_slot
         result = jacobian @ joined
         result[:, 0] = slopes
-        result[:, 1:] += by_slot
+        result[:, 1:] += by_slot[:, : self._slots]
         return result, jacobian
 
     def _interpolated(
@@ -202,6 +209,7 @@ class Forward:
             + (1 - s) * (1 - 3 * s) * left_y[k]
             + s * (3 * s - 2) * right_y[k]
         )
+        direct = direct[:, :, : self._slots]
         direct_there = (1 - s)[:, :, None] * direct[k] + s[:, :, None] * direct[k + 1]
         return Trajectory(value[:, :, 0], slope, value[:, :, 1:] + direct_there)
 

@@ -41,7 +41,6 @@ class Scores:
     def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel]) -> None:
         self.problem = Problem(experiment)
         self.scales = [np.array(_scales(noise, self.problem, i)) for i in range(len(experiment.runs))]
-        self.problem.refine(self.problem.neutral)
 
     def predict(self, fit: Fit) -> Predicted:
         """Readings of every run by a model fitted elsewhere."""
@@ -50,11 +49,8 @@ class Scores:
         for run, measured in enumerate(self.problem.experiment.runs):
             if measured.heldout and measured.adapt > 0:
                 values[run] = self._adapted(run, values[run], freed, fit, measured.adapt)
-        self.problem.refine(values)
-        return Predicted(
-            "+".join(sorted(fit.key)),
-            tuple(self.problem.predict(i, z)[0] for i, z in enumerate(values)),
-        )
+        readings = tuple(self.problem.finest(i, z) for i, z in enumerate(values))
+        return Predicted("+".join(sorted(fit.key)), readings)
 
     def rmse(self, predicted: Predicted, heldout: bool) -> tuple[float, float, float] | None:
         """RMSE in units of noise over fitted or held-out rows, and its 95 % interval."""
@@ -120,8 +116,8 @@ class Scores:
         data = self.problem.data[run]
         rows = data.time <= until
         for _ in range(4 if own else 0):
-            values, by_slot = self.problem.predict(run, z)
-            residual = ((data.readings - values) / self.scales[run])[rows]
+            _, by_slot = self.problem.predict(run, z)
+            residual = ((data.readings - self.problem.finest(run, z)) / self.scales[run])[rows]
             columns = np.stack([by_slot[rows][:, :, list(f.slots)].sum(axis=2) for f in own], axis=2)
             columns = columns / self.scales[run][None, :, None]
             good = np.isfinite(residual)

@@ -119,7 +119,7 @@ class Readings:
             elif channel is not None:
                 joined, slope = self._sensor(channel, named, joined, slope, dense, extra)
             values[:, i] = joined[pick, 0]
-            by_slot[:, i, : self._inner] = joined[pick, 1:]
+            by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
             extra[CLOCK] = -slope
             for name, column in extra.items():
                 if name in self._slots:

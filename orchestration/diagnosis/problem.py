@@ -88,13 +88,17 @@ class Problem:
         inner, outer = self._slots()
         self.slots = (*inner, *outer)
         self._inner, self._outer = inner, outer
-        self._readings = self._at(resolution)
+        self._readings = self._at(resolution, derivatives=True)
         self._corrections: list[Vector] = [np.zeros((d.time.size, len(self.variables))) for d in self.data]
 
     def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
         values, by_slot = self._means(self._readings, run, z)
         return values + self._corrections[run], by_slot
+
+    def finest(self, run: int, z: Vector) -> Vector:
+        """Readings of a run without the grid's error, shape (rows, outputs)."""
+        return self._means(self._finer(self._finest), run, z)[0]
 
     @property
     def averaging(self) -> Averaging:
@@ -112,9 +116,9 @@ class Problem:
         effect, that finer one serves from here on.
         """
         total = 0.0
-        fine, finer = self._finer(FINAL), self._at(CHECK)
+        finer = self._at(CHECK)
         for i, z in enumerate(values):
-            error = self._means(finer, i, z)[0] - self._means(fine, i, z)[0]
+            error = self._means(finer, i, z)[0] - self.finest(i, z)
             sigma = np.array([each.white for each in self.noise_in(i, noise)])
             error = error[self.data[i].fitted] / sigma
             total += float(np.sum(error**2))
@@ -135,9 +139,8 @@ class Problem:
             Largest error taken out, in units of 1 mK or 10 nm.
         """
         largest = 0.0
-        fine = self._finer(self._finest)
         for i, z in enumerate(values):
-            error = self._means(fine, i, z)[0] - self._means(self._readings, i, z)[0]
+            error = self.finest(i, z) - self._means(self._readings, i, z)[0]
             self._corrections[i] = error
             scale = np.array([1e-8 if v == ELONGATION else 1e-3 for v in self.variables])
             largest = max(largest, float(np.abs(error / scale).max()))
@@ -273,11 +276,11 @@ class Problem:
                 (inner if cause.kind == "plant" else outer).extend(variables)
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
-    def _at(self, resolution: Resolution) -> list[Readings]:
+    def _at(self, resolution: Resolution, derivatives: bool = False) -> list[Readings]:
         compiled = equations(self.experiment.rig.name, resolution.cells, self._inner, self.variables)
         return [
             Readings(
-                Forward(compiled, run, self.known_of(run), resolution),
+                Forward(compiled, run, self.known_of(run), resolution, derivatives),
                 self.variables,
                 self._outer,
                 data.within.ravel(),

@@ -105,6 +105,15 @@ def test_sensitivities_equal_differences() -> None:
         assert (np.sqrt(np.mean((exact[:, :, i] - difference) ** 2, axis=0)) / scale).max() < 0.02, slot
 
 
+def test_values_are_the_same_without_derivatives() -> None:
+    run = run_of(INFORMATIVE)
+    equations = Equations(rig("WarmupCell", SEARCH.cells), freed(), OUTPUTS)
+    both, alone = (Forward(equations, run, {}, SEARCH, derivatives) for derivatives in (True, False))
+    z = both.start_values()
+    np.testing.assert_allclose(alone(z, run.time).values, both(z, run.time).values, rtol=1e-12)
+    assert alone(z, run.time).by_slot.shape == (run.time.size, len(OUTPUTS), 0)
+
+
 def test_the_fine_grid_is_fine_enough() -> None:
     run = run_of(INFORMATIVE)
     courses = []
