@@ -49,6 +49,9 @@ LIMITS = (
     ),
 )
 
+MEAN_SAMPLES, STUCK_SAMPLES, RETURN_SAMPLES = 12, 3, 6
+"""Samples that `mean_time`, `stuck_time` and `return_time` last at least: a mean of fewer is noise."""
+
 DOUBT = (
     Parameter(
         "gate",
@@ -64,12 +67,26 @@ DOUBT = (
         "mean innovation, in standard deviations, beyond which a signal is left out",
         positive=True,
     ),
-    Parameter("mean_time", "s", 120, "time over which the innovation's mean is taken", positive=True),
     Parameter(
-        "stuck_time", "s", 30, "time of equal readings after which a signal is left out", positive=True
+        "mean_time",
+        "s",
+        120,
+        f"time over which the innovation's mean is taken; {MEAN_SAMPLES} samples at least",
+        positive=True,
     ),
     Parameter(
-        "return_time", "s", 60, "time of small innovations after which a signal is taken back", positive=True
+        "stuck_time",
+        "s",
+        30,
+        f"time of equal readings after which a signal is left out; {STUCK_SAMPLES} samples at least",
+        positive=True,
+    ),
+    Parameter(
+        "return_time",
+        "s",
+        60,
+        f"time of small innovations after which a signal is taken back; {RETURN_SAMPLES} samples at least",
+        positive=True,
     ),
 )
 
@@ -134,8 +151,10 @@ def trust_named(trust: Trust) -> dict[str, Number]:
 
 
 def gates_of(p: Record) -> Gates:
-    """The bounds as a law's parameters give them."""
-    return Gates(p.gate, p.mean_gate, p.mean_time, p.return_time)
+    """The bounds as a law's parameters give them, over as many samples as they take at least."""
+    mean_time = maximum(p.mean_time, MEAN_SAMPLES * p.sample_time)
+    return_time = maximum(p.return_time, RETURN_SAMPLES * p.sample_time)
+    return Gates(p.gate, p.mean_gate, mean_time, return_time)
 
 
 def at_start(readings: Number) -> Trust:
@@ -154,7 +173,8 @@ def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Numb
     """Which readings bring news, 1 or 0 each, before any innovation is known."""
     there = present(readings)
     same_for = where(readings == trust.last, trust.same_for + step, 0.0)
-    moving = where(same_for >= p.stuck_time, 0.0, 1.0)
+    stuck_time = maximum(p.stuck_time, STUCK_SAMPLES * p.sample_time)
+    moving = where(same_for >= stuck_time, 0.0, 1.0)
     last = where(there > 0, readings, trust.last)
     return there * moving, trust._replace(last=last, same_for=same_for)
 

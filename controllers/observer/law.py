@@ -45,12 +45,16 @@ from warmlink.fmus.arithmetic import (
     exp,
     finite,
     maximum,
+    minimum,
     placed,
     stack,
     total,
     where,
 )
 from warmlink.fmus.packaging.component import Record
+
+HEAT = slice(0, HEATS)
+"""Which of the disturbances are unknown heat."""
 
 LARGEST_EVIDENCE = 4.0
 """Bound on the squared ratio of disturbances seen to disturbances designed for."""
@@ -80,7 +84,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     duty_modes = by_duty(x.duty_modes, u, p, step)
     plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
     alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
-    seen = evidence(x.evidence, alert, p, step)
+    seen = evidence(x.evidence, alert, HEAT, p, since_heard(trust, readings, p, step))
     filters = led(Filters(alert, filters.quiet), seen, again, p)
     wanted = elongation(filters.quiet.mean, p)
     least = least_elongation(duty_modes, u, p)
@@ -201,32 +205,49 @@ def sense(
     return filters, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
 
 
-def evidence(before: Number, belief: Belief, p: Record, step: Number) -> Number:
-    """How strong the disturbances are seen to be: squared, relative to those designed for.
+def evidence(before: Number, belief: Belief, of: slice, p: Record, elapsed: Number) -> Number:
+    """How strong disturbances are seen to be: squared, relative to those designed for.
 
     An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
     remembered while it fades.
+
+    Parameters
+    ----------
+    before : the evidence so far
+    of : which of the disturbances
+    elapsed : time in s over which what is remembered fades
     """
-    doubt = diagonal_of(belief.noise_spread)[MODES:]
-    disturbances = belief.mean[MODES:]
-    excess = (disturbances**2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std**2
-    seen: Number = before * exp(-step / p.disturbance_time[0])
-    for i in range(disturbances.shape[0]):
+    doubt = diagonal_of(belief.noise_spread)[MODES:][of]
+    excess = (belief.mean[MODES:][of] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[of] ** 2
+    seen: Number = before * exp(-elapsed / p.disturbance_time[0])
+    for i in range(excess.shape[0]):
         seen = maximum(seen, excess[i])
     return clip(seen, 0.0, LARGEST_EVIDENCE)
 
 
-def believed_spread(belief: Belief, alert: Belief, seen: Number) -> Number:
+def since_heard(trust: fail_safe.Trust, readings: Number, p: Record, step: Number) -> Number:
+    """The step in s where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
+    in_use = where(p.sensor_std > 0, fail_safe.present(readings) * (1.0 - trust.out), 0.0)
+    return where(total(in_use) > 0, step, 0.0)
+
+
+def believed_spread(belief: Belief, alert: Belief, seen: Number, taught: Number = 0.0) -> Number:
     """Covariance of a belief's error: its noise, and what disturbances as strong as they are seen to be add.
 
-    What they add is counted as in the alert filter.
+    What they add is counted as in the alert filter: by unknown heat in the temperatures, by what a camera
+    reveals in what follows them, and by the weaker of the two where both have a part.
     """
-    return belief.noise_spread + seen * (alert.spread - alert.noise_spread)
+    added = alert.spread - alert.noise_spread
+    own = stack(*[1.0] * STATES, *[0.0] * (added.shape[0] - STATES))
+    both = minimum(seen, taught)
+    share = both + (seen - both) * outer(own, own) + (taught - both) * outer(1.0 - own, 1.0 - own)
+    return belief.noise_spread + share * added
 
 
-def reported(x: Record, filters: Filters, row: Number, p: Record) -> dict[str, Number]:
-    """The outputs, given the derivative of the elongation by the state."""
-    variance = variance_along(believed_spread(filters.quiet, filters.alert, x.evidence), row)
+def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:
+    """The outputs, given the derivative of the elongation by the state and the evidence of a camera."""
+    spread = believed_spread(filters.quiet, filters.alert, x.evidence, taught)
+    variance = variance_along(spread, row)
     variance = variance + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {

@@ -65,6 +65,7 @@ COMPONENT = Component(
         State("camera_calm_for", "s"),
         State("camera_out", "1"),
         State("camera_free_for", "s"),
+        State("camera_evidence", "1"),
     ),
     outputs=OUTPUTS,
     update=law.update,

@@ -3,9 +3,10 @@
     elongation = (1 + s) (e z - e_1 (T_ref - T_0)) + o
 
 s is the expansion coefficient's relative error, nearly constant; o a slow error that no temperature explains.
-A reading measures elongation minus correction when the picture was taken, so it is the error of the estimate
-itself: whatever constant error the model makes ends in s and o, and the correction is free of it. The camera
-teaches s and o alone, and these within bounds; a camera that lies cannot move the temperatures.
+A reading measures elongation minus correction when the picture was taken, so with the correction added it
+measures the elongation: whatever constant error the model makes ends in s and o, and the correction is free
+of it. The camera teaches s and o alone, and these within bounds; a camera that lies cannot move the
+temperatures.
 U. Maeder, F. Borrelli and M. Morari, "Linear offset-free model predictive control", Automatica 45 (2009)
 2214-2222, on disturbances that make an observer offset-free.
 """
@@ -34,15 +35,30 @@ _SCALE, _OFFSET = STATES - 2, STATES - 1
 _TEACHES = (0.0,) * (STATES - 2) + (1.0, 1.0)
 """What a reading of the camera may change: scale and offset."""
 
+_TAUGHT = slice(model.HEATS, DISTURBANCES)
+"""Which of the disturbances these are."""
+
+_AT_BOUND = 1.0 - 1e-6
+"""Share of its authority at which the camera's teaching counts as held back."""
+
 
 class Camera(NamedTuple):
-    """What is remembered of the camera: its last reading, that reading's age in s, and how it is trusted."""
+    """What is remembered of the camera.
+
+    Attributes
+    ----------
+    last, age : its last reading in m, and that reading's age in s
+    calm_for, out : how it is trusted, as in `fail_safe.Trust`
+    free_for : time in s that no limit has held the correction back
+    evidence : how strong what it teaches is seen to be, as in `observer.evidence`
+    """
 
     last: Number
     age: Number
     calm_for: Number
     out: Number
     free_for: Number
+    evidence: Number
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
@@ -54,7 +70,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
     return {
         **observer.named(filters, trust, 0.0),
-        **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0)),
+        **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0, 0.0)),
         "duty_modes": filters.alert.mean[: model.MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
@@ -73,7 +89,9 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
     alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
     filters, camera = look(Filters(alert, filters.quiet), x, u, p, step)
-    seen = observer.evidence(x.evidence, filters.alert, p, step)
+    heard = observer.since_heard(trust, readings, p, step)
+    seen = observer.evidence(x.evidence, filters.alert, observer.HEAT, p, heard)
+    taught = observer.evidence(x.camera_evidence, filters.alert, _TAUGHT, p, step)
     filters = led(filters, seen, again, p)
     least = least_elongation(duty_modes, u, p)
     free_estimate = elongation(filters.quiet.mean, p)
@@ -82,7 +100,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     free = where(absolute(wanted - correction) < p.camera_std, camera.free_for + step, 0.0)
     return {
         **observer.named(filters, trust, seen),
-        **_named(camera._replace(free_for=free)),
+        **_named(camera._replace(free_for=free, evidence=taught)),
         "duty_modes": duty_modes,
         "plausible_heat": plausible,
         "correction": correction,
@@ -97,7 +115,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
     filters = filters_of(x, STATES)
-    return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p)
+    return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p, x.camera_evidence)
 
 
 def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tuple[Filters, Camera]:
@@ -112,10 +130,8 @@ def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tup
     free = where(x.camera_free_for > p.camera_delay + 2.0 * step, 1.0, 0.0)
     rows = Filters(*(elongation_row(each.mean, p) for each in filters))
     variance = p.camera_std**2
-    before = filters_of(x, STATES)
-    apart = elongation(before.alert.mean, p) - elongation(before.quiet.mean, p)
-    reported = u.measured_drift - (x.elongation - x.correction)
-    innovations = Filters(alert=reported - apart, quiet=reported)
+    measured = u.measured_drift + x.correction
+    innovations = Filters(*(measured - elongation(each.mean, p) for each in filters_of(x, STATES)))
     # A leap within the camera's authority is harmless, so it is believed.
     expected = (
         variance_along(filters.alert.spread, rows.alert) + variance + (p.camera_authority / p.gate) ** 2
@@ -125,7 +141,7 @@ def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tup
         trust,
         0,
         news,
-        reported,
+        innovations.quiet,
         expected,
         expected,
         fail_safe.Gates(p.gate, LARGEST, p.mean_time, p.camera_return_time),
@@ -135,7 +151,7 @@ def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tup
     use = verdict.use * free
     filters = Filters(
         *(
-            corrected(belief, row, innovation, variance, use, stack(*_TEACHES))
+            bounded(corrected(belief, row, innovation, variance, use, stack(*_TEACHES)), p)
             for belief, row, innovation in zip(filters, rows, innovations, strict=True)
         )
     )
@@ -145,14 +161,23 @@ def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tup
         calm_for=where(judged > 0, verdict.calm_for, x.camera_calm_for),
         out=where(judged > 0, verdict.out, x.camera_out),
         free_for=x.camera_free_for,
+        evidence=x.camera_evidence,
     )
 
 
-def elongation(mean: Number, p: Record) -> Number:
-    """Elongation in m: what the temperatures make, and what the camera has taught, within its bounds."""
-    by_temperature = model.elongation(mean, p)
+def bounded(belief: Belief, p: Record) -> Belief:
+    """The belief with what the camera has taught kept within its authority, lest it winds up beyond."""
+    by_temperature = model.elongation(belief.mean, p)
     bound = authority(by_temperature, p)
-    return by_temperature + clip(taught(mean, by_temperature), -bound, bound)
+    scale = clip(belief.mean[_SCALE], -p.camera_relative_authority, p.camera_relative_authority)
+    added = clip(scale * by_temperature + belief.mean[_OFFSET], -bound, bound)
+    return belief._replace(mean=stack(belief.mean[:_SCALE], scale, added - scale * by_temperature))
+
+
+def elongation(mean: Number, p: Record) -> Number:
+    """Elongation in m: what the temperatures make, and what the camera has taught."""
+    by_temperature = model.elongation(mean, p)
+    return by_temperature + taught(mean, by_temperature)
 
 
 def taught(mean: Number, by_temperature: Number) -> Number:
@@ -174,11 +199,10 @@ def elongation_row(mean: Number, p: Record) -> Number:
 def doubtful(camera: Camera, belief: Belief, u: Record, p: Record) -> Number:
     """1 where the camera says it is well and yet is not followed, else 0."""
     by_temperature = model.elongation(belief.mean, p)
-    beyond = where(
-        absolute(taught(belief.mean, by_temperature)) > authority(by_temperature, p), 1.0, camera.out
-    )
+    bound = _AT_BOUND * authority(by_temperature, p)
+    held_back = where(absolute(taught(belief.mean, by_temperature)) > bound, 1.0, camera.out)
     silent = where(camera.age > p.camera_timeout, 1.0, 1.0 - fail_safe.present(u.measured_drift))
-    return maximum(beyond, where(u.drift_valid > 0.5, silent, 0.0))
+    return maximum(held_back, where(u.drift_valid > 0.5, silent, 0.0))
 
 
 def _named(camera: Camera) -> dict[str, Number]:

@@ -103,14 +103,20 @@ def _tasks(counts: Counts, seed: int) -> Iterator[tuple[str, str, int, int]]:
 
 
 def _trial(task: tuple[str, str, int, int]) -> Trial:
-    from warmlink.orchestration.studies.trials import coverage, fault_runs, instruments, removed_percent
+    from warmlink.orchestration.studies.trials import (
+        coverage,
+        fault_runs,
+        instruments,
+        removed_percent,
+        told_of_their_heat,
+    )
 
     name, kind, place, seed = task
     cell = _cell(name)
     if kind == "faults":
         (run,) = fault_runs(cell, library(), [seed], WITH_CAMERA[name])
         return Trial(name, kind, seed, run.duty, fault=run)
-    duties = _told_of_their_heat() if kind in {"coverage", "whiteness"} else library()
+    duties = told_of_their_heat() if kind in {"coverage", "whiteness"} else library()
     duty = duties[place % len(duties)]
     if kind == "whiteness":
         return Trial(name, kind, seed, duty.name, white=_white(cell, duty, seed))
@@ -142,11 +148,6 @@ def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:
     demands = duty.table(cell.step, WHITENESS_SECONDS)
     series = innovations(cell.run(demands, instruments(seed)), demands)
     return tuple(whiteness(each) for each in series.values())
-
-
-def _told_of_their_heat() -> list[Duty]:
-    """Duty cycles whose heat the law is told of; with a pad it is not, and says less on purpose."""
-    return [duty for duty in library() if "pad" not in duty.name.split("_")]
 
 
 @cache

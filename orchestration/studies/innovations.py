@@ -14,6 +14,7 @@ from warmlink.controllers.kalman import corrected, variance_along
 from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
+from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.studies.rollout import DEMANDS, RECORDED, Array, Cell, Record
 
 LAGS = 20
@@ -73,17 +74,30 @@ def innovations(record: Record, demands: Array) -> dict[str, Array]:
         given[OBSERVER.u.index[name]] = column
     looked = _look().map(now.shape[1])(before, given, sensed, now)
     series, mean = (np.array(each) for each in looked)
-    alert, quiet = (
-        now[first : first + model.STATES]
-        for first in (OBSERVER.x.index[f"{name}[1]"] for name in ("estimate", "quiet_estimate"))
-    )
-    foreseen = np.isclose(mean, quiet, rtol=1e-9, atol=1e-12).all(axis=0)
-    led_by_alert = (quiet == alert).all(axis=0)
-    for k in np.flatnonzero(~(foreseen | led_by_alert)):
-        raise ValueError(
-            f"step {SETTLED + k}: the innovations do not lead to the state that the law recorded"
-        )
+    _, quiet = _estimates(record, OBSERVER)
+    foreseen = np.isclose(mean.T, quiet[SETTLED:], rtol=1e-9, atol=1e-12).all(axis=1)
+    if not (foreseen | led_by_alert(record)[SETTLED:]).all():
+        raise ValueError("the innovations do not lead to the states that the law recorded")
     return {SENSED[sensor]: each for sensor, each in zip(_used(), series, strict=True)}
+
+
+def led_by_alert(record: Record, observer: Component = OBSERVER) -> NDArray[np.bool_]:
+    """Whether the alert filter led at each communication point: where it does, both estimates are one.
+
+    Parameters
+    ----------
+    record : of a cell made with `law_states`
+    observer : the law
+    """
+    alert, quiet = _estimates(record, observer)
+    return np.asarray((alert == quiet).all(axis=1))
+
+
+def _estimates(record: Record, observer: Component) -> tuple[Array, Array]:
+    """Modes and unknown heats by the alert and by the quiet filter, each of shape (n + 1, 9)."""
+    states = record.values[:, len(RECORDED) :]
+    alert, quiet = (observer.x.index[f"{name}[1]"] for name in ("estimate", "quiet_estimate"))
+    return states[:, alert : alert + model.STATES], states[:, quiet : quiet + model.STATES]
 
 
 @cache

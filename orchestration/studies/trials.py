@@ -14,7 +14,8 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duty import Duty
-from warmlink.orchestration.studies.rollout import Cell, Record
+from warmlink.orchestration.scenarios.duty_files import library
+from warmlink.orchestration.studies.rollout import DEMANDS, Cell, Record
 
 THERMAL: Mapping[str, tuple[str, ...]] = {
     "motor": (
@@ -37,6 +38,12 @@ LONGEST = 3 * 3600.0
 
 Values = dict[str, dict[str, float]]
 """Parameters by instance and name."""
+
+
+def told_of_their_heat() -> list[Duty]:
+    """Duty cycles whose heat the laws are told of; with a pad they are not, and say less on purpose."""
+    pad = DEMANDS.index("pad_mode")
+    return [duty for duty in library() if not duty.table(60.0)[:, pad].any()]
 
 
 def mismatched(seed: int, share: float = 0.2, expansion_share: float = 0.03) -> Plant:

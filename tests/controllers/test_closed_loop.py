@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import stats
 
 from warmlink.controllers.observer import model
@@ -15,12 +14,13 @@ from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.fmus import faults
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance
-from warmlink.orchestration.scenarios.duty import Duty
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duty_files import library, load
-from warmlink.orchestration.studies.innovations import innovations, whiteness
+from warmlink.orchestration.studies.innovations import innovations, led_by_alert, whiteness
 from warmlink.orchestration.studies.rollout import RECORDED, Cell, Record
 from warmlink.orchestration.studies.trials import (
     Fault,
@@ -29,6 +29,7 @@ from warmlink.orchestration.studies.trials import (
     instruments,
     mismatched,
     removed_percent,
+    told_of_their_heat,
     worse_by,
 )
 
@@ -56,19 +57,11 @@ def run(cell: Cell, duty: str, seed: int = 1, plant_seed: int = 0, stop_time: fl
     return cell.run(load(duty).table(cell.step, stop_time), values)
 
 
-def _told() -> list[Duty]:
-    """Duty cycles with no heat but what the law is told of."""
-    return [duty for duty in library() if "pad" not in duty.name.split("_")]
-
-
 pytestmark = pytest.mark.xdist_group("closed_loop")
 
 
 def test_the_cell_in_one_step_is_the_instances_stepped_in_turn(cell_of: CellOf) -> None:
     """Motor and link as their Python instances give them, exchanged as the cell does."""
-    from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-    from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-
     record = run(cell_of(OBSERVER), "windshield_wiper", stop_time=120.0)
     motor, link = Instance(MOTOR), Instance(LINK)
     motor.set({"speed": 3.43, "torque": 2.5})
@@ -112,7 +105,7 @@ def test_regression_is_worse_than_the_observer(cell_of: CellOf) -> None:
 @pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
 def test_two_standard_deviations_cover_95_percent_at_nominal(cell_of: CellOf, component: Component) -> None:
     """Over duty cycles whose heat the law is told of; with a pad it is not, and rightly says less."""
-    told = _told()
+    told = told_of_their_heat()
     shares = [
         coverage(run(cell_of(component), told[seed % len(told)].name, seed + 1, stop_time=7200.0))
         for seed in range(28)
@@ -127,7 +120,7 @@ def test_innovations_are_white_and_of_the_size_stated(cell_of: CellOf) -> None:
     Of white series, 5 in 100 are rejected at 5 %. A gain that never quite goes to zero leaves a correlation
     of neighbours of some thousandths, which the test hardly finds in 2,700 samples.
     """
-    told = _told()
+    told = told_of_their_heat()
     found = []
     for seed in range(5 * len(told)):
         demands = told[seed % len(told)].table(1.0, 3000.0)
@@ -162,12 +155,14 @@ def test_the_alert_filter_leads_while_heat_is_about_that_nothing_tells_of(cell_o
     assert np.mean(spans) < 0.05
 
 
-def led_by_alert(record: Record) -> NDArray[np.bool_]:
-    """Whether the alert filter led at each communication point: where it does, both estimates are one."""
-    states = record.values[:, len(RECORDED) :]
-    alert, quiet = (OBSERVER.x.index[f"{name}[1]"] for name in ("estimate", "quiet_estimate"))
-    same = states[:, alert : alert + model.STATES] == states[:, quiet : quiet + model.STATES]
-    return np.asarray(same.all(axis=1))
+def test_an_expansion_error_is_no_heat(cell_of: CellOf) -> None:
+    """What the camera teaches of a coefficient that is off leaves the quiet filter in the lead."""
+    expansion = 1.03 * float(next(v.start for v in LINK.parameters if v.name == "expansion_coefficient"))
+    values = {**instruments(1), "link": {"expansion_coefficient": expansion}}
+    record = cell_of(DRIFT).run(load("stop_and_go").table(1.0), values)
+    assert led_by_alert(record, DRIFT).mean() < 0.02
+    scale = DRIFT.x.index[f"quiet_estimate[{model.STATES + 1}]"]
+    assert record.values[-1, len(RECORDED) + scale] == pytest.approx(0.03, abs=0.01)
 
 
 # faults ---------------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ P: Any = SimpleNamespace(
     warning_limit=5e-5,
     tolerance=5e-6,
     stuck_time=30.0,
+    sample_time=1.0,
 )
 GATES = fail_safe.Gates(gate=5.0, mean_gate=0.6, mean_time=120.0, return_time=60.0)
 

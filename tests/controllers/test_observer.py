@@ -154,6 +154,37 @@ def test_doubt_about_the_expansion_is_added_where_given() -> None:
     assert added == pytest.approx((0.02 * unsure.get("predicted_elongation")) ** 2, rel=1e-6)
 
 
+def padded(component: Component, steps: int, heard: int | None = None, **values: float) -> Instance:
+    """A cell at rest that warms as under a pad, in samples of 10 s; thermometers are heard for so many."""
+    instance = running(component, {"sample_time": 10.0, **values})
+    draw = np.random.default_rng(3)
+    for k in range(steps):
+        rise = np.array([8.0, 9.0, 6.0, 4.0, 3.5]) * (1 - math.exp(-k / 200)) + 0.1 * draw.normal(size=5)
+        gone = heard is not None and k >= heard
+        instance.set(dict(zip(interface.SENSED, COLD + rise * (math.nan if gone else 1.0), strict=True)))
+        instance.step(10.0 * k, 10.0)
+    return instance
+
+
+def test_the_doubt_stays_while_nothing_could_show_that_a_heat_has_gone() -> None:
+    """All thermometers gone with a pad on: the law is no surer of itself hours later."""
+    at_once, later = (padded(OBSERVER, steps, heard=200) for steps in (210, 1500))
+    assert at_once.get("correction_std") > 0.1e-6
+    assert later.get("correction_std") > at_once.get("correction_std")
+    assert later.get("ready") == 0.0
+
+
+@pytest.mark.parametrize("sample_time", [10.0, 30.0, 60.0, 300.0])
+def test_sound_sensors_are_trusted_at_any_sample_time(sample_time: float) -> None:
+    instance, draw = running(OBSERVER, {"sample_time": sample_time}), np.random.default_rng(4)
+    said = []
+    for k in range(400):
+        instance.set(dict(zip(interface.SENSED, COLD + 0.1 * draw.normal(size=5), strict=True)))
+        instance.step(k * sample_time, sample_time)
+        said.append(instance.get("distrusted"))
+    assert np.mean(said) < 0.02
+
+
 # the camera -----------------------------------------------------------------------------------------------
 
 
@@ -201,8 +232,9 @@ def test_a_camera_that_leaps_is_left_out() -> None:
     assert instance.get("distrusted") == 1.0
 
 
-def test_the_camera_does_not_move_the_temperatures() -> None:
-    taught, alone = with_camera(2e-6, seconds=300), with_camera(2e-6, valid=0.0, seconds=300)
+@pytest.mark.parametrize("drift", [2e-6, 3e-6, -2e-6])
+def test_the_camera_does_not_move_the_temperatures(drift: float) -> None:
+    taught, alone = with_camera(drift, seconds=300), with_camera(drift, valid=0.0, seconds=300)
     filters = [
         filters_of(DRIFT.x.read(np.array(each.snapshot().states)), drift_law.STATES)
         for each in (taught, alone)
@@ -210,3 +242,27 @@ def test_the_camera_does_not_move_the_temperatures() -> None:
     for one, other in zip(*filters, strict=True):
         assert np.array_equal(one.mean[:-2], other.mean[:-2])
         assert not np.array_equal(one.mean[-2:], other.mean[-2:])
+
+
+def test_without_a_camera_the_law_is_the_observer() -> None:
+    """With heat that no input tells of, too: doubt about it is none about the expansion."""
+    with_its_states, plain = padded(DRIFT, 120, drift_valid=0.0), padded(OBSERVER, 120)
+    assert plain.get("correction_std") > 0.05e-6
+    for name in ("correction", "predicted_elongation", "correction_std", "ready", "distrusted"):
+        assert with_its_states.get(name) == pytest.approx(plain.get(name), rel=1e-9, abs=1e-15)
+
+
+def test_what_a_lying_camera_taught_does_not_wind_up() -> None:
+    """It drifts off beyond what is believed of it, is mended, and is soon followed again."""
+    instance, draw = running(DRIFT, {"sample_time": 10.0}), np.random.default_rng(5)
+    said = []
+    for k in range(840):
+        lie = min(10e-6 / 3600 * 10 * k, 5.5e-6) if k < 600 else 0.0
+        instance.set(dict(zip(interface.SENSED, COLD + 0.1 * draw.normal(size=5), strict=True)))
+        if k % 3 == 0:
+            remaining = lie - instance.get("correction") + 1e-9 * (k % 2)
+            instance.set({"measured_drift": remaining, "drift_valid": 1.0})
+        instance.step(10.0 * k, 10.0)
+        said.append(instance.get("correction"))
+    assert max(said) == pytest.approx(3e-6, abs=0.3e-6)
+    assert abs(said[-1]) < 0.3e-6
