@@ -37,6 +37,11 @@ COMPONENT = Component(
     observe=equations.outputs,
     checks=(
         Check(
+            lambda p: where(p.heat_capacity > 0, p.heat_capacity - equations.LEAST_HEAT_CAPACITY, 0.0),
+            "heat_capacity: {heat_capacity} J/K is too small to count with; give 0 for none or at least "
+            f"{equations.LEAST_HEAT_CAPACITY:g} J/K",
+        ),
+        Check(
             lambda p: where(p.heat_capacity > 0, p.contact_resistance - 1e-9, 0.0),
             "contact_resistance: {contact_resistance} K/W with a heat_capacity of {heat_capacity} J/K; "
             "give a resistance of at least 1e-9 K/W, or no heat capacity",

@@ -12,6 +12,9 @@ from collections.abc import Mapping
 from warmlink.fmus.arithmetic import Number, where
 from warmlink.fmus.packaging.component import Record
 
+LEAST_HEAT_CAPACITY = 1e-6
+"""J/K; rates of a much smaller one exceed all numbers."""
+
 
 def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Time derivatives of the states: temperature in K/s, heat delivered in W."""

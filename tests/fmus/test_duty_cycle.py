@@ -122,6 +122,6 @@ def test_a_duty_cycle_of_no_length_is_refused() -> None:
     instance = Instance(COMPONENT, "duty")
     instance.set({"duration[1]": 0.0})
     with pytest.raises(
-        InputError, match=r"duty\.duration\[1\]: 0\.0 s, and no other segment lasts longer; give"
+        InputError, match=r"duty\.duration\[1\]: 0 s, and no other segment lasts longer; give"
     ):
         instance.initialize()

@@ -52,15 +52,19 @@ def test_a_tiny_time_constant_is_no_trouble() -> None:
     assert instance.get("heat_flow") == pytest.approx(10.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("capacity", [5e-324, 1e-308, 9e-7])
+def test_a_capacity_too_small_to_count_with_is_refused(capacity: float) -> None:
+    with pytest.raises(InputError, match="J/K is too small to count with; give 0 for none or at least 1e-06"):
+        heater(heat_capacity=capacity, contact_resistance=0.015625)
+
+
 def test_the_capacity_may_begin_warm() -> None:
     instance = heater(heat_capacity=40.0, contact_resistance=0.5, initial_temperature=COLD + 5)
     assert instance.get("heat_flow") == pytest.approx(10.0)
 
 
 def test_a_capacity_without_resistance_is_refused() -> None:
-    with pytest.raises(
-        InputError, match=r"heater\.contact_resistance: 0\.0 K/W with a heat_capacity of 3\.0 J/K"
-    ):
+    with pytest.raises(InputError, match=r"heater\.contact_resistance: 0 K/W with a heat_capacity of 3 J/K"):
         heater(heat_capacity=3.0)
 
 
