@@ -18,7 +18,9 @@ def diagnose(
             "experiment (TOML)."
         ),
     ],
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/NAME.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for results. Default: out/RUN, out/RUN+NEXT for two.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Show what the simulation gets wrong, name the cause, extend the model, measure the improvement.

@@ -20,7 +20,7 @@ def diagnose_command(paths: Sequence[Path], out: Path | None, as_json: bool) -> 
     """Diagnose, write the files and print the summary."""
     from warmlink.orchestration.arm.measured import is_arm_file
 
-    folder = out or Path("out") / paths[0].stem
+    folder = out or Path("out") / "+".join(path.stem for path in paths)
     for path in paths:
         if is_arm_file(path):
             if len(paths) > 1:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ AVERAGED = 120.0
 """s over which an error is averaged before its largest value is taken, against the camera's noise."""
 
 _STEP = 10.0
-"""s between two corrections, at most."""
+"""s between two corrections, at least."""
 
 _AFTER_PAD = 1800.0
 """s after which the observer has got over a pad."""
@@ -136,7 +137,7 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> dict[str, Any]:
         design_controller(
             LAW,
             [name for name in GOES_BY if name in measured],
-            sample_time=min(spacing, _STEP),
+            sample_time=max(spacing, _STEP),
             plant=Plant(of("motor."), of("link.")),
         ).parameters
     )
@@ -157,27 +158,42 @@ def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> 
 
 def _corrections(parameters: Mapping[str, Any], rig: Rig, run: Run, values: Mapping[str, float]) -> Vector:
     """Correction in m at each row of a run."""
+    from warmlink.controllers.design.plant import parameter_vector
     from warmlink.controllers.observer.component import COMPONENT
-    from warmlink.fmus.packaging.instance import Instance
 
     step = float(parameters["sample_time"])
     count = int(np.ceil(run.time[-1] / step))
     rows = np.clip(
         np.searchsorted(run.time, step * np.arange(count + 1), side="right") - 1, 0, run.time.size - 1
     )
-    given = _signals(rig, run, values)
-    instance = Instance(COMPONENT)
-    instance.set(_elements(parameters))
-    instance.set({name: float(signal[rows[0]]) for name, signal in given.items()})
-    instance.begin(0.0)
-    instance.initialize()
-    corrections = np.empty(count + 1)
-    corrections[0] = instance.get("correction")
-    for k in range(count):
-        instance.set({name: float(signal[rows[k + 1]]) for name, signal in given.items()})
-        instance.step(k * step, step)
-        corrections[k + 1] = instance.get("correction")
+    inputs = np.repeat(np.array([[float(v.start or 0.0)] for v in COMPONENT.inputs]), count + 1, axis=1)
+    for name, signal in _signals(rig, run, values).items():
+        inputs[COMPONENT.u.index[name]] = signal[rows]
+    settled = np.asarray(COMPONENT.settled(parameter_vector(COMPONENT, _elements(parameters), LAW)))
+    begin, update = _compiled_law()
+    first = begin(inputs[:, 0], settled)
+    repeated = np.repeat(settled[:, None], count, axis=1)
+    states = update.mapaccum(count)(first, inputs[:, 1:], repeated, np.full((1, count), step))
+    correction = COMPONENT.x.index["correction"]
+    corrections = np.append(np.array(first)[correction], np.array(states)[correction])
     return np.interp(run.time, step * np.arange(count + 1), corrections)
+
+
+@cache
+def _compiled_law() -> tuple[Any, Any]:
+    """First states by inputs and settled parameters; the next by states, inputs, these and the step."""
+    import casadi as ca
+
+    from warmlink.controllers.observer.component import COMPONENT
+
+    x, u, d = (
+        ca.SX.sym(n, each.size) for n, each in (("x", COMPONENT.x), ("u", COMPONENT.u), ("d", COMPONENT.d))
+    )
+    step = ca.SX.sym("step")
+    begin = ca.Function("begin", [u, d], [COMPONENT.states_at_start(u, d)])
+    return begin, ca.Function(
+        "update", [x, u, d, step], [COMPONENT.updated(x, u, d, 0.0, step)], {"cse": True}
+    )
 
 
 def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Vector]:

@@ -172,6 +172,7 @@ class Diagnosis:
                 "why": proposed.why,
                 "expected_separation_sigma": proposed.expected_separation_sigma,
                 "expected_chance": proposed.expected_chance,
+                "alike": [list(pair) for pair in proposed.alike],
             },
             "wrong": {name: self._wrong_entry(name, wrong) for name, wrong in self.wrong.items()},
             "remaining": {name: self._wrong_entry(name, wrong) for name, wrong in self.remaining.items()},

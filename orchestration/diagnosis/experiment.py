@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -105,14 +106,18 @@ def read_runs(paths: Sequence[Path]) -> Experiment:
     Raises
     ------
     InputError
-        What does not fit; or an experiment file among several.
+        What does not fit; an experiment file among several; a run that is given twice.
     """
     for path in paths:
         if len(paths) > 1 and path.suffix.lower() == ".toml":
             raise InputError(
                 f"{path}: an experiment file stands alone; give further runs in it, each as a [[run]]"
             )
-    return together([read_experiment(path) for path in paths])
+    experiments = [read_experiment(path) for path in paths]
+    for (one, first), (other, second) in combinations(zip(paths, experiments, strict=True), 2):
+        if first.runs[0].like(second.runs[0]):
+            raise InputError(f"{other}: the same readings as in {one}; give each run once")
+    return together(experiments)
 
 
 def together(experiments: Sequence[Experiment]) -> Experiment:

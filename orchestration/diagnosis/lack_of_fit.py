@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.noise import (
+    FEWEST,
     LIKED,
     NoiseModel,
     Sample,
@@ -94,13 +95,14 @@ def estimated_noise(
         predicted.append(problem.predict(run, problem.values(run, freed, theta)))
     spectra = []
     for channel in range(len(problem.variables)):
-        samples = []
+        samples, raw = [], [np.zeros(0)]
         least = floors[channel]
         for run, (data, (values, by_slot)) in enumerate(zip(problem.data, predicted, strict=True)):
             rows = np.flatnonzero(data.fitted & np.isfinite(data.readings[:, channel]))
-            if rows.size < 16:
-                continue
             residual = data.readings[rows, channel] - values[rows, channel]
+            raw.append(residual)
+            if rows.size < FEWEST:
+                continue
             columns = by_slot[rows, channel]
             if fit is not None and fit.items:
                 columns = _by_number(columns, fit, run)
@@ -109,7 +111,9 @@ def estimated_noise(
                 Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed, data.averaging)
             )
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
-        spectra.append(Spectrum(samples, least, problem.averaging))
+        together = np.concatenate(raw)
+        unresolved = float(np.sqrt(together @ together / max(together.size, 1)))
+        spectra.append(Spectrum(samples, least, problem.averaging, unresolved))
     return estimate(spectra, liked)
 
 

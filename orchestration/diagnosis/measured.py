@@ -76,6 +76,14 @@ class Run:
         """Rows that fitting and choosing may use, shape (n,)."""
         return np.zeros(self.time.size, dtype=bool) if self.heldout else self.time < self.fit_until
 
+    def like(self, other: Run) -> bool:
+        """Whether the other has the same readings at the same times."""
+        return (
+            np.array_equal(self.time, other.time)
+            and self.readings.keys() == other.readings.keys()
+            and all(np.array_equal(v, other.readings[k], equal_nan=True) for k, v in self.readings.items())
+        )
+
 
 def read_run(
     path: Path,

@@ -41,13 +41,11 @@ ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 LONGEST = 86400.0
 """How often a duty cycle may be repeated, and s that all of it may take."""
 
-_MOST_TOLD = 4
+_MOST_TOLD, _MOST_PAIRS = 4, 3
+"""Members, and pairs that nothing tells apart, that the words name."""
 
 ALIKE = float(np.sqrt(NEAR))
 """Expected separation in standard deviations below which models are more likely than not to stay alike."""
-
-_NOTHING = 0.5
-"""Expected separation of another run below which it is not worth making."""
 
 
 @dataclass(frozen=True)
@@ -102,9 +100,11 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
 
 
 def _nothing_tells(members: Sequence[Fit], alike: tuple[tuple[str, str], ...]) -> Proposed:
-    names = " and ".join(sorted({item.name for fit in members for item in fit.items}))
-    check = next((i.cause.check for i in members[0].items if i.title not in members[1].key), "")
-    return Proposed((), f"No duty cycle of a day tells {names} apart. {check}", 0.0, 0.0, alike)
+    shared = frozenset.intersection(*(fit.key for fit in members))
+    items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
+    told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
+    check = next(iter(items.values())).cause.check
+    return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, alike)
 
 
 class _Design:
@@ -117,7 +117,9 @@ class _Design:
         further = [fit for fit in search.rivals(assessment.best, FURTHER) if fit.key not in known]
         self.members = len(members)
         self.models = [*members, search.null, *further[: MOST_RIVALS - self.members + 1]]
-        self._assessment, self._experiment = assessment, experiment
+        # Of a run that was not made yet nothing was measured that it could start from.
+        self._assessment, self._experiment = assessment, replace(experiment, initial_measured=False)
+        self._first = next(run for run in experiment.runs if not run.heldout)
         scores = np.array([search.score(fit) for fit in members])
         likelihood = np.exp(-0.5 * (scores - scores.min()))
         self._weights: Vector = likelihood / likelihood.sum()
@@ -130,7 +132,7 @@ class _Design:
     def separations(self, duty: Sequence[Stage]) -> Vector:
         """Separation of each model from each member as the truth, shape (members, models)."""
         problem, experiment = self._assessment.problem, self._experiment
-        measured = experiment.runs[0]
+        measured = self._first
         share = min(measured.fit_until / float(measured.time[-1]), 1.0)
         spacing = float(np.median(np.diff(problem.data[0].time)))
         interval = max(spacing, share * length(duty) / MOST_ROWS)
@@ -139,7 +141,8 @@ class _Design:
         known = problem.averaging
         here = Averaging(known.rows * interval / spacing, interval) if interval > spacing else known
         noise = [n.averaged(here, known) for n in self._assessment.noise]
-        there = Problem(replace(experiment, runs=(run,)))
+        labelled = [each for each in experiment.runs if each.labels]  # causes by label need every value
+        there = Problem(replace(experiment, runs=(*labelled, replace(run, labels=measured.labels))))
         return Foreseen(there, noise, self.models).separations(self.members)
 
     def chance(self, separations: Vector) -> float:
@@ -153,7 +156,7 @@ class _Design:
         for point, share in zip(points, shares / shares.sum(), strict=True):
             strength = np.maximum(1 + point * self._doubt, 0.01)[:, None]
             total += share * chances(separations * strength, self._needed)
-        return float(self._weights @ total)
+        return min(float(self._weights @ total), 1.0)
 
 
 def _feasible(duty: Sequence[Stage]) -> list[int]:
@@ -194,13 +197,24 @@ def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> tuple[tuple[str,
 
 
 def _why(members: Sequence[Fit], alike: Sequence[tuple[str, str]], seconds: float, chance: float) -> str:
+    apart = _apart(members, alike)
+    told = f"tells {apart} apart" if apart else "narrows the set down"
+    return f"In {seconds / 3600:.1f} hours it {told}, with a chance of {100 * chance:.0f} %.{_but(alike)}"
+
+
+def _apart(members: Sequence[Fit], alike: Sequence[tuple[str, str]]) -> str:
+    """The best member and those that are told from it, in words; empty where there is none."""
     first, *others = (_title(fit) for fit in members)
     apart = [first, *(title for title in others if (first, title) not in alike)]
     if len(apart) > _MOST_TOLD + 1:
         apart[_MOST_TOLD:] = [f"{len(apart) - _MOST_TOLD} more"]
-    told = f"tells {', '.join(apart[:-1])} and {apart[-1]} apart" if apart[1:] else "rules out the others"
-    but = "".join(f" Nothing tells {a} from {b}." for a, b in alike[:3])
-    return f"In {seconds / 3600:.1f} hours it {told}, with a chance of {100 * chance:.0f} %.{but}"
+    return f"{', '.join(apart[:-1])} and {apart[-1]}" if apart[1:] else ""
+
+
+def _but(alike: Sequence[tuple[str, str]]) -> str:
+    told = "".join(f" Nothing tells {a} from {b}." for a, b in alike[:_MOST_PAIRS])
+    more = len(alike) - _MOST_PAIRS
+    return f"{told} Nor are {more} more pairs told apart." if more > 0 else told
 
 
 def _title(fit: Fit) -> str:
@@ -210,23 +224,30 @@ def _title(fit: Fit) -> str:
 def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Experiment) -> Proposed:
     """Propose a run with labels in a combination that was not fitted yet."""
     runs = [run for run in experiment.runs if not run.heldout]
-    names = list(runs[0].labels)
+    names = [name for name in runs[0].labels if all(name in run.labels for run in runs)]
     values = [list(dict.fromkeys(run.labels[n] for run in runs)) for n in names]
     tried = {tuple(run.labels[n] for n in names) for run in runs}
-    found: list[tuple[float, tuple[str, ...]]] = []
+    found: list[tuple[int, float, tuple[str, ...], Vector]] = []
     for labels in (c for c in product(*values) if c not in tried):
-        like = replace(runs[0], name="next", labels=dict(zip(names, labels, strict=True)))
+        like = replace(
+            runs[0], name="next", labels={**runs[0].labels, **dict(zip(names, labels, strict=True))}
+        )
         problem = Problem(replace(experiment, runs=(*runs, like)))
         foreseen = Foreseen(problem, problem.noise_in(len(runs), assessment.noise), members)
-        found.append((max(foreseen.told(0, j) for j in range(1, len(members))), labels))
-    if not found or max(found)[0] < _NOTHING:
-        why = f"No further run of this kind tells {_title(members[0])} from its rivals."
-        return Proposed((), why, 0.0, 0.0)
-    separation, labels = max(found)
+        told = np.array([foreseen.told(0, j) for j in range(1, len(members))])
+        clear = told[told >= ALIKE]
+        found.append((clear.size, float(clear.min(initial=np.inf)), labels, told))
+    if not found or max(found)[0] == 0:
+        return Proposed(
+            (), f"No further run of this kind tells {_title(members[0])} from its rivals.", 0.0, 0.0
+        )
+    _, separation, labels, told = max(found)
+    pairs = zip(members[1:], told, strict=True)
+    alike = tuple((_title(members[0]), _title(rival)) for rival, size in pairs if size < ALIKE)
     words = " and ".join(f"{n} = {v}" for n, v in zip(names, labels, strict=True))
     why = (
         f"In the fitted runs {' and '.join(names)} change together, so their effects cannot be told apart; "
-        f"a run with {words} would tell them apart."
+        f"a run with {words} would tell {_apart(members, alike)} apart.{_but(alike)}"
     )
     chance = float(chances(np.array([[separation]]), np.array([[NEAR]]))[0])
-    return Proposed((), why, separation, chance)
+    return Proposed((), why, separation, chance, alike)

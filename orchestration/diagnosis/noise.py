@@ -37,7 +37,7 @@ _APART = 14.0
 LIKED, TOLERATED = 4.0, 14.0
 """Loss of twice the log-likelihood within which a form of the noise is likely, and just credible."""
 
-_FEWEST = 16
+FEWEST = 16
 """Readings, or frequencies, that say something about noise."""
 
 _BLOCK, _STRETCH, _FEWEST_STRETCHES = 6, 60, 5
@@ -187,9 +187,12 @@ class Spectrum:
     samples : residuals by run
     least : least standard deviation that the channel may have
     known : what the readings are means of whose noise is asked for
+    unresolved : standard deviation where there are too few frequencies to tell
     """
 
-    def __init__(self, samples: Sequence[Sample], least: float, known: Averaging = ROW) -> None:
+    def __init__(
+        self, samples: Sequence[Sample], least: float, known: Averaging = ROW, unresolved: float = 0.0
+    ) -> None:
         from scipy.fft import dct
 
         powers, phases, steps, weights = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
@@ -197,7 +200,7 @@ class Spectrum:
         self._averagings: list[tuple[Averaging, int]] = []
         for sample in samples:
             size = sample.times.size
-            if size < _FEWEST:
+            if size < FEWEST:
                 continue
             first = int(np.ceil(2 * float(np.ptp(sample.times)) / SLOW)) + 1
             kept = 1 - np.sum(dct(sample.removed, axis=0, norm="ortho") ** 2, axis=1)
@@ -210,7 +213,7 @@ class Spectrum:
             self._averagings.append((sample.averaging, modes.size))
         self.power, self.phase = np.concatenate(powers), np.concatenate(phases)
         self.steps, self.weight = np.concatenate(steps), np.concatenate(weights)
-        self.least = least
+        self.least, self.unresolved = least, unresolved
 
     def total(self, memory: float, share: float) -> float:
         """Variance for a share of it correlated over a memory in s."""
@@ -245,12 +248,14 @@ def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseMod
     What is correlated, and for how long, is alike in all channels unless one clearly differs: a single
     channel of an hour says too little about it.
     """
-    known = [i for i, spectrum in enumerate(spectra) if spectrum.power.size >= _FEWEST]
+    known = [i for i, spectrum in enumerate(spectra) if spectrum.power.size >= FEWEST]
     forms = [(60.0, 0.0)]
     if known:
         step = min(float(np.median(spectra[i].steps)) for i in known)
         forms += [(m, s) for m in _MEMORIES if m > 0.7 * step for s in _SHARES]
-    table = np.array([[spectra[i].misfit(*form) for form in forms] for i in known]).reshape(len(known), -1)
+    table = np.array([[spectra[i].misfit(*form) for form in forms] for i in known]).reshape(
+        len(known), len(forms)
+    )
     together = table.sum(axis=0)
     common = int(np.argmin(together)) if known else 0
     if known and together[common] > together[0] - _WORTH:
@@ -260,7 +265,7 @@ def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseMod
         # is only noise must not be called a finding.
         likely = np.flatnonzero(together < together[common] + liked)
         common = int(max(likely, key=lambda i: _long_run(*forms[i], step)))
-    models = [NoiseModel(spectrum.least) for spectrum in spectra]
+    models = [NoiseModel(max(spectrum.least, spectrum.unresolved)) for spectrum in spectra]
     for row, i in zip(table, known, strict=True):
         own = int(np.argmin(row))
         memory, share = forms[own if row[own] < row[common] - _APART else common]

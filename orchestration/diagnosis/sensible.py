@@ -7,7 +7,9 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.experiment import Experiment
 from warmlink.orchestration.diagnosis.measured import FEWEST_ROWS, Run
+from warmlink.orchestration.diagnosis.noise import FEWEST
 from warmlink.orchestration.diagnosis.problem import Problem
+from warmlink.orchestration.diagnosis.thinning import SHORTEST
 
 _MOVES = {"K": 1.0, "m": 2e-6}
 """Course of the simulation by SI unit against which a reading that never changes is a dead one."""
@@ -30,6 +32,25 @@ def refuse_senseless(experiment: Experiment) -> None:
     dead = [(run, v) for run in experiment.runs for v, values in run.readings.items() if _constant(values)]
     if dead:
         _refuse_dead(experiment, dead)
+
+
+def refuse_too_short(problem: Problem) -> None:
+    """Refuse runs to fit in which averaging leaves too few readings to tell noise from anything else.
+
+    Raises
+    ------
+    InputError
+        Naming run and number.
+    """
+    for run, data in zip(problem.experiment.runs, problem.data, strict=True):
+        if run.heldout:
+            continue
+        kept = int(np.isfinite(data.readings[data.fitted]).sum(axis=0).max())
+        if kept < FEWEST:
+            raise InputError(
+                f"{run.name}: no column keeps more than {kept} readings to fit, means over {SHORTEST:g} s or "
+                f"more; at least {FEWEST} are needed, so give a longer run"
+            )
 
 
 def _constant(values: np.ndarray) -> bool:

@@ -39,7 +39,8 @@ class Thinned:
     averaging : what a block is the mean of
     within : s, times in each block at which it is simulated, shape (blocks, points)
     weight : of each of these times in the block's mean, shape (blocks, points, outputs)
-    readings : SI, mean of each block, NaN where most of it is missing, shape (blocks, outputs)
+    readings : SI, mean of each block, NaN where most of what an output is read in it is missing,
+        shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     spikes : spikes removed by output, shape (outputs,)
     quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
@@ -92,7 +93,7 @@ def _means(
     count: NDArray[np.int64],
     sparse: NDArray[np.bool_],
 ) -> Vector:
-    """Mean of each block's readings, NaN where most are missing.
+    """Mean of each block's readings, NaN where most are missing that an output's own spacing would give.
 
     Where not each row of a block is simulated, missing readings are put on the line between their neighbours:
     the mean must not lean to one side.
@@ -106,7 +107,14 @@ def _means(
         if there.any():
             column[gaps] = np.interp(time[gaps], time[there], column[there])
     means = np.add.reduceat(rows, starts, axis=0) / counted
-    return np.where(filled >= count[:, None] / 2, means, np.nan)
+    due = np.array([1 / _rows_between(there) for there in full.T]) * count[:, None]
+    return np.where(filled >= np.maximum(due / 2, 1), means, np.nan)
+
+
+def _rows_between(there: NDArray[np.bool_]) -> float:
+    """Rows from one reading of an output to the next: a logger may read some less often than others."""
+    rows = np.flatnonzero(there)
+    return float(np.median(np.diff(rows))) if rows.size > 1 else 1.0
 
 
 def _points(
@@ -122,7 +130,10 @@ def _points(
     place = np.clip((point + 0.5) * (count[:, None] / number) - 0.5, 0.0, count[:, None] - 1.0)
     within = np.interp(starts[:, None] + place, np.arange(time.size), time)
     used = np.repeat((point < number)[:, :, None], full.shape[1], axis=2)
-    used &= full[np.round(starts[:, None] + place).astype(np.int64)] | (count > most)[:, None, None]
+    read = used & full[np.round(starts[:, None] + place).astype(np.int64)]
+    # A block in which nothing was read is simulated too, for the eye.
+    all_of_them = (count > most)[:, None, None] | ~read.any(axis=1, keepdims=True)
+    used = np.where(all_of_them, used, read)
     return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
 
 

@@ -17,6 +17,7 @@ from warmlink.orchestration.diagnosis.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.problem import Problem
 from warmlink.orchestration.diagnosis.rigs import ELONGATION
 from warmlink.orchestration.diagnosis.search import Search
+from warmlink.orchestration.diagnosis.sensible import refuse_too_short
 
 Vector = NDArray[np.float64]
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
@@ -73,8 +74,15 @@ class Assessment:
 
 
 def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
-    """Search for what is wrong, on the fitted rows alone."""
+    """Search for what is wrong, on the fitted rows alone.
+
+    Raises
+    ------
+    InputError
+        A run is too short to tell anything from noise.
+    """
     problem = Problem(fitted_part(experiment))
+    refuse_too_short(problem)
     progress("simulating as it stands")
     start = [f.start for f in problem.calibrated]
     begun = [problem.values(i, problem.calibrated, start) for i in range(len(problem.data))]

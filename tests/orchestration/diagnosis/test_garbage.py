@@ -62,3 +62,19 @@ def test_all_empty_is_refused(tmp_path: Path, clean: Columns) -> None:
     columns = {n: v if n.startswith(inputs) else np.full(v.size, np.nan) for n, v in clean.items()}
     with pytest.raises(InputError, match="at least 20"):
         diagnosed(tmp_path, columns)
+
+
+@pytest.mark.parametrize("span", [210.0, 60.0, 15.0, 1.0])
+def test_too_short_a_run_is_refused(tmp_path: Path, clean: Columns, span: float) -> None:
+    """More rows than are asked for, but not once those that follow too fast are averaged."""
+    rows = 21 if span > 100 else 721
+    columns = {n: np.linspace(0, span, rows) if "time" in n else v[:rows] for n, v in clean.items()}
+    with pytest.raises(InputError, match="at least 16 are needed, so give a longer run"):
+        diagnosed(tmp_path, columns)
+
+
+def test_a_column_of_few_readings_is_no_finding(tmp_path: Path, clean: Columns) -> None:
+    """Eleven readings say little about their noise, and nothing against the model."""
+    tip = "tip_temperature [degC]"
+    few = np.where(np.arange(clean[tip].size) % 48 == 0, clean[tip], np.nan)
+    assert diagnosed(tmp_path, {**clean, tip: few}) == "adequate"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.duties import DUTIES, length, run_of
 from warmlink.orchestration.diagnosis.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.hidden import Segment
@@ -49,9 +51,10 @@ def written(folder: Path, name: str, columns: dict[str, np.ndarray]) -> Path:
 def test_carried_out_it_names_what_an_hour_at_rest_left_open(tmp_path: Path) -> None:
     hidden = {"still_air_convection": 1.2}
     first = written(tmp_path, "first", hide(hidden, STILL, seed=2))
-    found = assess(read_experiment(first))
+    experiment = read_experiment(first)
+    found = assess(experiment)
     assert found.word == "ambiguous"
-    proposed = next_experiment(found, found.problem.experiment)
+    proposed = next_experiment(found, experiment)
     assert proposed is not None
     assert 0 < length(proposed.duty) <= LONGEST
     assert proposed.expected_chance > 0.9
@@ -77,3 +80,66 @@ def test_runs_are_joined_whatever_their_columns_and_names(tmp_path: Path) -> Non
         joined = together([first, other])
         assert [run.name for run in joined.runs] == ["run (1)", "run (2)"]
         assert {c.variable for c in joined.columns} == {c.variable for c in full.columns}
+
+
+def test_a_run_given_twice_is_refused(tmp_path: Path) -> None:
+    columns = hide({}, STILL, seed=4)
+    one, other = (written(tmp_path, name, columns) for name in ("one", "other"))
+    with pytest.raises(
+        InputError, match=r"other\.csv: the same readings as in .*one\.csv; give each run once"
+    ):
+        read_runs([one, other])
+
+
+LABELLED = """
+system = "WarmupCell"
+[causes]
+per = ["fan"]
+[[run]]
+data = "on.csv"
+labels = {fan = "on", lamp = "on"}
+[[run]]
+data = "off.csv"
+labels = {fan = "off"}
+"""
+
+
+def test_runs_with_labels_lead_to_a_next_one(tmp_path: Path) -> None:
+    """Also where a label is given of one run alone."""
+    for seed, name in enumerate(("on", "off")):
+        written(tmp_path, name, hide({"still_air_convection": 1.2}, STILL, seed=seed))
+    (tmp_path / "lab.toml").write_text(LABELLED)
+    experiment = read_experiment(tmp_path / "lab.toml")
+    found = assess(experiment)
+    assert found.word == "ambiguous"
+    proposed = next_experiment(found, experiment)
+    assert proposed is not None
+    assert proposed.duty
+    assert 0.9 < proposed.expected_chance <= 1.0
+    assert ("still_air_convection per fan", "still_air_convection") in {
+        *proposed.alike,
+        *((b, a) for a, b in proposed.alike),
+    }
+
+
+def test_a_next_run_starts_cold_where_others_start_from_what_was_measured(tmp_path: Path) -> None:
+    experiment = read_experiment(written(tmp_path, "run", hide({"still_air_convection": 1.2}, STILL, seed=2)))
+    found = assess(experiment)
+    nominal, measured = (
+        next_experiment(found, replace(experiment, initial_measured=given)) for given in (False, True)
+    )
+    assert nominal is not None
+    assert nominal == measured
+
+
+def test_what_no_duty_tells_is_said_without_what_is_certain(tmp_path: Path) -> None:
+    """A wrong scale of the camera and a wrong expansion coefficient are one; the resistance is certain."""
+    hidden = {"joint_resistance": 0.3, "expansion_coefficient": 1.03}
+    experiment = read_experiment(written(tmp_path, "pair", hide(hidden, seed=5)))
+    found = assess(experiment)
+    proposed = next_experiment(found, experiment)
+    assert proposed is not None
+    assert not proposed.duty
+    assert "elongation_scale" in proposed.why
+    assert "joint_resistance" not in proposed.why
+    assert len(proposed.alike) == 1

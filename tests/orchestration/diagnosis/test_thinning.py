@@ -43,6 +43,26 @@ def test_missing_rows_do_not_bend_a_mean() -> None:
     assert np.abs(found.readings[:, 0] - simulated).max() < 0.1
 
 
+def test_a_block_without_a_reading_is_simulated_all_the_same() -> None:
+    time = np.arange(0.0, 3600.0, 2.0)
+    readings = course(time)
+    readings[100:121] = np.nan
+    found = thinned(Run("gap", time, {}, {VARIABLE: readings}), [VARIABLE])
+    assert np.isnan(found.readings[:, 0]).any()
+    assert found.weight.sum(axis=1) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("span", "every"), [(3600.0, 10), (86_400.0, 30)])
+def test_an_output_that_is_logged_less_often_than_the_inputs_is_kept(span: float, every: int) -> None:
+    time = np.arange(0.0, span, 1.0)
+    readings = np.where(np.arange(time.size) % every == 0, course(time), np.nan)
+    found = thinned(Run("loggers", time, {}, {VARIABLE: readings}), [VARIABLE])
+    kept = np.isfinite(found.readings[:, 0])
+    assert kept.sum() > min(0.9 * found.time.size, 0.9 * span / every)
+    simulated = np.sum(found.weight[:, :, 0] * course(found.within), axis=1)
+    assert np.abs(found.readings[:, 0] - simulated)[kept].max() < 0.1
+
+
 def test_rows_that_are_not_dense_stay() -> None:
     time = np.arange(0.0, 3600.0, 10.0)
     found = thinned(Run("hour", time, {}, {VARIABLE: course(time)}), [VARIABLE])
