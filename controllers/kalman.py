@@ -1,8 +1,8 @@
 """Steps of a Kalman filter whose gain and whose account of its own error are two matters.
 
-Gain: from `spread`, the covariance of the error where unknown heat of the designed size acts all the time.
+Gain: from `spread`, the covariance of the error where unknown heat of an expected size acts all the time.
 Account: `noise_spread`, the covariance that the same gain leaves where no unknown heat acts (Joseph's form,
-which holds for any gain). Their difference is what unknown heat of the designed size adds.
+which holds for any gain). Their difference is what unknown heat of that size adds.
 R. F. Stengel, *Optimal Control and Estimation*, Dover 1994, chapter 4.
 """
 

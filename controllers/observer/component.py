@@ -90,7 +90,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "quiet_share",
             "1",
             0.05,
-            "share of unknown heats and profile errors that is allowed for while no unknown heat is seen",
+            "share of unknown heats and profile errors that is allowed for while no unknown heat is certain",
             minimum=0,
             maximum=1,
         ),

@@ -26,7 +26,7 @@ CERTAIN_SIGMAS = 5.0
 Of the thousands of estimates of a shift, three are exceeded by chance every hour, five in hardly any shift.
 """
 
-_PREFIX = {"alert": "", "quiet": "quiet_"}
+_PREFIXES = ("", "quiet_")
 """What the names of each filter's states begin with."""
 
 
@@ -42,20 +42,20 @@ def filter_states(size: int) -> tuple[State, ...]:
     sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
     return tuple(
         State(name, "1", size=count)
-        for prefix in _PREFIX.values()
+        for prefix in _PREFIXES
         for name, count in zip(_names(prefix), sizes, strict=True)
     )
 
 
 def filters_of(x: Record, size: int) -> Filters:
     """Both beliefs as they lie in a law's states."""
-    return Filters(*(_belief_of(x, prefix, size) for prefix in _PREFIX.values()))
+    return Filters(*(_belief_of(x, prefix, size) for prefix in _PREFIXES))
 
 
 def filters_named(filters: Filters) -> dict[str, Number]:
     """Both beliefs under the names of a law's states."""
     named: dict[str, Number] = {}
-    for prefix, belief in zip(_PREFIX.values(), filters, strict=True):
+    for prefix, belief in zip(_PREFIXES, filters, strict=True):
         flat = (belief.mean, upper(belief.spread), upper(belief.noise_spread))
         named.update(zip(_names(prefix), flat, strict=True))
     return named

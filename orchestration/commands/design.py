@@ -18,6 +18,10 @@ from warmlink.orchestration.studies.design import plant_of, write_design
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
 
+WITH_CAMERA = "observer_drift"
+DESIGNED = ("regression", "observer", WITH_CAMERA)
+"""The laws whose parameters come from a design, and the one that goes by the camera."""
+
 
 def design_command(
     system: str,
@@ -32,8 +36,12 @@ def design_command(
     """Design, write and answer."""
     if out is not None and out.suffix != ".ssv":
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
+    if law not in DESIGNED:
+        raise InputError(f"--law {law}: {law!r} has no design; choose {', '.join(DESIGNED)}")
+    if camera_std is not None and law != WITH_CAMERA:
+        raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
     plant = _plant(system)
-    names = [name.strip() for name in sensors.split(",") if name.strip() not in ("", "none")]
+    names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
     facts: dict[str, object] = {"law": law, "sensors": names}
     if law == "regression":
@@ -56,6 +64,15 @@ def design_command(
     else:
         answer(_answer(facts, plant))
         answer(f"values  {path}")
+
+
+def _names(sensors: str) -> list[str]:
+    names = [name.strip() for name in sensors.split(",") if name.strip()]
+    if "none" not in names:
+        return names
+    if len(names) > 1:
+        raise InputError(f"--sensors {sensors}: none goes with no other; leave it or them out")
+    return []
 
 
 def _plant(system: str) -> Plant:
