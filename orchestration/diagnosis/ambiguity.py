@@ -41,3 +41,17 @@ def stand_ins(best: Titles, rivals: Sequence[Titles]) -> list[list[str]]:
             continue
         told.setdefault(own, ["+".join(sorted(own))]).append("+".join(sorted(other)))
     return list(told.values())
+
+
+def differences(best: Titles, rivals: Sequence[Titles]) -> list[tuple[str, str]]:
+    """What each rival has another cause for, and which; one side is empty where it has one more or less.
+
+    A difference that goes beyond another is not told.
+    """
+    found = list(dict.fromkeys((best - rival, rival - best) for rival in rivals))
+    least = [
+        (own, other)
+        for own, other in found
+        if not any(a and b and a <= own and b <= other and (a, b) != (own, other) for a, b in found)
+    ]
+    return [("+".join(sorted(own)), "+".join(sorted(other))) for own, other in least]

@@ -8,13 +8,14 @@ sure soonest is proposed, repeated as often as that takes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.diagnosis.ambiguity import Titles, differences
 from warmlink.orchestration.diagnosis.duties import DUTIES, Stage, length, run_of
 from warmlink.orchestration.diagnosis.experiment import Experiment
 from warmlink.orchestration.diagnosis.fitting import Fit
@@ -26,6 +27,8 @@ from warmlink.orchestration.diagnosis.thinning import MOST_ROWS
 from warmlink.orchestration.diagnosis.verdict import Assessment
 
 Vector = NDArray[np.float64]
+Pair = tuple[Titles, Titles]
+"""Two members of an ambiguous set."""
 
 MOST_RIVALS = 12
 FURTHER = 30.0
@@ -41,8 +44,8 @@ ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 LONGEST = 86400.0
 """How often a duty cycle may be repeated, and s that all of it may take."""
 
-_MOST_TOLD, _MOST_PAIRS = 4, 3
-"""Members, and pairs that nothing tells apart, that the words name."""
+_MOST_TOLD = 4
+"""Causes of a list that the words name."""
 
 ALIKE = float(np.sqrt(NEAR))
 """Expected separation in standard deviations below which models are more likely than not to stay alike."""
@@ -96,15 +99,20 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     duty, separations, chance = _long_enough(design, DUTIES[which], rounds, never)
     among = separations[:, : len(members)]
     nearest = float(np.minimum(among, among.T).min())
-    return Proposed(duty, _why(members, alike, length(duty), chance), nearest, chance, alike)
+    told = _apart(members, alike)
+    why = (
+        f"In {length(duty) / 3600:.1f} hours it {f'tells {told}' if told else 'narrows the set down'}, "
+        f"with a chance of {100 * chance:.0f} %.{_but(alike)}"
+    )
+    return Proposed(duty, why, nearest, chance, _titles(alike))
 
 
-def _nothing_tells(members: Sequence[Fit], alike: tuple[tuple[str, str], ...]) -> Proposed:
+def _nothing_tells(members: Sequence[Fit], alike: Sequence[Pair]) -> Proposed:
     shared = frozenset.intersection(*(fit.key for fit in members))
     items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
     told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
     check = next(iter(items.values())).cause.check
-    return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, alike)
+    return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, _titles(alike))
 
 
 class _Design:
@@ -191,34 +199,46 @@ def _long_enough(
     return cycle * rounds, separations, chance
 
 
-def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> tuple[tuple[str, str], ...]:
+def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> list[Pair]:
     pairs = combinations(range(len(members)), 2)
-    return tuple((_title(members[i]), _title(members[j])) for i, j in pairs if never[i, j] or never[j, i])
+    return [(members[i].key, members[j].key) for i, j in pairs if never[i, j] or never[j, i]]
 
 
-def _why(members: Sequence[Fit], alike: Sequence[tuple[str, str]], seconds: float, chance: float) -> str:
-    apart = _apart(members, alike)
-    told = f"tells {apart} apart" if apart else "narrows the set down"
-    return f"In {seconds / 3600:.1f} hours it {told}, with a chance of {100 * chance:.0f} %.{_but(alike)}"
+def _titles(pairs: Sequence[Pair]) -> tuple[tuple[str, str], ...]:
+    return tuple(("+".join(sorted(one)), "+".join(sorted(other))) for one, other in pairs)
 
 
-def _apart(members: Sequence[Fit], alike: Sequence[tuple[str, str]]) -> str:
-    """The best member and those that are told from it, in words; empty where there is none."""
-    first, *others = (_title(fit) for fit in members)
-    apart = [first, *(title for title in others if (first, title) not in alike)]
-    if len(apart) > _MOST_TOLD + 1:
-        apart[_MOST_TOLD:] = [f"{len(apart) - _MOST_TOLD} more"]
-    return f"{', '.join(apart[:-1])} and {apart[-1]}" if apart[1:] else ""
+def _apart(members: Sequence[Fit], alike: Sequence[Pair]) -> str:
+    """What is told from the best member, in words; empty where nothing is."""
+    best, *others = (fit.key for fit in members)
+    told = differences(best, [key for key in others if (best, key) not in alike])
+    return ", and ".join(_told(told))
 
 
-def _but(alike: Sequence[tuple[str, str]]) -> str:
-    told = "".join(f" Nothing tells {a} from {b}." for a, b in alike[:_MOST_PAIRS])
-    more = len(alike) - _MOST_PAIRS
-    return f"{told} Nor are {more} more pairs told apart." if more > 0 else told
+def _but(alike: Sequence[Pair]) -> str:
+    told = dict.fromkeys(pair for one, other in alike for pair in differences(one, [other]))
+    return "".join(f" Nothing tells {words}." for words in _told(told))
 
 
-def _title(fit: Fit) -> str:
-    return "+".join(sorted(fit.key))
+def _told(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """Differences in words, those of one cause together."""
+    others: dict[str, list[str]] = {}
+    for one, other in pairs:
+        others.setdefault(one or other, []).append(other if one else "")
+    words = []
+    for one, each in others.items():
+        from_what = [other for other in each if other]
+        if len(from_what) < len(each):
+            words.append(f"whether {one} is there")
+        if from_what:
+            words.append(f"{one} from {_or(from_what)}")
+    return words
+
+
+def _or(names: list[str]) -> str:
+    if len(names) > _MOST_TOLD + 1:
+        names = [*names[:_MOST_TOLD], f"{len(names) - _MOST_TOLD} more"]
+    return f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
 
 
 def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Experiment) -> Proposed:
@@ -239,15 +259,18 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
         found.append((clear.size, float(clear.min(initial=np.inf)), labels, told))
     if not found or max(found)[0] == 0:
         return Proposed(
-            (), f"No further run of this kind tells {_title(members[0])} from its rivals.", 0.0, 0.0
+            (),
+            f"No further run of this kind tells {'+'.join(sorted(members[0].key))} from its rivals.",
+            0.0,
+            0.0,
         )
     _, separation, labels, told = max(found)
     pairs = zip(members[1:], told, strict=True)
-    alike = tuple((_title(members[0]), _title(rival)) for rival, size in pairs if size < ALIKE)
+    alike = [(members[0].key, rival.key) for rival, size in pairs if size < ALIKE]
     words = " and ".join(f"{n} = {v}" for n, v in zip(names, labels, strict=True))
     why = (
         f"In the fitted runs {' and '.join(names)} change together, so their effects cannot be told apart; "
-        f"a run with {words} would tell {_apart(members, alike)} apart.{_but(alike)}"
+        f"a run with {words} would tell {_apart(members, alike)}.{_but(alike)}"
     )
     chance = float(chances(np.array([[separation]]), np.array([[NEAR]]))[0])
-    return Proposed((), why, separation, chance, alike)
+    return Proposed((), why, separation, chance, _titles(alike))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from warmlink.orchestration.diagnosis.ambiguity import stand_ins
+from warmlink.orchestration.diagnosis.ambiguity import differences, stand_ins
 
 
 def sets(*names: str) -> list[frozenset[str]]:
@@ -28,3 +28,19 @@ def sets(*names: str) -> list[frozenset[str]]:
 )
 def test_exchanges_are_told_once(best: str, rivals: list[str], told: list[list[str]]) -> None:
     assert stand_ins(*sets(best), sets(*rivals)) == told
+
+
+@pytest.mark.parametrize(
+    ("best", "rivals", "told"),
+    [
+        ("a", [], []),
+        ("a+x", ["b+x", "c+x"], [("a", "b"), ("a", "c")]),
+        ("a+x", ["b+x", "b+y"], [("a", "b")]),
+        ("a+x", ["b+y"], [("a+x", "b+y")]),
+        ("a+x", ["a", "a+x+z"], [("x", ""), ("", "z")]),
+    ],
+)
+def test_what_sets_differ_in_is_told_without_what_they_share(
+    best: str, rivals: list[str], told: list[tuple[str, str]]
+) -> None:
+    assert differences(*sets(best), sets(*rivals)) == told
