@@ -54,8 +54,8 @@ REFUSED = [
     (
         "DriftCamera",
         {"delay": 45.0},
-        "link.delay: 45.0 s is longer than the time between two pictures; keep it within moving_interval "
-        "(30.0 s) and still_interval (120.0 s)",
+        "link.delay: 45 s is longer than the time between two pictures; keep it within moving_interval "
+        "(30 s) and still_interval (120 s)",
     ),
     ("DutyCycle", {"segment_pad_mode[2]": 3}, "link.segment_pad_mode[2]: 3 is too high; give at most 2"),
     ("Heater", {"power": -6.0}, "link.power: -6 W is too low; give at least 0 W"),
