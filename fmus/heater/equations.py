@@ -35,6 +35,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 
 def heat_flow(x: Record, u: Record, p: Record) -> Number:
     """Heat flow in W into the link: all that is given, or what crosses the contact."""
-    resistance = where(p.contact_resistance > 0, p.contact_resistance, 1.0)
+    resistance = where(p.heat_capacity > 0, p.contact_resistance, 1.0)
     crossing = (x.temperature - u.link_base_temperature) / resistance
     return where(p.heat_capacity > 0, crossing, u.on * p.power)

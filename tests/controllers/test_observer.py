@@ -168,17 +168,17 @@ def padded(component: Component, steps: int, heard: int | None = None, **values:
 
 def test_the_doubt_stays_while_nothing_could_show_that_a_heat_has_gone() -> None:
     """All thermometers gone with a pad on: the law is no surer of itself hours later."""
-    at_once, later = (padded(OBSERVER, steps, heard=200) for steps in (210, 1500))
+    at_once, later = (padded(OBSERVER, steps, heard=200) for steps in (210, 1100))
     assert at_once.get("correction_std") > 0.1e-6
     assert later.get("correction_std") > at_once.get("correction_std")
     assert later.get("ready") == 0.0
 
 
-@pytest.mark.parametrize("sample_time", [10.0, 30.0, 60.0, 300.0])
+@pytest.mark.parametrize("sample_time", [10.0, 60.0, 300.0])
 def test_sound_sensors_are_trusted_at_any_sample_time(sample_time: float) -> None:
     instance, draw = running(OBSERVER, {"sample_time": sample_time}), np.random.default_rng(4)
     said = []
-    for k in range(400):
+    for k in range(250):
         instance.set(dict(zip(interface.SENSED, COLD + 0.1 * draw.normal(size=5), strict=True)))
         instance.step(k * sample_time, sample_time)
         said.append(instance.get("distrusted"))
