@@ -147,8 +147,12 @@ def _gain_line(diagnosis: Diagnosis) -> str:
 def _observer_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.observer is None:
         return []
-    before, after = (f"{1e6 * each.largest:.2g}" for each in diagnosis.observer)
-    return [f"With an observer the tool point is off by {before} um at most; designed anew, by {after} um."]
+    before, after = diagnosis.observer
+    clear = after.high95 < before.low95 or before.high95 < after.low95
+    return [
+        f"With an observer the tool point is off by {1e6 * before.largest:.2g} um at most; designed anew, by "
+        f"{1e6 * after.largest:.2g} um{'' if clear else ', no clear difference'}."
+    ]
 
 
 def _unknown_lines(diagnosis: Diagnosis) -> list[str]:
