@@ -101,6 +101,7 @@ def design_controller(
     values: dict[str, float | list[float]] = {
         "sample_time": sample_time,
         **plant_parameters(reduced, plant),
+        "model_std": reduced.error.elongation_step,
         "sensor_std": stds,
         "uniform_profile": _listed(uniform_profile(reduced)),
         "initial_std": unknown.uniform,

@@ -52,6 +52,15 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             nominal=0.1,
         ),
         Parameter(
+            "model_std",
+            "m",
+            0,
+            "error of the reduced model's elongation, which the design computes; in correction_std alone",
+            display="um",
+            minimum=0,
+            nominal=1e-8,
+        ),
+        Parameter(
             "relative_std",
             "1",
             0,

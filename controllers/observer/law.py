@@ -248,7 +248,7 @@ def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number
     """The outputs, given the derivative of the elongation by the state and the evidence of a camera."""
     spread = believed_spread(filters.quiet, filters.alert, x.evidence, taught)
     variance = variance_along(spread, row)
-    variance = variance + (p.relative_std * x.elongation) ** 2
+    variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {
         "correction": x.correction,

@@ -168,6 +168,7 @@ DESIGNED: dict[str, float | tuple[float, ...]] = {
     "elongation_per_kelvin": 6.88176e-06,
     "link_loss": 0.096870774,
     "link_loss_per_speed": 0.0198663860736,
+    "model_std": 8.95268288529e-09,
     "sensor_std": (
         0.0,
         0.0,

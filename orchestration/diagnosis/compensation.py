@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
+from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.orchestration.diagnosis.extension import extended_values
 from warmlink.orchestration.diagnosis.fitting import Fit
 from warmlink.orchestration.diagnosis.gain import Predicted
@@ -122,7 +123,7 @@ def _wild(values: Vector) -> float:
     return 8 * 1.4826 * float(np.median(np.abs(values - np.median(values)))) + 1e-7
 
 
-def _designed(problem: Problem, values: Mapping[str, float]) -> dict[str, Any]:
+def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
     """Parameters of the observer for a cell with other parameters than the nominal."""
     from warmlink.controllers.design.gains import design_controller
     from warmlink.controllers.design.plant import Plant
@@ -133,14 +134,12 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> dict[str, Any]:
 
     measured = {problem.names[v] for v in problem.variables}
     spacing = min(float(np.median(np.diff(run.time))) for run in problem.experiment.runs)
-    return dict(
-        design_controller(
-            LAW,
-            [name for name in GOES_BY if name in measured],
-            sample_time=max(spacing, _STEP),
-            plant=Plant(of("motor."), of("link.")),
-        ).parameters
-    )
+    return design_controller(
+        LAW,
+        [name for name in GOES_BY if name in measured],
+        sample_time=max(spacing, _STEP),
+        plant=Plant(of("motor."), of("link.")),
+    ).parameters
 
 
 def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Vector:
@@ -156,12 +155,13 @@ def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> 
     return values if ambient is None or stem == 0 else (values - stem * ambient) / (1 - stem)
 
 
-def _corrections(parameters: Mapping[str, Any], rig: Rig, run: Run, values: Mapping[str, float]) -> Vector:
+def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, float]) -> Vector:
     """Correction in m at each row of a run."""
     from warmlink.controllers.design.plant import parameter_vector
     from warmlink.controllers.observer.component import COMPONENT
 
-    step = float(parameters["sample_time"])
+    given = by_scalar(parameters)
+    step = given["sample_time"]
     count = int(np.ceil(run.time[-1] / step))
     rows = np.clip(
         np.searchsorted(run.time, step * np.arange(count + 1), side="right") - 1, 0, run.time.size - 1
@@ -169,7 +169,7 @@ def _corrections(parameters: Mapping[str, Any], rig: Rig, run: Run, values: Mapp
     inputs = np.repeat(np.array([[float(v.start or 0.0)] for v in COMPONENT.inputs]), count + 1, axis=1)
     for name, signal in _signals(rig, run, values).items():
         inputs[COMPONENT.u.index[name]] = signal[rows]
-    settled = np.asarray(COMPONENT.settled(parameter_vector(COMPONENT, _elements(parameters), LAW)))
+    settled = np.asarray(COMPONENT.settled(parameter_vector(COMPONENT, given, LAW)))
     begin, update = _compiled_law()
     first = begin(inputs[:, 0], settled)
     repeated = np.repeat(settled[:, None], count, axis=1)
@@ -215,14 +215,3 @@ def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Vecto
         + values.get("motor.ambient_drift", 0.0) * run.time
     )
     return signals
-
-
-def _elements(parameters: Mapping[str, Any]) -> dict[str, float]:
-    """Scalars by name with their index where the parameter is a vector."""
-    result: dict[str, float] = {}
-    for name, value in parameters.items():
-        if isinstance(value, list):
-            result |= {f"{name}[{i + 1}]": float(v) for i, v in enumerate(value)}
-        else:
-            result[name] = float(value)
-    return result
