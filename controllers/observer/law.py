@@ -234,8 +234,8 @@ def since_heard(trust: fail_safe.Trust, readings: Number, p: Record, step: Numbe
 def believed_spread(belief: Belief, alert: Belief, seen: Number, taught: Number = 0.0) -> Number:
     """Covariance of a belief's error: its noise, and what disturbances as strong as they are seen to be add.
 
-    What they add is counted as in the alert filter: by unknown heat in the temperatures, by what a camera
-    reveals in what follows them, and by the weaker of the two where both have a part.
+    What they add is counted as in the alert filter: by heat that is seen in temperatures and heats, by what a
+    camera has taught in the elements after them, and by the weaker evidence of the two between them.
     """
     added = alert.spread - alert.noise_spread
     own = stack(*[1.0] * STATES, *[0.0] * (added.shape[0] - STATES))
