@@ -63,7 +63,10 @@ def _input(scalar: Scalar) -> st.SearchStrategy[float]:
     return st.one_of(values, st.just(math.nan)) if accepts else values
 
 
-STEPS = st.floats(math.log(0.01), math.log(600.0)).map(math.exp)
+def _steps(component: Component) -> st.SearchStrategy[float]:
+    """Any length, in s; a sampled component computes every sample of it, so that a minute is enough there."""
+    longest = 60.0 if component.sampled else 600.0
+    return st.floats(math.log(0.01), math.log(longest)).map(math.exp)
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
@@ -97,7 +100,7 @@ def test_random_runs_agree(pair: tuple[Component, Native], data: st.DataObject) 
 
     time = start
     for number in range(data.draw(st.integers(1, 4), "steps")):
-        step = data.draw(STEPS, f"step {number}")
+        step = data.draw(_steps(component), f"step {number}")
         values = data.draw(st.fixed_dictionaries(inputs), "inputs")
         instance.set(values)
         native.set(values)
