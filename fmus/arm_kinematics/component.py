@@ -49,8 +49,8 @@ def _one_long(axis: int) -> Check:
 
     return Check(
         margin,
-        f"growth_x[{axis + 1}]: {{growth_x[{axis}]}} with growth_y {{growth_y[{axis}]}} and growth_z "
-        f"{{growth_z[{axis}]}} is no unit vector; give a direction of length 1",
+        f"growth_x[{axis + 1}]: {{growth_x[{axis + 1}]}} with growth_y {{growth_y[{axis + 1}]}} and growth_z "
+        f"{{growth_z[{axis + 1}]}} is no unit vector; give a direction of length 1",
     )
 
 

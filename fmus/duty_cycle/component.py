@@ -109,7 +109,7 @@ COMPONENT = Component(
     checks=(
         Check(
             lambda p: total(p.duration) - 1e-3,
-            "duration[1]: {duration[0]} s, and no other segment lasts longer; "
+            "duration[1]: {duration[1]} s, and no other segment lasts longer; "
             "give at least one segment 0.001 s or more",
         ),
     ),

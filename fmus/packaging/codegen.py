@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+from warmlink.fmus.packaging.component import FIELD, Component, Input, Parameter, Scalar
 from warmlink.fmus.packaging.elimination import Factorisation
 from warmlink.fmus.packaging.integrator import GAMMA
 from warmlink.fmus.packaging.output_groups import output_groups
@@ -137,7 +136,7 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
 
 
 def micro_step(component: Component, s: Symbols, later: Expression) -> Expression:
-    """State after one step of ROS2, the method of the Python form, as expressions.
+    """Continuous states after one step of ROS2, the method of the Python form, as expressions.
 
     Parameters
     ----------
@@ -147,12 +146,15 @@ def micro_step(component: Component, s: Symbols, later: Expression) -> Expressio
     """
     import casadi
 
+    size = component.continuous.size
+    x, held = s.x[:size], s.x[size:]
     slope = component.rates_of(s.x, s.u, s.d, s.time)
-    system = Factorisation(casadi.SX.eye(s.x.numel()) - GAMMA * s.step * casadi.jacobian(slope, s.x))
+    system = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x))
     first = system.solve(slope)
-    ahead = component.rates_of(s.x + s.step * first, later, s.d, s.time + s.step)
+    beyond = casadi.vertcat(x + s.step * first, held)
+    ahead = component.rates_of(beyond, later, s.d, s.time + s.step, since=s.time)
     second = system.solve(ahead - 2 * first)
-    return s.x + s.step * (1.5 * first + 0.5 * second)
+    return x + s.step * (1.5 * first + 0.5 * second)
 
 
 def _like(symbols: Expression) -> Expression:
@@ -248,14 +250,8 @@ def _row(scalar: Scalar, place: tuple[int, int]) -> str:
 
 
 def _numbered(component: Component, sentence: str) -> str:
-    """Sentence whose `{length}` and `{sensor_position[0]}` are given by value reference: `{0}`."""
-
-    def number(match: re.Match[str]) -> str:
-        stem, element = match["name"], match["element"]
-        name = stem if element is None else f"{stem}[{int(element) + 1}]"
-        return f"{{{component.p.index[name]}}}"
-
-    return re.sub(r"\{(?P<name>\w+)(?:\[(?P<element>\d+)\])?\}", number, sentence)
+    """Sentence whose `{length}` and `{sensor_position[1]}` are given by value reference: `{0}`."""
+    return FIELD.sub(lambda field: f"{{{component.p.index[field[1]]}}}", sentence)
 
 
 def _string(text: str) -> str:

@@ -9,9 +9,13 @@ from __future__ import annotations
 import re
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any, Literal, Protocol
+
+import numpy as np
 
 from warmlink.fmus.arithmetic import Number, stack
 
@@ -135,36 +139,59 @@ class Check:
     """A condition across parameters: `margin(p)` must not be negative (NaN fails too).
 
     The sentence is given the parameter values, with nine digits, as
-    `"tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)"`.
+    `"tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)"`;
+    `{sensor_position[1]}` is the first element of a vector.
     """
 
     margin: Callable[[Record], Number]
     sentence: str
 
 
-def _record_type(names: list[str]) -> Any:
-    return namedtuple("Values", names)
+FIELD = re.compile(r"\{([\w.]+(?:\[\d+\])?)\}")
+"""A parameter's name in the sentence of a check."""
 
 
 class Layout:
-    """How named variables lie in one flat vector."""
+    """How named variables lie in one flat vector.
+
+    Names with dots, as `link.conductivity`, are read as records within records, so that the part of a joined
+    component finds its own values as if it stood alone: `values.link.conductivity`.
+    """
 
     def __init__(self, variables: Sequence[_Named]) -> None:
         self.variables = tuple(variables)
         self.names = [name for variable in self.variables for name in variable.scalar_names]
         self.size = len(self.names)
         self.index = {name: i for i, name in enumerate(self.names)}
-        self._record = _record_type([v.name for v in self.variables])
-        self._places: list[int | slice] = []
+        self._places: dict[str, int | slice] = {}
+        inner: dict[str, list[tuple[_Named, slice]]] = {}
         start = 0
         for variable in self.variables:
-            here: int | slice = start if variable.size is None else slice(start, start + variable.count)
-            self._places.append(here)
-            start += variable.count
+            end = start + variable.count
+            part, dot, rest = variable.name.partition(".")
+            if dot:
+                inner.setdefault(part, []).append((replace(variable, name=rest), slice(start, end)))
+            else:
+                self._places[variable.name] = start if variable.size is None else slice(start, end)
+            start = end
+        self._inner = {
+            part: (Layout([v for v, _ in held]), _merged([place for _, place in held]))
+            for part, held in inner.items()
+        }
+        plain = not inner and all(name.isidentifier() for name in self._places)
+        self._record: Any = _record_type(list(self._places)) if plain else None
 
     def read(self, vector: Number) -> Record:
         """Named values of a flat vector of any arithmetic, shape (size,)."""
-        return self._record._make([vector[place] for place in self._places])
+        if self._record is not None:
+            return self._record._make([vector[place] for place in self._places.values()])
+        values = {name: vector[place] for name, place in self._places.items()}
+        values |= {part: layout.read(vector[place]) for part, (layout, place) in self._inner.items()}
+        return SimpleNamespace(**values)
+
+    def record(self, values: Mapping[str, Number]) -> Record:
+        """Record of named values, each a number or a vector, for a layout whose names have no dots."""
+        return SimpleNamespace(**values) if self._record is None else self._record(**values)
 
     def flat(self, values: Mapping[str, Number]) -> Number:
         """Flat vector of named values, shape (size,).
@@ -181,20 +208,71 @@ class Layout:
         return stack(*(values[v.name] for v in self.variables))
 
 
+def _record_type(names: list[str]) -> Any:
+    return namedtuple("Values", names)
+
+
+def _merged(places: Sequence[slice]) -> slice | list[int]:
+    """One place that holds several in their order: a slice where they adjoin."""
+    if all(a.stop == b.start for a, b in pairwise(places)):
+        return slice(places[0].start, places[-1].stop)
+    return [i for place in places for i in range(place.start, place.stop)]
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What is sampled together: some of the states, at one sample time.
+
+    Attributes
+    ----------
+    sample_time : name of the parameter that gives the time between two samples, in s
+    states : the states that it gives, which lie side by side
+    update : `update(x, u, p, time, step)`, their next values by name
+    """
+
+    sample_time: str
+    states: tuple[State, ...]
+    update: Callable[[Record, Record, Record, Number, Number], Mapping[str, Number]]
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Layout of the states."""
+        return Layout(self.states)
+
+
+class Joint(Protocol):
+    """What a joined component consists of (see `join`)."""
+
+    @property
+    def parts(self) -> Mapping[str, Component]:
+        """The components by instance name, none of them joined itself."""
+
+    @property
+    def wires(self) -> Mapping[str, str]:
+        """Source of each input that a wire feeds, both as `instance.variable`."""
+
+    def rates(
+        self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None
+    ) -> Mapping[str, Number]:
+        """Time derivatives of the continuous states by name; `since` as for `Component.rates_of`."""
+
+
 @dataclass(frozen=True)
 class Component:
     """A component with its variables and its behaviour.
 
     Attributes
     ----------
-    rates : `rates(x, u, p, time)`, the time derivative of every state, by name; for components that are
-        differential equations
+    rates : `rates(x, u, p, time)`, the time derivative of every state that is not sampled, by name; for
+        components that are differential equations
     update : `update(x, u, p, time, step)`, the next value of every state, by name; for components that
         sample: called each `sample_time` (a parameter) with the inputs held
     observe : `observe(x, u, p, time)`, the value of every output, by name
     derive : `derive(p)`, the value of every derived quantity, by name; the other functions find these
         beside the parameters in `p`
     begin : `begin(u, p)`, start value of every state, by name, where the states' own `start` is not enough
+    clocks : what is sampled when, in the order of sampling, where `update` does not say it all
+    joint : what the component was joined from; None for one that stands by itself
     micro_step : largest step of the integrator in s
     checks : conditions across parameters
     default_stop_time, default_step_size : experiment in s that the FMU proposes
@@ -212,6 +290,8 @@ class Component:
     update: Callable[[Record, Record, Record, Number, Number], Mapping[str, Number]] | None = None
     derive: Callable[[Record], Mapping[str, Number]] | None = None
     begin: Callable[[Record, Record], Mapping[str, Number]] | None = None
+    clocks: tuple[Clock, ...] = ()
+    joint: Joint | None = None
     checks: tuple[Check, ...] = ()
     micro_step: float = 1.0
     default_stop_time: float = 3600.0
@@ -222,15 +302,26 @@ class Component:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f"{self.name} declares more than once: {', '.join(twice)}")
-        if self.states and (self.update is None) == (self.rates is None):
-            raise ValueError(f"{self.name} has states, so it needs rates or update, one of the two")
-        if self.update is not None and "sample_time" not in {v.name for v in self.parameters}:
-            raise ValueError(f"{self.name} samples, so it needs a parameter sample_time")
+        if self.update is not None:
+            object.__setattr__(self, "clocks", (Clock("sample_time", self.states, self.update),))
+        if self.states and not self.clocks and self.rates is None:
+            raise ValueError(f"{self.name} has states, so it needs rates or update")
+        if self.update is not None and self.rates is not None:
+            raise ValueError(f"{self.name} has rates and update; give one of the two")
+        unknown = {clock.sample_time for clock in self.clocks} - {v.name for v in self.parameters}
+        if unknown:
+            raise ValueError(f"{self.name} samples, so it needs a parameter {', '.join(sorted(unknown))}")
 
     @property
     def sampled(self) -> bool:
-        """Whether the component samples rather than integrates."""
-        return self.update is not None
+        """Whether anything in the component is sampled."""
+        return bool(self.clocks)
+
+    @cached_property
+    def continuous(self) -> Layout:
+        """Layout of the states that have rates, which come first in x."""
+        sampled = {state.name for clock in self.clocks for state in clock.states}
+        return Layout([state for state in self.states if state.name not in sampled])
 
     @property
     def snake_name(self) -> str:
@@ -271,6 +362,21 @@ class Component:
                 yield Scalar(reference, name, variable, i)
                 reference += 1
 
+    def start_values(self, given: Mapping[str, float] | None = None) -> tuple[Number, Number]:
+        """Flat parameters and inputs at their start values, but for those given by name.
+
+        Raises
+        ------
+        KeyError
+            A name is neither a parameter's nor an input's.
+        """
+        starts = [scalar.start for scalar in self.scalars() if scalar.start is not None]
+        values = np.array(starts, dtype=float)
+        for name, value in (given or {}).items():
+            inside = name in self.p.index
+            values[self.p.index[name] if inside else self.p.size + self.u.index[name]] = value
+        return values[: self.p.size], values[self.p.size :]
+
     def settled(self, p: Number) -> Number:
         """Flat vector of parameters and derived quantities, shape (d.size,), for flat parameters.
 
@@ -283,24 +389,41 @@ class Component:
 
     def states_at_start(self, u: Number, p: Number) -> Number:
         """Flat vector of start values of the states, shape (x.size,), for flat inputs and parameters."""
-        inputs, parameters = self.u.read(u), self.d.read(p)
+        return self.x.flat(self.started(self.u.read(u), self.d.read(p)))
+
+    def started(self, u: Record, p: Record) -> Mapping[str, Number]:
+        """Start values of the states by name."""
         if self.begin is not None:
-            return self.x.flat(self.begin(inputs, parameters))
+            return self.begin(u, p)
         values: dict[str, Number] = {}
         for state in self.states:
-            start = getattr(parameters, state.start) if isinstance(state.start, str) else state.start
+            start = getattr(p, state.start) if isinstance(state.start, str) else state.start
             values[state.name] = start if state.size is None else stack(*[start] * state.size)
-        return self.x.flat(values)
+        return values
 
-    def rates_of(self, x: Number, u: Number, p: Number, time: Number) -> Number:
-        """Flat vector of the states' time derivatives, shape (x.size,)."""
+    def rates_of(self, x: Number, u: Number, p: Number, time: Number, since: Number | None = None) -> Number:
+        """Flat vector of the time derivatives of the continuous states, shape (continuous.size,).
+
+        Parameters
+        ----------
+        x, u, p : flat states, inputs, and parameters with what they settle
+        time : in s
+        since : time in s at which the micro step began, where it is not `time`: signals between the parts of
+            a joined component that jump are those of then
+        """
         assert self.rates is not None
-        return self.x.flat(self.rates(self.x.read(x), self.u.read(u), self.d.read(p), time))
+        given = (self.x.read(x), self.u.read(u), self.d.read(p), time)
+        return self.continuous.flat(
+            self.rates(*given) if self.joint is None else self.joint.rates(*given, since)
+        )
 
-    def updated(self, x: Number, u: Number, p: Number, time: Number, step: Number) -> Number:
-        """Flat vector of the states after one sample, shape (x.size,)."""
-        assert self.update is not None
-        return self.x.flat(self.update(self.x.read(x), self.u.read(u), self.d.read(p), time, step))
+    def updated(
+        self, x: Number, u: Number, p: Number, time: Number, step: Number, clock: Clock | None = None
+    ) -> Number:
+        """Flat vector of a clock's states after one sample; its only one where none is named."""
+        clock = clock or self.clocks[0]
+        values = clock.update(self.x.read(x), self.u.read(u), self.d.read(p), time, step)
+        return clock.layout.flat(values)
 
     def outputs_of(self, x: Number, u: Number, p: Number, time: Number) -> Number:
         """Flat vector of the outputs, shape (y.size,)."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from string import Formatter
+from collections.abc import Iterator, Sequence
 
-from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+import numpy as np
+
+from warmlink.fmus.packaging.component import FIELD, Component, Input, Parameter, Scalar
 
 
 def problems(component: Component, instance: str, values: Sequence[float]) -> Iterator[str]:
@@ -26,12 +27,21 @@ def problems(component: Component, instance: str, values: Sequence[float]) -> It
             found = True
             yield f"{instance}.{sentence}"
     if not found:
-        record = component.p.read(values)
-        named = _Named(zip(component.p.names, values, strict=True))
+        record = component.p.read(np.asarray(values))
+        # Nine digits, as a native FMU writes them (`report_check`).
+        shown = {name: f"{value:.9g}" for name, value in zip(component.p.names, values, strict=True)}
         for check in component.checks:
-            margin = check.margin(record)
-            if not margin >= 0:
-                yield f"{instance}.{_Sentence().vformat(check.sentence, (), named)}"
+            if not check.margin(record) >= 0:
+                yield f"{instance}.{FIELD.sub(lambda field: shown[field[1]], check.sentence)}"
+
+
+def unknown(component: Component, instance: str, name: str) -> str:
+    """Sentence on a name that is no variable of a component's."""
+    part, dot, rest = name.rpartition(".")
+    if component.joint is not None and part in component.joint.parts:
+        return unknown(component.joint.parts[part], f"{instance}{dot}{part}".lstrip("."), rest)
+    known = ", ".join(v.name for v in component.parameters)
+    return f"{instance}.{name}: {component.name} has no such variable; its parameters are {known}".lstrip(".")
 
 
 def problem(scalar: Scalar, value: float) -> str | None:
@@ -57,32 +67,3 @@ def problem(scalar: Scalar, value: float) -> str | None:
 
 def _unit(scalar: Scalar) -> str:
     return "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
-
-
-class _Sentence(Formatter):
-    """Writes numbers as C writes them too, so that a native FMU says the same (`report_check`)."""
-
-    def format_field(self, value: float, format_spec: str) -> str:
-        return f"{value:.9g}"
-
-
-class _Named(Mapping[str, float]):
-    """Values under names that str.format can spell: `{length}` and `{sensor_position[0]}`."""
-
-    def __init__(self, values: Iterator[tuple[str, float]]) -> None:
-        self._values: dict[str, float | list[float]] = {}
-        for name, value in values:
-            stem, bracket, _ = name.partition("[")
-            if bracket:
-                self._values.setdefault(stem, []).append(value)  # type: ignore[union-attr]
-            else:
-                self._values[stem] = value
-
-    def __getitem__(self, name: str) -> float:
-        return self._values[name]  # type: ignore[return-value]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)

@@ -47,7 +47,7 @@ COMPONENT = Component(
     checks=(
         Check(
             lambda p: total(p.duration) - 1e-3,
-            "duration[1]: {duration[0]} s, and no other pose is held longer; "
+            "duration[1]: {duration[1]} s, and no other pose is held longer; "
             "give at least one pose 0.001 s or more",
         ),
     ),

@@ -57,7 +57,7 @@ def _not_too_fine(i: int) -> Check:
     """No thermometer resolves less, and whole numbers of much finer quanta overflow."""
     return Check(
         lambda p: where(p.quantum[i] > 0, p.quantum[i] - equations.FINEST_QUANTUM, 0.0),
-        f"quantum[{i + 1}]: {{quantum[{i}]}} K is too fine; give 0 for none or at least "
+        f"quantum[{i + 1}]: {{quantum[{i + 1}]}} K is too fine; give 0 for none or at least "
         f"{equations.FINEST_QUANTUM:g} K",
     )
 

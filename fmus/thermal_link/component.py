@@ -124,11 +124,10 @@ _OUTPUTS = (
 
 
 def _sensor_on_link(sensor: int) -> Check:
-    name = f"sensor_position[{sensor}]"
+    name = f"sensor_position[{sensor + 1}]"
     return Check(
         lambda p: p.length - p.sensor_position[sensor],
-        f"sensor_position[{sensor + 1}]: {{{name}}} m lies beyond the link's end; "
-        "keep it within length ({length} m)",
+        f"{name}: {{{name}}} m lies beyond the link's end; keep it within length ({{length}} m)",
     )
 
 

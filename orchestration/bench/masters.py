@@ -202,14 +202,12 @@ def trivial_system(fmu: Path, steps: int) -> System:
 
 def elongation_without_coupling_error(seconds: int) -> float:
     """Elongation in m of the cell under the windshield wiper, motor and link solved as one system."""
-    from warmlink.orchestration.validation.monolithic import demand, warm_up_cell
+    from warmlink.fmus.packaging.reference import integrate
+    from warmlink.fmus.plant import demand, plant
 
-    parts = catalogue.components()
     first = load_scenario("windshield_wiper").duty.segments[0]
     phase = demand(float(seconds), first.speed, first.torque, first.ambient_temperature)
-    found = warm_up_cell(parts["MotorHeatSource"], parts["ThermalLink"]).run(
-        [phase], [ELONGATION], every=float(seconds), tolerance=1e-11
-    )
+    found = integrate(plant(), [phase], [ELONGATION], every=float(seconds), tolerance=1e-11)
     return float(found.values[ELONGATION][-1])
 
 

@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.packaging.reference import Phase, integrate
+from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.validation.cases import Bench, Case
 from warmlink.orchestration.validation.fea.drive import Drive, Held, Smooth, TimeGrid
 from warmlink.orchestration.validation.fea.mesh import Assembly, Body, bare_link, paper_assembly
 from warmlink.orchestration.validation.fea.simulate import Fea, History
 from warmlink.orchestration.validation.link_model import LinkHistory, LinkModel
-from warmlink.orchestration.validation.monolithic import Phase, demand, warm_up_cell
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def drives(bench: Bench) -> dict[str, tuple[Drive, TimeGrid]]:
 
 def duty_drive(bench: Bench, phases: Sequence[Phase]) -> tuple[Drive, TimeGrid]:
     """Run motor and 1-D link as one system; hand on their heat flow, and the convection by speed."""
-    received = warm_up_cell(MOTOR, LINK).run(phases, ["link.heat_received"], every=SAMPLE, tolerance=1e-7)
+    received = integrate(plant(), phases, ["link.heat_received"], every=SAMPLE, tolerance=1e-7)
     flow = np.diff(received.values["link.heat_received"]) / SAMPLE
     starts = np.concatenate([[0.0], np.cumsum([phase.duration for phase in phases])])
     nominal = Instance(LINK)

@@ -21,8 +21,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import copper_loss
 from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.validation.monolithic import demand, warm_up_cell
+from warmlink.fmus.packaging.reference import integrate
+from warmlink.fmus.plant import demand
+from warmlink.fmus.plant import plant as motor_and_link
 
 SHIPPED: Mapping[str, Values] = {
     "observer": OBSERVER_DESIGNED,
@@ -39,7 +40,8 @@ def plant() -> LinearPlant:
 def test_the_linear_plant_follows_the_components(plant: LinearPlant) -> None:
     """Friction at a high speed, still air, no current: linear but for the speed, so the two are one."""
     speed, span = 3.43, 1800.0
-    run = warm_up_cell(MOTOR, LINK).run(
+    run = integrate(
+        motor_and_link(),
         [demand(span, speed, 0.0)],
         ("link.elongation", "link.tip_temperature", "motor.winding_temperature"),
         every=600.0,
@@ -171,7 +173,8 @@ def test_losses_in_the_law_are_the_motors(plant: LinearPlant) -> None:
     instance.set({"torque": 4.0, "sample_time": 10.0, **{f"sensor_std[{i}]": 0.0 for i in range(1, 6)}})
     instance.initialize()
     instance.step(0.0, 7200.0)
-    run = warm_up_cell(MOTOR, LINK).run(
+    run = integrate(
+        motor_and_link(),
         [demand(7200.0, 0.0, 4.0)],
         ("link.elongation", "motor.winding_temperature"),
         every=7200.0,
@@ -195,7 +198,7 @@ def test_bad_designs_are_refused_in_a_sentence() -> None:
         design_controller(sensors=("base",), sensor_std=-1.0)
     with pytest.raises(InputError, match=r"link\.width: -0\.02 m is not positive"):
         design_controller(plant=Plant(link={"width": -0.02}))
-    with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such parameter"):
+    with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such variable"):
         plant_model(Plant(link={"colour": 1.0}))
     with pytest.raises(InputError, match="order: 0 is not possible; the plant has 42 states"):
         reduce_plant(plant_model(), 0)

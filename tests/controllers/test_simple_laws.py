@@ -21,8 +21,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.validation.monolithic import Phase, Trajectory, demand, warm_up_cell
+from warmlink.fmus.packaging.reference import Phase, Trajectory, integrate
+from warmlink.fmus.plant import demand, plant
 
 COLD = 295.15
 FREE = {"correction_rate_limit": 1.0, "largest_leap": 50.0}
@@ -186,7 +186,7 @@ DUTIES: dict[str, list[Phase]] = {
 @pytest.fixture(scope="module")
 def runs() -> dict[str, Trajectory]:
     return {
-        name: warm_up_cell(MOTOR, LINK).run(phases, RECORD, every=EVERY, tolerance=1e-7)
+        name: integrate(plant(), phases, RECORD, every=EVERY, tolerance=1e-7)
         for name, phases in DUTIES.items()
     }
 

@@ -12,9 +12,9 @@ from scipy.special import erf, erfc
 
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian
+from warmlink.fmus.packaging.reference import Phase, integrate
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
 from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, positions, stretches
-from warmlink.orchestration.validation.monolithic import Monolithic, Phase
 
 COLD = 295.15
 SECTION, PERIMETER = 0.0254 * 0.00635, 2 * (0.0254 + 0.00635)
@@ -49,7 +49,6 @@ def steady(cells: int, values: Mapping[str, float]) -> Mapping[str, float]:
 
 def transient(cells: int, parameters: Mapping[str, float], inputs: Mapping[str, float], time: float) -> dict:
     """Outputs at a time, with no error but the grid's."""
-    model = Monolithic({"link": thermal_link(cells)}, (), {f"link.{k}": v for k, v in parameters.items()})
     names = (
         "base_temperature",
         "tip_temperature",
@@ -58,10 +57,8 @@ def transient(cells: int, parameters: Mapping[str, float], inputs: Mapping[str, 
         "discretisation_error",
         "heat_received",
     )
-    found = model.run(
-        [Phase(time, {f"link.{k}": v for k, v in inputs.items()})], [f"link.{n}" for n in names], every=time
-    )
-    return {n: float(found.values[f"link.{n}"][-1]) for n in names}
+    found = integrate(thermal_link(cells), [Phase(time, inputs)], names, every=time, parameters=parameters)
+    return {n: float(found.values[n][-1]) for n in names}
 
 
 def cells_with(between: int) -> int:

@@ -5,9 +5,9 @@ import pytest
 
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.packaging.reference import Phase, integrate
+from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.fmus.thermal_link.component import thermal_link
-from warmlink.orchestration.validation.monolithic import Phase, demand, warm_up_cell
 
 # Finite elements, checked against fine finite volumes: 100 % duty, 3.43 rad/s, 2.5 N.m, 22 degC, cold start.
 TIMES = np.array([600, 1800, 3600, 7200])
@@ -19,7 +19,7 @@ SENSORS = [f"link.sensor_temperature[{i}]" for i in range(1, 9)]
 
 
 def test_the_base_model_meets_the_independent_figures() -> None:
-    found = warm_up_cell(MOTOR, LINK).run([demand(7200, 3.43, 2.5)], RECORD, every=600.0)
+    found = integrate(plant(), [demand(7200, 3.43, 2.5)], RECORD, every=600.0)
     at = np.searchsorted(found.time, TIMES)
     assert found.values["motor.shaft_temperature"][at] == pytest.approx(SHAFT, abs=0.05)
     assert found.values["link.elongation"][at] == pytest.approx(ELONGATION, rel=2e-3)
@@ -38,8 +38,7 @@ def test_forty_cells_do_as_well_as_four_hundred(phase: Phase) -> None:
     temperatures = ["link.base_temperature", "link.tip_temperature", *SENSORS]
     names = ["link.elongation", "link.discretisation_error", *temperatures]
     coarse, fine = (
-        warm_up_cell(MOTOR, thermal_link(cells)).run([phase], names, every=10.0, tolerance=1e-8).values
-        for cells in (40, 400)
+        integrate(plant(cells), [phase], names, every=10.0, tolerance=1e-8).values for cells in (40, 400)
     )
     for name in temperatures:
         assert coarse[name] == pytest.approx(fine[name], abs=0.01), name
@@ -50,7 +49,7 @@ def test_forty_cells_do_as_well_as_four_hundred(phase: Phase) -> None:
 
 def test_instances_stepped_in_turn_come_to_the_monolithic_solution() -> None:
     """Gauss-Seidel with held inputs is of first order in the communication step."""
-    exact = warm_up_cell(MOTOR, LINK).run([demand(600, 3.43, 2.5)], RECORD, every=600.0)
+    exact = integrate(plant(), [demand(600, 3.43, 2.5)], RECORD, every=600.0)
     errors = []
     for step in (8.0, 4.0, 2.0):
         motor, link = Instance(MOTOR, "motor"), Instance(LINK, "link")
@@ -69,8 +68,7 @@ def test_instances_stepped_in_turn_come_to_the_monolithic_solution() -> None:
     assert np.log2(errors[1] / errors[2]) == pytest.approx(1, abs=0.1)
 
 
-def test_a_monolithic_run_leaves_nothing_behind_for_the_next() -> None:
-    model = warm_up_cell(MOTOR, LINK)
-    model.run([demand(60, 3.43, 2.5)], RECORD, every=60.0)
-    idle = model.run([Phase(60.0, {})], RECORD, every=60.0)
+def test_a_reference_run_leaves_nothing_behind_for_the_next() -> None:
+    integrate(plant(), [demand(60, 3.43, 2.5)], RECORD, every=60.0)
+    idle = integrate(plant(), [Phase(60.0, {})], RECORD, every=60.0)
     assert idle.values["link.elongation"].tolist() == [0.0, 0.0]

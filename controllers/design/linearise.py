@@ -1,0 +1,120 @@
+"""A component as a linear state space, by complex step through its own equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging import limits
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.integrator import COMPLEX_STEP
+
+if TYPE_CHECKING:
+    import control
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a component is linearised.
+
+    Attributes
+    ----------
+    x : all states, shape (x.size,)
+    u : inputs, shape (u.size,)
+    p : parameters, shape (p.size,)
+    time : s
+    """
+
+    x: Array
+    u: Array
+    p: Array
+    time: float = 0.0
+
+
+def start(component: Component, given: Mapping[str, float] | None = None) -> Point:
+    """Where a component begins, with the named parameters and inputs in place of their start values.
+
+    Raises
+    ------
+    InputError
+        A name is unknown or a parameter out of range.
+    """
+    for name in given or {}:
+        if name not in component.p.index and name not in component.u.index:
+            raise InputError(limits.unknown(component, "", name))
+    p, u = component.start_values(given)
+    for sentence in limits.problems(component, component.name, p.tolist()):
+        raise InputError(sentence.removeprefix(f"{component.name}."))
+    x = np.asarray(component.states_at_start(u, component.settled(p)), dtype=float)
+    return Point(x, u, p)
+
+
+def rates_by(component: Component, at: Point, variables: Sequence[str]) -> Array:
+    """Derivative of the continuous states' rates by states, inputs or parameters.
+
+    Parameters
+    ----------
+    component : the declaration
+    at : where
+    variables : names; a state's is taken before a parameter's
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (continuous.size, len(variables)).
+    """
+    return _slopes(component, at, variables, outputs=False)
+
+
+def outputs_by(component: Component, at: Point, variables: Sequence[str]) -> Array:
+    """Derivative of the outputs, shape (y.size, len(variables)); the parameters as for `rates_by`."""
+    return _slopes(component, at, variables, outputs=True)
+
+
+def linearise(component: Component, at: Point | None = None) -> control.StateSpace:
+    """Linear state space of a component's continuous states, its signals named.
+
+    Parameters
+    ----------
+    component : one that stands by itself or a joined one; what is sampled keeps its states
+    at : default: where it begins
+
+    Returns
+    -------
+    control.StateSpace
+        dx/dt = A x + B u, y = C x + D u for deviations from `at`, in SI units.
+    """
+    import control
+
+    at = at or start(component)
+    states, inputs = component.continuous.names, component.u.names
+    return control.ss(
+        rates_by(component, at, states),
+        rates_by(component, at, inputs),
+        outputs_by(component, at, states),
+        outputs_by(component, at, inputs),
+        name=component.name,
+        states=states,
+        inputs=inputs,
+        outputs=component.y.names,
+    )
+
+
+def _slopes(component: Component, at: Point, variables: Sequence[str], outputs: bool) -> Array:
+    columns = []
+    for name in variables:
+        x, u, p = (vector.astype(np.complex128) for vector in (at.x, at.u, at.p))
+        for layout, vector in ((component.x, x), (component.u, u), (component.p, p)):
+            if name in layout.index:
+                vector[layout.index[name]] += 1j * COMPLEX_STEP
+                break
+        function = component.outputs_of if outputs else component.rates_of
+        columns.append(np.imag(function(x, u, component.settled(p), at.time)) / COMPLEX_STEP)
+    return np.column_stack(columns)

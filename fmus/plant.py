@@ -1,0 +1,40 @@
+"""Motor and link joined: the plant whose growth is to be compensated."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.join import Wire, join
+from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.packaging.reference import Phase
+from warmlink.fmus.thermal_link.component import CELLS, thermal_link
+
+WIRES: tuple[Wire, ...] = (
+    ("motor.heat_flow", "link.heat_flow"),
+    ("link.base_temperature", "motor.link_base_temperature"),
+)
+"""What passes between a motor and the link on its shaft."""
+
+
+@cache
+def plant(cells: int = CELLS) -> Component:
+    """Motor and link as one component; `cells` is the number of the link's finite volumes."""
+    return join("Plant", {"motor": MOTOR, "link": thermal_link(cells)}, WIRES, "Motor and link in one piece")
+
+
+def demand(
+    duration: float, speed: float, torque: float, ambient_temperature: float = ROOM_TEMPERATURE
+) -> Phase:
+    """Phase of the plant: duration in s, speed in rad/s, torque in N.m, temperature in K."""
+    return Phase(
+        duration,
+        {
+            "motor.speed": speed,
+            "link.speed": speed,
+            "motor.torque": torque,
+            "motor.ambient_temperature": ambient_temperature,
+            "link.ambient_temperature": ambient_temperature,
+        },
+    )
