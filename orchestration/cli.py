@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 
 import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import measuring, running, studying
-from warmlink.orchestration.command_line.benching import bench
 
 app = typer.Typer(
     name="warmlink",
@@ -35,18 +35,22 @@ for command in (
 ):
     app.command()(command)
 app.command(name="list")(running.list_)
-app.add_typer(bench, name="bench")
 
 BAD_INPUT = 2
 
 
 def main() -> None:
-    """Entry point of the command: bad input ends in one sentence and exit code 2."""
+    """Entry point of the command."""
+    guarded(app)
+
+
+def guarded(command: Callable[[], None]) -> None:
+    """Run a command; bad input ends in one sentence and exit code 2."""
     # The matrices are small: threads of one product wait for each other longer than they work. NumPy
     # reads this once, when it is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        app()
+        command()
     except InputError as fault:
         print(f"warmlink: {fault}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None

@@ -9,6 +9,18 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from benchmarks.innovations import innovations, led_by_alert, whiteness
+from benchmarks.law_trials import (
+    Fault,
+    coverage,
+    fault_runs,
+    instruments,
+    mismatched,
+    removed_percent,
+    told_of_their_heat,
+    worse_by,
+)
+from benchmarks.rollout import RECORDED, Cell, Record
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
@@ -22,18 +34,6 @@ from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duty_files import library, load
-from warmlink.orchestration.studies.innovations import innovations, led_by_alert, whiteness
-from warmlink.orchestration.studies.rollout import RECORDED, Cell, Record
-from warmlink.orchestration.studies.trials import (
-    Fault,
-    coverage,
-    fault_runs,
-    instruments,
-    mismatched,
-    removed_percent,
-    told_of_their_heat,
-    worse_by,
-)
 
 TOLERANCE = 5e-6
 

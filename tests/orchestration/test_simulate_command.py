@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.trivial_fmu import build_trivial_fmu
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.master.stores import read_folder
 from warmlink.orchestration.system.model import (

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.trivial_fmu import build_trivial_fmu
 
 
 def _build(folder: Path, version: str) -> Path:

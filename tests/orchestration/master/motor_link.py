@@ -13,9 +13,9 @@ import numpy as np
 from scipy.linalg import expm
 
 from warmlink.orchestration.master.assembly import Assembly
-from warmlink.orchestration.master.mock import ABLE, Inputs, MockSlave, real
 from warmlink.orchestration.system.description import Capabilities
 
+from .mock import ABLE, Inputs, MockSlave, real
 from .pairs import wire
 
 AMBIENT = 295.15

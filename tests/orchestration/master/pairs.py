@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from warmlink.orchestration.master.assembly import Assembly
-from warmlink.orchestration.master.mock import Inputs, MockSlave
 from warmlink.orchestration.system.model import Connection
+
+from .mock import Inputs, MockSlave
 
 
 def wire(text: str, factor: float = 1.0, offset: float = 0.0) -> Connection:

@@ -96,7 +96,7 @@ def test_it_is_chosen_by_itself_where_it_pays(trivial2: Path) -> None:
 
 
 def test_no_python_runs_between_the_steps(trivial2: Path) -> None:
-    # Its time is measured by `warmlink bench masters`.
+    # Its time is measured by `python -m benchmarks.masters`.
     system = loop(trivial2, trivial2, trivial2, a={"rate": 1e-3}, b={"rate": 1e-3})
     assert calls_in(system, 20_000) <= 1.5 * calls_in(system, 2_000)
 

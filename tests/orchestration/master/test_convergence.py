@@ -16,11 +16,11 @@ from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.mock import MockSlave, real
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.system.description import Capabilities
 
+from .mock import MockSlave, real
 from .motor_link import monolithic, motor_link
 from .pairs import assembly, counter, wire
 

@@ -12,12 +12,12 @@ from warmlink.orchestration.master.audit import Balance
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.mock import MockSlave, real
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.ordering import feedthrough_order
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slave import SlaveError
 
+from .mock import MockSlave, real
 from .pairs import assembly, counter, gain, wire
 
 

@@ -23,7 +23,6 @@ from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.mock import MockSlave
 from warmlink.orchestration.master.pacing import Pacing
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slave import SlaveError
@@ -32,6 +31,7 @@ from warmlink.orchestration.master.stores import read_folder
 from warmlink.orchestration.system.description import Capabilities
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 
+from .mock import MockSlave
 from .motor_link import motor_link
 from .pairs import assembly, counter, wire
 

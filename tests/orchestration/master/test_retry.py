@@ -11,13 +11,13 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.mock import MockSlave
 from warmlink.orchestration.master.retry import Retry
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 
+from .mock import MockSlave
 from .pairs import assembly, counter, wire
 
 

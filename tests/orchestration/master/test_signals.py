@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.loops import plan
-from warmlink.orchestration.master.mock import MockSlave, real
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.signals import derivatives, is_sampled, value_at
 
+from .mock import MockSlave, real
 from .motor_link import motor_link
 from .pairs import assembly, counter, wire
 

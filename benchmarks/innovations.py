@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.rollout import DEMANDS, RECORDED, Array, Cell, Record
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import corrected, variance_along
 from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
 from warmlink.fmus.packaging.component import Component
-from warmlink.orchestration.studies.rollout import DEMANDS, RECORDED, Array, Cell, Record
 
 LAGS = 20
 SETTLED = 300

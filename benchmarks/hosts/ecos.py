@@ -6,7 +6,7 @@ import ctypes
 import time
 from importlib import metadata
 
-from warmlink.orchestration.bench.hosts import Finished, Job
+from benchmarks.hosts import Finished, Job
 from warmlink.orchestration.system.write import PARAMETER_SET
 
 

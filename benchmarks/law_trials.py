@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.rollout import DEMANDS, Cell, Record
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus import faults
@@ -15,7 +16,6 @@ from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duty import Duty
 from warmlink.orchestration.scenarios.duty_files import library
-from warmlink.orchestration.studies.rollout import DEMANDS, Cell, Record
 
 THERMAL: Mapping[str, tuple[str, ...]] = {
     "motor": (

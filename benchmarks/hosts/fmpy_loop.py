@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchmarks.hosts import Finished, Job
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.hosts import Finished, Job
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
 

@@ -7,12 +7,17 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from benchmarks.command import start
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.build import build_python_fmus
 from warmlink.fmus.packaging.catalogue import Entry, catalogue
+from warmlink.orchestration.commands.console import answer, answer_json
 
 _LOOP = Path(__file__).with_suffix(".c")
 _NATIVE_STEPS, _PYTHON_STEPS = 50_000, 300
@@ -159,3 +164,16 @@ def _instance_bytes(sources: dict[str, str], work: Path, compiler: tuple[str, ..
     subprocess.run([*compiler, "-I.", "size.c", "-o", "size"], cwd=work, check=True, capture_output=True)
     done = subprocess.run([str(work / "size")], check=True, capture_output=True, text=True)
     return int(done.stdout)
+
+
+def main(json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """Time one communication step of each component: native FMU, Python FMU, bare C loop."""
+    times = list(bench_fmus())
+    if json:
+        answer_json([asdict(each) for each in times])
+    else:
+        answer(times_table(times))
+
+
+if __name__ == "__main__":
+    start(main)

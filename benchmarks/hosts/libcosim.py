@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 
+from benchmarks.hosts import Finished, Job
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.hosts import Finished, Job
 
 
 def run(job: Job) -> Finished:

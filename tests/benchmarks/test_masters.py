@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import masters
+from benchmarks.hosts import HOSTS, Host
+from benchmarks.masters import Extent, Row, bench_masters, masters_table
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench import masters
-from warmlink.orchestration.bench.hosts import HOSTS, Host
-from warmlink.orchestration.bench.masters import Extent, Row, bench_masters, masters_table
 
 STEPS, SECONDS = 500, 60
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import json as json_text
 import subprocess
 import sys
 import tempfile
@@ -10,12 +10,18 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from benchmarks.command import start
+from benchmarks.hosts import HOSTS, Finished, Host, Job
+from benchmarks.hosts.__main__ import MARK
+from benchmarks.trivial_fmu import build_trivial_fmu
+from benchmarks.whole_run import bench_whole_run
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.bench.hosts import HOSTS, Finished, Host, Job
-from warmlink.orchestration.bench.hosts.__main__ import MARK
-from warmlink.orchestration.bench.trivial_fmu import build_trivial_fmu
+from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.scenarios.closed_loop import ELONGATION, cell_values
 from warmlink.orchestration.scenarios.scenario import load_scenario
@@ -128,11 +134,12 @@ def _better(row: Row, old: Row) -> Row:
 
 
 def _timed(case: Case, host: Host) -> Row:
-    command = [sys.executable, "-m", "warmlink.orchestration.bench.hosts", host.function]
+    command = [sys.executable, "-m", "benchmarks.hosts", host.function]
     began = time.perf_counter()
     try:
         done = subprocess.run(
-            [*command, json.dumps(asdict(case.job))],
+            [*command, json_text.dumps(asdict(case.job))],
+            cwd=Path(__file__).parents[1],
             capture_output=True,
             text=True,
             timeout=TIME_LIMIT,
@@ -145,7 +152,7 @@ def _timed(case: Case, host: Host) -> Row:
     if not answers:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         return Row(host.name, case.name, failure=lines[-1] if lines else f"exit code {done.returncode}")
-    found = Finished(**json.loads(answers[0]))
+    found = Finished(**json_text.loads(answers[0]))
     off_by = None if case.truth is None else found.value - case.truth
     return Row(host.name, case.name, found.step_us, took, found.value, off_by)
 
@@ -228,3 +235,32 @@ def masters_table(rows: Sequence[Row]) -> str:
             line += f"{1e6 * row.value:>13.6f} µm{1e9 * row.off_by:>10.4f} nm"
         lines.append(line)
     return "\n".join(lines)
+
+
+def main(
+    rounds: Annotated[int, typer.Option(help="Runs of each; the best counts.")] = 2,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Time our master beside FMPy's loop, libcosim, Ecos and what else is installed, on the same FMUs.
+
+    Three trivial FMUs of C with five connections, then an hour of the warm-up cell with native and with
+    Python FMUs: time of a communication step and of the whole process, elongation, and what it is off by.
+    """
+    told = remark if sys.stderr.isatty() else (lambda name: None)
+    found = []
+    for rows in bench_masters(Extent(rounds=rounds), told):
+        found += rows
+        if not json:
+            answer(masters_table(rows) + "\n")
+    whole = bench_whole_run(rounds)
+    if json:
+        answer_json({"rows": [asdict(row) for row in found], **asdict(whole), "not_installed": absent()})
+        return
+    answer(f"{whole}\n")
+    answer("off by: from motor and link solved as one system of equations (BDF, tolerance 1e-11)")
+    for name, packages in absent().items():
+        answer(f"not installed: {name} ({', '.join(packages)})")
+
+
+if __name__ == "__main__":
+    start(main)

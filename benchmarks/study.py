@@ -6,12 +6,15 @@ import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Any
 
+import typer
+
+from benchmarks.command import start
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.commands.console import remark
+from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.scenario import load_scenario
@@ -150,3 +153,22 @@ def _cpu_seconds() -> float | None:
 def _since(before: float | None) -> float | None:
     now = _cpu_seconds()
     return None if now is None or before is None else now - before
+
+
+def main(
+    hours: Annotated[float, typer.Option(help="Closed-loop hours to simulate.")] = 2000,
+    controller: Annotated[str, typer.Option(help="Controller in the loop.")] = "lag",
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
+    dask: Annotated[bool, typer.Option(help="Also on one and two workers of a local Dask cluster.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Print how many closed-loop hours per second a study does on this machine."""
+    times = list(bench_study(hours, controller, jobs, dask))
+    if json:
+        answer_json([{**asdict(each), "hours_a_second": each.hours_a_second} for each in times])
+    else:
+        answer(times_table(times))
+
+
+if __name__ == "__main__":
+    start(main)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.innovations import whiteness
+from benchmarks.laws import WITH_CAMERA, Counts, bench_laws, laws_table
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.laws import WITH_CAMERA, Counts, bench_laws, laws_table
-from warmlink.orchestration.studies.innovations import whiteness
 
 
 @pytest.mark.slow

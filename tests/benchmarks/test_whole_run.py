@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks import whole_run
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench import whole_run
 
 
 @pytest.mark.platform

@@ -6,8 +6,8 @@ import shutil
 
 import pytest
 
+from benchmarks.fmus import StepTimes, bench_fmus, times_table
 from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.orchestration.bench.fmus import StepTimes, bench_fmus, times_table
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Run one job in this process: `python -m warmlink.orchestration.bench.hosts ours:plain '{...}'`."""
+"""Run one job in this process: `python -m benchmarks.hosts ours:plain '{...}'`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import json
 import sys
 from dataclasses import asdict
 
+from benchmarks.hosts import Job
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.hosts import Job
 
 MARK = "FINISHED "
 """Before the answer, for some masters log to standard output."""
@@ -18,7 +18,7 @@ def main() -> int:
     """Do the job that the command line describes and print what came of it."""
     module, _, function = sys.argv[1].partition(":")
     job = Job(**json.loads(sys.argv[2]))
-    host = importlib.import_module(f"warmlink.orchestration.bench.hosts.{module}")
+    host = importlib.import_module(f"benchmarks.hosts.{module}")
     try:
         finished = getattr(host, function)(job)
     except InputError as fault:

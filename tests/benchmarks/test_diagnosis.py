@@ -1,8 +1,8 @@
 import numpy as np
 
-from warmlink.orchestration.diagnosis.bench import bench_diagnosis
+from benchmarks.diagnosis import bench_diagnosis
+from benchmarks.hidden_effects import KINDS, drawn, weakened, with_gaps
 from warmlink.orchestration.diagnosis.hide import effect_of, hide
-from warmlink.orchestration.diagnosis.trials import KINDS, drawn, weakened, with_gaps
 
 
 def test_the_bench_counts_and_writes(tmp_path) -> None:  # type: ignore[no-untyped-def]

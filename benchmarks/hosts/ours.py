@@ -5,8 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+from benchmarks.hosts import Finished, Job
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.bench.hosts import Finished, Job
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.compiled import Stepping
 from warmlink.orchestration.master.fixed_point import FixedPoint

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+import typer
 
+from benchmarks.command import positive_share, start
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.commands.console import answer, answer_json, progress_bar
 from warmlink.orchestration.scenarios.duty_files import library
 
 if TYPE_CHECKING:
+    from benchmarks.innovations import Whiteness
+    from benchmarks.law_trials import FaultRun
+    from benchmarks.rollout import Cell
     from warmlink.orchestration.scenarios.duty import Duty
-    from warmlink.orchestration.studies.innovations import Whiteness
-    from warmlink.orchestration.studies.rollout import Cell
-    from warmlink.orchestration.studies.trials import FaultRun
 
 WITH_CAMERA: Mapping[str, bool] = {"observer": False, "observer_drift": True}
 """The laws whose `correction_std` is a promise, and whether the camera is one of their instruments."""
@@ -103,7 +106,7 @@ def _tasks(counts: Counts, seed: int) -> Iterator[tuple[str, str, int, int]]:
 
 
 def _trial(task: tuple[str, str, int, int]) -> Trial:
-    from warmlink.orchestration.studies.trials import (
+    from benchmarks.law_trials import (
         coverage,
         fault_runs,
         instruments,
@@ -133,7 +136,7 @@ def _trial(task: tuple[str, str, int, int]) -> Trial:
 
 
 def _plant(kind: str, seed: int) -> dict[str, dict[str, float]]:
-    from warmlink.orchestration.studies.trials import mismatched
+    from benchmarks.law_trials import mismatched
 
     if kind != "mismatch":
         return {}
@@ -142,8 +145,8 @@ def _plant(kind: str, seed: int) -> dict[str, dict[str, float]]:
 
 
 def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:
-    from warmlink.orchestration.studies.innovations import innovations, whiteness
-    from warmlink.orchestration.studies.trials import instruments
+    from benchmarks.innovations import innovations, whiteness
+    from benchmarks.law_trials import instruments
 
     demands = duty.table(cell.step, WHITENESS_SECONDS)
     series = innovations(cell.run(demands, instruments(seed)), demands)
@@ -152,7 +155,7 @@ def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:
 
 @cache
 def _cell(law: str) -> Cell:
-    from warmlink.orchestration.studies.rollout import Cell
+    from benchmarks.rollout import Cell
 
     return Cell(catalogue.controller(law), law_states=True)
 
@@ -221,3 +224,25 @@ def _fault_lines(runs: list[FaultRun]) -> Iterator[str]:
             middle, late = np.percentile(delays, [50, 90])
             line += f", after {middle:.0f} s in the middle, {late:.0f} s in 9 of 10"
         yield line
+
+
+def main(
+    share: Annotated[
+        float, typer.Option(help="Share of the full counts, 1,000 runs with a fault per law.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of all random choices; another one gives fresh runs.")] = 0,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Count how far the observers can be trusted: wrong models, honest deviations, failing sensors."""
+    with progress_bar("Observers") as progress:
+        trials = bench_laws(Counts().shared(positive_share(share)), seed, jobs, progress)
+    if json:
+        answer_json([asdict(trial) for trial in trials])
+        return
+    answer(laws_table(trials))
+    answer(f"seed {seed}")
+
+
+if __name__ == "__main__":
+    start(main)

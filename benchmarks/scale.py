@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Annotated
 
+import typer
+
+from benchmarks.command import start
 from warmlink.fmus.arm_kinematics.equations import AXES as SHIFT_AXES
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, merged
 from warmlink.orchestration.arm.compensation import OBSERVER
 from warmlink.orchestration.arm.program import Program, load_program
 from warmlink.orchestration.arm.run import arm_system, program_values
 from warmlink.orchestration.arm.scenario import load_arm_scenario
+from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.compiled import prepare
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -122,3 +127,25 @@ def scale_table(found: Sequence[Scale]) -> str:
             f"{100 * (max(alike) / middle - 1):.0f} %"
         )
     return "\n".join(lines)
+
+
+def main(json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """Time arms of 1, 2, 6, 12 and 24 axes per macro step, and an 8-hour shift of six axes."""
+    found = list(bench_scale())
+    if json:
+        answer_json(
+            [
+                {
+                    **asdict(each),
+                    "us_per_step_and_component": each.us_per_step_and_component,
+                    "us_per_step_and_axis": each.us_per_step_and_axis,
+                }
+                for each in found
+            ]
+        )
+    else:
+        answer(scale_table(found))
+
+
+if __name__ == "__main__":
+    start(main)

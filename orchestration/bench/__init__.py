@@ -1,1 +1,0 @@
-"""Benchmarks: how long things take, side by side in one run."""
