@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
 from warmlink.controllers.observer.component import observer_parameters, observer_states
+from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer_drift import law
-from warmlink.controllers.observer_drift.designed import DESIGNED
+from warmlink.controllers.observer_drift.designed import DESIGNED as BEYOND
 from warmlink.controllers.start_values import with_values
 from warmlink.fmus.packaging.component import Component, Parameter, State
 
@@ -57,7 +58,7 @@ COMPONENT = Component(
     name="ObserverDriftCompensator",
     description="Growth by a Kalman filter on motor and link, made offset-free by the camera",
     inputs=INPUTS,
-    parameters=with_values((*observer_parameters(law.DISTURBANCES), *_CAMERA), DESIGNED),
+    parameters=with_values((*observer_parameters(law.DISTURBANCES), *_CAMERA), DESIGNED | BEYOND),
     states=(
         *observer_states(law.STATES),
         State("camera_last", "m"),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from html import escape
+from pathlib import Path
 
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.fmus.packaging.component import Component, Input, Output, Parameter
-from warmlink.fmus.packaging.icon import icon
 from warmlink.fmus.packaging.units import display_conversion
 
 MARK = "<!-- variables -->"
@@ -32,14 +32,14 @@ footer { font-size: 0.85em; color: #666; }
 
 
 def documentation_files(entry: Entry) -> dict[str, bytes]:
-    """Documentation, licence and picture of a component, by path inside an FMU of FMI 2.0.
+    """Documentation, licence and the picture that tools show on a block, by path inside an FMU of FMI 2.0.
 
     FMI 3.0 has the picture at `terminalsAndIcons/icon.png`.
     """
     return {
         "documentation/index.html": documentation_page(entry),
         "documentation/licenses/license.txt": release.license_text().encode("utf-8"),
-        "model.png": icon(entry.component),
+        "model.png": Path(__file__).with_name("icon.png").read_bytes(),
     }
 
 

@@ -13,7 +13,6 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.audit import Balance, audit, heat_balances
-from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.checkpoint import Checkpoint, Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
@@ -141,7 +140,7 @@ def _prepare(
     for balance in _balances(assembly, balances):
         names += [balance.delivered, balance.received]
     network = Network(assembly.slaves, assembly.connections, sorted(set(names) & set(outputs)))
-    if not isinstance(algorithm, Retry | StepDoubling | BalanceControl):
+    if not isinstance(algorithm, Retry | StepDoubling):
         algorithm = Retry(algorithm)
     stepper = algorithm.bind(network, points)
     if long_run is None:

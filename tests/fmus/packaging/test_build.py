@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
-import struct
 import tomllib
 import zipfile
-import zlib
 from pathlib import Path
 
 import pytest
@@ -18,7 +16,6 @@ from warmlink.fmus.packaging.build import build_python_fmus, fmu_problems
 from warmlink.fmus.packaging.bundle import bundle
 from warmlink.fmus.packaging.catalogue import Entry, catalogue
 from warmlink.fmus.packaging.documentation import documentation_page
-from warmlink.fmus.packaging.icon import SIZE, icon
 
 ROOT = Path(__file__).parents[3]
 every = pytest.mark.parametrize("entry", catalogue(), ids=lambda entry: entry.component.name)
@@ -124,17 +121,6 @@ def test_the_page_shows_values_in_their_display_units() -> None:
     row = next(line for line in page.splitlines() if "<code>initial_temperature</code>" in line)
     assert "<td>degC</td>" in row
     assert ">22<" in row
-
-
-@every
-def test_the_picture_is_a_png(entry: Entry) -> None:
-    picture = icon(entry.component)
-    assert picture.startswith(b"\x89PNG\r\n\x1a\n")
-    assert struct.unpack(">II", picture[16:24]) == (SIZE, SIZE)
-    length = struct.unpack(">I", picture[33:37])[0]
-    pixels = zlib.decompress(picture[41 : 41 + length])
-    assert len(pixels) == SIZE * (4 * SIZE + 1)
-    assert len(set(pixels)) > 20
 
 
 def test_the_release_is_the_project_s() -> None:

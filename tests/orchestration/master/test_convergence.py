@@ -10,8 +10,6 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about, algorithm
-from warmlink.orchestration.master.audit import Balance
-from warmlink.orchestration.master.balance_control import BalanceControl
 from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.interface_newton import InterfaceNewton
@@ -161,17 +159,6 @@ def test_a_jump_within_a_step_is_located() -> None:
     located = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, chosen)
     assert located["x.y"][4] == pytest.approx(exact, abs=0.01)
     assert located.statistics.slave_steps < 500
-
-
-@pytest.mark.parametrize("tolerance", [10.0, 3.0])
-def test_control_by_the_heat_balance_keeps_the_balance(tolerance: float) -> None:
-    balance = Balance("motor.heat_delivered", "link.heat_received")
-    chosen = BalanceControl(GaussSeidel(), balance, tolerance, minimum_step=1e-3)
-    result = simulate(motor_link(1.0), 3600.0, 60.0, chosen, record=["link.elongation"])
-    (found,) = result.audits
-    assert abs(found.total) <= tolerance
-    assert found.delivered > 1000.0
-    assert abs(simulate(motor_link(1.0), 3600.0, 30.0, GaussSeidel()).audits[0].total) > 1.0
 
 
 def test_a_minimum_step_that_does_not_suffice_is_said() -> None:
