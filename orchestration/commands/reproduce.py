@@ -12,9 +12,9 @@ def reproduce_command(out: Path, as_json: bool) -> None:
     """Compute, write the report and print the tables."""
     from dataclasses import asdict
 
-    from warmlink.orchestration.validation.presentation import write_report
-    from warmlink.orchestration.validation.reproduce import reproduce
-    from warmlink.orchestration.validation.terminal import terminal_table
+    from warmlink.orchestration.paper.presentation import write_report
+    from warmlink.orchestration.paper.reproduce import reproduce
+    from warmlink.orchestration.paper.terminal import terminal_table
 
     with fresh_folder(out) as target:
         with progress_bar("The paper, reproduced") as progress:

@@ -29,11 +29,11 @@ from warmlink.orchestration.diagnosis.hidden import (
     surroundings,
 )
 from warmlink.orchestration.diagnosis.hide import EFFECTS, INFORMATIVE, WHITE, Noise, effect_of, hide
-from warmlink.orchestration.validation.data import Geometry, Materials, load_geometry, load_materials
-from warmlink.orchestration.validation.fea.drive import Drive
-from warmlink.orchestration.validation.fea.mesh import Body, bare_link
-from warmlink.orchestration.validation.fea.simulate import Fea
-from warmlink.orchestration.validation.fea.stepping import HeatStepper
+from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
+from warmlink.orchestration.paper.fea.drive import Drive
+from warmlink.orchestration.paper.fea.mesh import Body, bare_link
+from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.fea.stepping import HeatStepper
 
 Vector = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.validation.data import (
+from warmlink.orchestration.paper.data import (
     Geometry,
     Materials,
     Printed,
@@ -16,10 +16,10 @@ from warmlink.orchestration.validation.data import (
     load_materials,
     load_paper,
 )
-from warmlink.orchestration.validation.fea.drive import Drive, Smooth, TimeGrid, graded_grid
-from warmlink.orchestration.validation.fea.mesh import Assembly, paper_assembly
-from warmlink.orchestration.validation.fea.simulate import Fea, History
-from warmlink.orchestration.validation.link_model import LinkHistory, LinkModel
+from warmlink.orchestration.paper.fea.drive import Drive, Smooth, TimeGrid, graded_grid
+from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
+from warmlink.orchestration.paper.fea.simulate import Fea, History
+from warmlink.orchestration.paper.link_model import LinkHistory, LinkModel
 
 Array = NDArray[np.float64]
 

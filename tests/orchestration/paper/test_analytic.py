@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from warmlink.orchestration.validation import analytic
-from warmlink.orchestration.validation.data import load_geometry, load_materials
+from warmlink.orchestration.paper import analytic
+from warmlink.orchestration.paper.data import load_geometry, load_materials
 
 LINK = load_materials().link
 SPAN = load_geometry().span

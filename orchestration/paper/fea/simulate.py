@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.validation.fea.drive import Drive, TimeGrid
-from warmlink.orchestration.validation.fea.elasticity import ThermoElasticity
-from warmlink.orchestration.validation.fea.heat import HeatModel
-from warmlink.orchestration.validation.fea.mesh import Body
-from warmlink.orchestration.validation.fea.stepping import HeatStepper
+from warmlink.orchestration.paper.fea.drive import Drive, TimeGrid
+from warmlink.orchestration.paper.fea.elasticity import ThermoElasticity
+from warmlink.orchestration.paper.fea.heat import HeatModel
+from warmlink.orchestration.paper.fea.mesh import Body
+from warmlink.orchestration.paper.fea.stepping import HeatStepper
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.data import Geometry, Material, Materials
-from warmlink.orchestration.validation.fea.blocks import MERGE_DISTANCE, HexBuilder, lines, plan
-from warmlink.orchestration.validation.fea.library import scikit_fem
+from warmlink.orchestration.paper.data import Geometry, Material, Materials
+from warmlink.orchestration.paper.fea.blocks import MERGE_DISTANCE, HexBuilder, lines, plan
+from warmlink.orchestration.paper.fea.library import scikit_fem
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from warmlink.orchestration.validation.cases import ZERO_CELSIUS, Bench, Case, steady_time
-from warmlink.orchestration.validation.data import Geometry, load_paper
-from warmlink.orchestration.validation.fea.mesh import Assembly
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, Case, steady_time
+from warmlink.orchestration.paper.data import Geometry, load_paper
+from warmlink.orchestration.paper.fea.mesh import Assembly
 
 #: "Several minutes" ([1] III.A) taken as the time constant of the heating pad [s]; assumed.
 HEATER_LAG = 180.0

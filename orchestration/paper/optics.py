@@ -21,7 +21,7 @@ from scipy.special import erf
 from scipy.stats import norm
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.data import load_paper
+from warmlink.orchestration.paper.data import load_paper
 
 Array = NDArray[np.float64]
 Image = NDArray[np.int64]

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS
+from warmlink.orchestration.paper.data import load_geometry, load_paper
+from warmlink.orchestration.paper.results import CaseResult, Reproduction
+from warmlink.orchestration.paper.statements import front_profile
+from warmlink.orchestration.paper.surface import outer_surface, plan_lines
 from warmlink.orchestration.report.figures import styled
-from warmlink.orchestration.validation.cases import ZERO_CELSIUS
-from warmlink.orchestration.validation.data import load_geometry, load_paper
-from warmlink.orchestration.validation.results import CaseResult, Reproduction
-from warmlink.orchestration.validation.statements import front_profile
-from warmlink.orchestration.validation.surface import outer_surface, plan_lines
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

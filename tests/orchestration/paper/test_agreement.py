@@ -5,16 +5,16 @@ import pytest
 
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
-from warmlink.orchestration.validation.agreement import (
+from warmlink.orchestration.paper.agreement import (
     AMBIENT,
     DUTY_CYCLES,
     Agreement,
     duty_drive,
 )
-from warmlink.orchestration.validation.cases import Bench
-from warmlink.orchestration.validation.fea.mesh import bare_link
-from warmlink.orchestration.validation.fea.simulate import Fea
-from warmlink.orchestration.validation.results import Reproduction
+from warmlink.orchestration.paper.cases import Bench
+from warmlink.orchestration.paper.fea.mesh import bare_link
+from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.results import Reproduction
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
 

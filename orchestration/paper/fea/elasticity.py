@@ -18,8 +18,8 @@ from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.fea.library import scikit_fem
-from warmlink.orchestration.validation.fea.mesh import Body, Probe, Support, vertices_at
+from warmlink.orchestration.paper.fea.library import scikit_fem
+from warmlink.orchestration.paper.fea.mesh import Body, Probe, Support, vertices_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

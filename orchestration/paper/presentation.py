@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.figures import figures
+from warmlink.orchestration.paper.results import Reproduction, Row
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
-from warmlink.orchestration.validation.data import load_geometry, load_materials
-from warmlink.orchestration.validation.figures import figures
-from warmlink.orchestration.validation.results import Reproduction, Row
 
 TITLE = "Temperature-Induced Deformation in a Mechanical System, reproduced"
 HEADINGS = (

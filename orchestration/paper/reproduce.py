@@ -10,17 +10,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from warmlink.orchestration.validation import analytic
-from warmlink.orchestration.validation.agreement import agreements
-from warmlink.orchestration.validation.cases import ZERO_CELSIUS, Bench, Case
-from warmlink.orchestration.validation.fea.drive import Drive, Smooth, TimeGrid
-from warmlink.orchestration.validation.fea.mesh import Assembly, bare_link
-from warmlink.orchestration.validation.fea.simulate import Fea, History
-from warmlink.orchestration.validation.optics import Camera, drift_noise
-from warmlink.orchestration.validation.results import CaseResult, Refinement, Reproduction
-from warmlink.orchestration.validation.rows import paper_rows
-from warmlink.orchestration.validation.statements import findings, paper_statements
-from warmlink.orchestration.validation.tried import consistency, try_everything
+from warmlink.orchestration.paper import analytic
+from warmlink.orchestration.paper.agreement import agreements
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, Case
+from warmlink.orchestration.paper.fea.drive import Drive, Smooth, TimeGrid
+from warmlink.orchestration.paper.fea.mesh import Assembly, bare_link
+from warmlink.orchestration.paper.fea.simulate import Fea, History
+from warmlink.orchestration.paper.optics import Camera, drift_noise
+from warmlink.orchestration.paper.results import CaseResult, Refinement, Reproduction
+from warmlink.orchestration.paper.rows import paper_rows
+from warmlink.orchestration.paper.statements import findings, paper_statements
+from warmlink.orchestration.paper.tried import consistency, try_everything
 
 #: The paper's mesh with every element divided in two each way.
 FINE = Assembly(refinement=2)

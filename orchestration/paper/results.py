@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.validation.agreement import Agreement
-from warmlink.orchestration.validation.cases import Case
-from warmlink.orchestration.validation.fea.mesh import Body
-from warmlink.orchestration.validation.fea.simulate import History
-from warmlink.orchestration.validation.link_model import LinkHistory
-from warmlink.orchestration.validation.tried import Attempt, Consistency
+from warmlink.orchestration.paper.agreement import Agreement
+from warmlink.orchestration.paper.cases import Case
+from warmlink.orchestration.paper.fea.mesh import Body
+from warmlink.orchestration.paper.fea.simulate import History
+from warmlink.orchestration.paper.link_model import LinkHistory
+from warmlink.orchestration.paper.tried import Attempt, Consistency
 
 Array = NDArray[np.float64]
 

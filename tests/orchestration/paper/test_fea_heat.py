@@ -9,9 +9,9 @@ from scipy.integrate import simpson
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation import analytic
-from warmlink.orchestration.validation.data import load_geometry, load_materials
-from warmlink.orchestration.validation.fea.drive import (
+from warmlink.orchestration.paper import analytic
+from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.fea.drive import (
     PAPER_GRID,
     Drive,
     Held,
@@ -20,10 +20,10 @@ from warmlink.orchestration.validation.fea.drive import (
     TimeGrid,
     graded_grid,
 )
-from warmlink.orchestration.validation.fea.heat import STEFAN_BOLTZMANN, HeatModel
-from warmlink.orchestration.validation.fea.mesh import Assembly, bar, paper_assembly
-from warmlink.orchestration.validation.fea.simulate import Fea
-from warmlink.orchestration.validation.fea.stepping import HeatStepper
+from warmlink.orchestration.paper.fea.heat import STEFAN_BOLTZMANN, HeatModel
+from warmlink.orchestration.paper.fea.mesh import Assembly, bar, paper_assembly
+from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.fea.stepping import HeatStepper
 
 MATERIALS, GEOMETRY = load_materials(), load_geometry()
 LINK = MATERIALS.link

@@ -15,8 +15,8 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.fea.drive import Drive
-from warmlink.orchestration.validation.fea.heat import HeatModel
+from warmlink.orchestration.paper.fea.drive import Drive
+from warmlink.orchestration.paper.fea.heat import HeatModel
 
 Array = NDArray[np.float64]
 

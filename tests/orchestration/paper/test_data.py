@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 
 
 def test_geometry_agrees_with_the_inches_of_the_paper() -> None:

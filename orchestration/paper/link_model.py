@@ -18,8 +18,8 @@ from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian, rosenbrock_step
 from warmlink.fmus.thermal_link.component import COMPONENT
 from warmlink.fmus.thermal_link.grid import stretches
-from warmlink.orchestration.validation.data import Geometry, Material
-from warmlink.orchestration.validation.fea.drive import Drive, TimeGrid
+from warmlink.orchestration.paper.data import Geometry, Material
+from warmlink.orchestration.paper.fea.drive import Drive, TimeGrid
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.validation.results import Reproduction
+    from warmlink.orchestration.paper.results import Reproduction
 
 
 @pytest.fixture(scope="session")
@@ -19,6 +19,6 @@ def told() -> list[float]:
 @pytest.fixture(scope="session")
 def result(told: list[float]) -> Reproduction:
     """The reproduction; tests that use it share one process by `xdist_group("reproduction")`."""
-    from warmlink.orchestration.validation.reproduce import reproduce
+    from warmlink.orchestration.paper.reproduce import reproduce
 
     return reproduce(lambda fraction, what: told.append(fraction))

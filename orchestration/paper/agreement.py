@@ -16,11 +16,11 @@ from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.packaging.reference import Phase, integrate
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.validation.cases import Bench, Case
-from warmlink.orchestration.validation.fea.drive import Drive, Held, Smooth, TimeGrid
-from warmlink.orchestration.validation.fea.mesh import Assembly, Body, bare_link, paper_assembly
-from warmlink.orchestration.validation.fea.simulate import Fea, History
-from warmlink.orchestration.validation.link_model import LinkHistory, LinkModel
+from warmlink.orchestration.paper.cases import Bench, Case
+from warmlink.orchestration.paper.fea.drive import Drive, Held, Smooth, TimeGrid
+from warmlink.orchestration.paper.fea.mesh import Assembly, Body, bare_link, paper_assembly
+from warmlink.orchestration.paper.fea.simulate import Fea, History
+from warmlink.orchestration.paper.link_model import LinkHistory, LinkModel
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, diags
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.fea.library import scikit_fem
-from warmlink.orchestration.validation.fea.mesh import Body, Probe, vertices_at
+from warmlink.orchestration.paper.fea.library import scikit_fem
+from warmlink.orchestration.paper.fea.mesh import Body, Probe, vertices_at
 
 Array = NDArray[np.float64]
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from warmlink.orchestration.validation import analytic
-from warmlink.orchestration.validation.cases import ZERO_CELSIUS, steady_time
-from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.validation.results import CaseResult, Row
-from warmlink.orchestration.validation.tried import Attempt, camera_warming
+from warmlink.orchestration.paper import analytic
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, steady_time
+from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.results import CaseResult, Row
+from warmlink.orchestration.paper.tried import Attempt, camera_warming
 
 
 def paper_rows(cases: dict[str, CaseResult], attempts: list[Attempt]) -> list[Row]:

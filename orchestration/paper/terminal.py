@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from warmlink.orchestration.validation.presentation import NONE, UNITS, claims, readable, signed
-from warmlink.orchestration.validation.results import Reproduction, Row
+from warmlink.orchestration.paper.presentation import NONE, UNITS, claims, readable, signed
+from warmlink.orchestration.paper.results import Reproduction, Row
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

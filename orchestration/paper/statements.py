@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.validation.cases import ZERO_CELSIUS, Bench, steady_time
-from warmlink.orchestration.validation.data import load_geometry, load_paper
-from warmlink.orchestration.validation.results import CaseResult, Statement
-from warmlink.orchestration.validation.tried import Attempt, Consistency
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, steady_time
+from warmlink.orchestration.paper.data import load_geometry, load_paper
+from warmlink.orchestration.paper.results import CaseResult, Statement
+from warmlink.orchestration.paper.tried import Attempt, Consistency
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.validation.data import Geometry
-from warmlink.orchestration.validation.fea.library import scikit_fem
+from warmlink.orchestration.paper.data import Geometry
+from warmlink.orchestration.paper.fea.library import scikit_fem
 
 Array = NDArray[np.float64]
 

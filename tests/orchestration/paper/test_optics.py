@@ -7,8 +7,8 @@ import pytest
 
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation.cases import Bench, Case
-from warmlink.orchestration.validation.optics import (
+from warmlink.orchestration.paper.cases import Bench, Case
+from warmlink.orchestration.paper.optics import (
     Camera,
     Spot,
     centroid,

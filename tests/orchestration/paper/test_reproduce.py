@@ -12,14 +12,14 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 from rich.console import Console
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.validation import analytic
-from warmlink.orchestration.validation.cases import Bench, Case, steady_time
-from warmlink.orchestration.validation.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.validation.optics import Camera, drift_noise
-from warmlink.orchestration.validation.presentation import readable, write_report
-from warmlink.orchestration.validation.results import Reproduction
-from warmlink.orchestration.validation.terminal import terminal_table
-from warmlink.orchestration.validation.tried import implied_by_temperatures
+from warmlink.orchestration.paper import analytic
+from warmlink.orchestration.paper.cases import Bench, Case, steady_time
+from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.optics import Camera, drift_noise
+from warmlink.orchestration.paper.presentation import readable, write_report
+from warmlink.orchestration.paper.results import Reproduction
+from warmlink.orchestration.paper.terminal import terminal_table
+from warmlink.orchestration.paper.tried import implied_by_temperatures
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
 
@@ -231,7 +231,7 @@ def test_steady_time_is_three_time_constants_of_an_exponential() -> None:
 
 
 def test_bench_makes_a_model_once() -> None:
-    from warmlink.orchestration.validation.fea.mesh import Assembly
+    from warmlink.orchestration.paper.fea.mesh import Assembly
 
     bench = Bench()
     assert bench.fea(Assembly()) is bench.fea(Assembly())

@@ -7,10 +7,10 @@ import pytest
 
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
-from warmlink.orchestration.validation import analytic
-from warmlink.orchestration.validation.data import load_geometry, load_materials
-from warmlink.orchestration.validation.fea.elasticity import ThermoElasticity
-from warmlink.orchestration.validation.fea.mesh import Array, Body, Support, bar, paper_assembly
+from warmlink.orchestration.paper import analytic
+from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.fea.elasticity import ThermoElasticity
+from warmlink.orchestration.paper.fea.mesh import Array, Body, Support, bar, paper_assembly
 
 MATERIALS, GEOMETRY = load_materials(), load_geometry()
 SIZE = (0.3302, 0.0254, 0.00635)

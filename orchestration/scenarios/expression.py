@@ -1,0 +1,111 @@
+"""Expressions over a system's variables, by which a scenario scores."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+
+_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
+_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {ast.USub: operator.neg, ast.UAdd: operator.pos}
+_FUNCTIONS: Mapping[str, Callable[[Any], Any]] = {"sqrt": np.sqrt, "abs": np.abs}
+
+LONGEST = 2000
+"""Characters of an expression; no score takes more, and a longer one may nest deeper than Python reads."""
+
+
+@dataclass(frozen=True)
+class Expression:
+    """Sum, difference, product, quotient, power, `sqrt` and `abs` of variables and numbers.
+
+    Attributes
+    ----------
+    text : as written; variables are `instance.variable`, with `[1]` for an element of a vector
+    where : what it belongs to, for the sentence that refuses it
+
+    Raises
+    ------
+    InputError
+        The text is no such expression.
+    """
+
+    text: str
+    where: str = "score"
+
+    def __post_init__(self) -> None:
+        self._of(self._tree, lambda name: 1.0)
+
+    @cached_property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the variables, in the order in which they first occur."""
+        found: dict[str, None] = {}
+
+        def note(name: str) -> float:
+            found[name] = None
+            return 1.0
+
+        self._of(self._tree, note)
+        return tuple(found)
+
+    def value(self, of: Callable[[str], Any]) -> Any:
+        """Value for the variables' values: numbers, or arrays of one shape."""
+        with np.errstate(all="ignore"):
+            return self._of(self._tree, of)
+
+    def weights(self) -> dict[str, float]:
+        """Weight of each variable in an expression that is linear.
+
+        Raises
+        ------
+        InputError
+            The expression is not linear, or has a constant part.
+        """
+        zero = dict.fromkeys(self.variables, 0.0)
+        found = {name: float(self.value({**zero, name: 1.0}.__getitem__)) for name in self.variables}
+        probe = {name: 2.0 + i for i, name in enumerate(self.variables)}
+        expected = sum(found[name] * value for name, value in probe.items())
+        if not abs(self.value(probe.__getitem__) - expected) <= 1e-9 * (1 + abs(expected)):
+            raise InputError(f"{self.where}: {self.text} is not linear in its variables; give a weighted sum")
+        return found
+
+    @cached_property
+    def _tree(self) -> ast.expr:
+        if len(self.text) > LONGEST:
+            raise InputError(f"{self.where}: {len(self.text)} characters are too many; keep to {LONGEST}")
+        try:
+            return ast.parse(self.text, mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            raise InputError(
+                f"{self.where}: {self.text!r} is no expression; write one as "
+                '"link.elongation - compensator.correction"'
+            ) from None
+
+    def _of(self, node: ast.expr, of: Callable[[str], Any]) -> Any:
+        match node:
+            case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+                return number
+            case ast.BinOp(left, op, right) if type(op) in _BINARY:
+                return _BINARY[type(op)](self._of(left, of), self._of(right, of))
+            case ast.UnaryOp(op, operand) if type(op) in _UNARY:
+                return _UNARY[type(op)](self._of(operand, of))
+            case ast.Call(ast.Name(name), [argument], []) if name in _FUNCTIONS:
+                return _FUNCTIONS[name](self._of(argument, of))
+            case ast.Attribute() | ast.Subscript(ast.Attribute(), ast.Constant(int())):
+                return of(ast.unparse(node))
+        raise InputError(
+            f"{self.where}: {ast.unparse(node)} is neither a variable nor a number; use instance.variable, "
+            f"+ - * / ** and {', '.join(_FUNCTIONS)}"
+        )
