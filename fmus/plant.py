@@ -17,6 +17,12 @@ WIRES: tuple[Wire, ...] = (
 )
 """What passes between a motor and the link on its shaft."""
 
+ROD_WIRES: tuple[Wire, ...] = (
+    ("heater.heat_flow", "link.heat_flow"),
+    ("link.base_temperature", "heater.link_base_temperature"),
+)
+"""What passes between a heater and the link that it heats."""
+
 
 @cache
 def plant(cells: int = CELLS) -> Component:

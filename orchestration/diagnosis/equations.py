@@ -1,7 +1,7 @@
-"""A rig's equations in one piece: rates, outputs, derivatives, from the components' own declarations.
+"""A rig's equations in one piece: rates, outputs, derivatives, from the joined component.
 
-Components are joined symbolically, so that the diagnosis integrates the very equations that lie in the
-FMUs, without the communication steps between them.
+So the diagnosis integrates the very equations that lie in the FMUs, without the communication steps between
+them.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ class Equations:
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
         self._ca = ca
-        joined = _Joined(rig, self.slots)
+        joined = _Symbols(rig, self.slots)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
         needed = _needed_states(ca, joined.x, rates, observed)
-        self.states = tuple(joined.states[i] for i in needed)
+        self.states = tuple(rig.component.x.names[i] for i in needed)
         x = joined.x[needed]
         rates, begun = rates[needed], joined.begun[needed]
         arguments = [x, joined.z, joined.p, joined.w, joined.time]
@@ -66,12 +66,12 @@ class Equations:
     @cached_property
     def parameter_values(self) -> Vector:
         """Start values of all parameters, shape (parameters,)."""
-        return np.array([self.rig.variables[name].start for name in self.rig.parameters], dtype=float)
+        return np.asarray(self.rig.component.start_values()[0], dtype=float)
 
     @cached_property
     def external_values(self) -> Vector:
         """Start values of the inputs that nothing feeds, shape (externals,)."""
-        return np.array([self.rig.variables[name].start for name in self.rig.externals], dtype=float)
+        return np.asarray(self.rig.component.start_values()[1], dtype=float)
 
     def begin(self, z: Vector, p: Vector, w: Vector) -> tuple[Vector, Vector]:
         """States at the start, shape (n,), and their derivatives by the slots, shape (n, slots)."""
@@ -141,58 +141,29 @@ class Linearised:
             self._buffer.set_res(i, memoryview(array.reshape(-1)))  # type: ignore[arg-type]
 
 
-class _Joined:
-    """Symbols and expressions of all components, wires put through."""
+class _Symbols:
+    """A rig's rates, start values and outputs as expressions; slots stand in place of what they free."""
 
     def __init__(self, rig: Rig, slots: tuple[str, ...]) -> None:
         import casadi as ca
 
-        self.p = ca.SX.sym("p", len(rig.parameters))
-        self.w = ca.SX.sym("w", len(rig.externals))
+        component = rig.component
+        self.p = ca.SX.sym("p", component.p.size)
+        self.w = ca.SX.sym("w", component.u.size)
         self.z = ca.SX.sym("z", len(slots))
+        self.x = ca.SX.sym("x", component.x.size)
         self.time = ca.SX.sym("time")
-        symbols = {name: self.p[i] for i, name in enumerate(rig.parameters)}
-        symbols |= {name: self.w[i] for i, name in enumerate(rig.externals)}
-        wires = {target: ca.SX.sym(target) for target in rig.connections}
-        symbols |= wires
-        symbols |= {name: self.z[i] for i, name in enumerate(slots)}
-
-        states, rates, begun, names = [], [], [], []
-        values: dict[str, Any] = {}
-        for instance, component in rig.components.items():
-            u = ca.vertcat(*(symbols[f"{instance}.{n}"] for n in component.u.names))
-            d = component.settled(ca.vertcat(*(symbols[f"{instance}.{n}"] for n in component.p.names)))
-            x = ca.SX.sym(instance, component.x.size)
-            y = component.outputs_of(x, u, d, self.time)
-            values |= {f"{instance}.{n}": y[i] for i, n in enumerate(component.y.names)}
-            states.append(x)
-            rates.append(component.rates_of(x, u, d, self.time))
-            begun.append(component.states_at_start(u, d))
-            names += [f"{instance}.{n}" for n in component.x.names]
-        self.x, self.states = ca.vertcat(*states), names
-
-        everything = ca.vertcat(*rates, *begun, *values.values())
-        fed = ca.vertcat(*wires.values()) if wires else ca.SX(0, 1)
-        for _ in range(len(wires) + 1):
-            feeding = ca.vertcat(*(values[source] for source in rig.connections.values()))
-            values = (
-                dict(
-                    zip(
-                        values,
-                        ca.vertsplit(ca.substitute(ca.vertcat(*values.values()), fed, feeding)),
-                        strict=True,
-                    )
-                )
-                if wires
-                else values
-            )
-            everything = ca.substitute(everything, fed, feeding) if wires else everything
-        count = self.x.shape[0]
-        self.rates, self.begun = everything[:count], everything[count : 2 * count]
-        self.values = dict(zip(values, ca.vertsplit(everything[2 * count :]), strict=True))
-        left = [name for name, symbol in wires.items() if ca.depends_on(everything, symbol)]
-        if left:
-            raise ValueError(f"{rig.name} has an algebraic loop through {', '.join(left)}")
+        p, u = ca.SX(self.p), ca.SX(self.w)
+        for i, name in enumerate(slots):
+            if name in component.p.index:
+                p[component.p.index[name]] = self.z[i]
+            else:
+                u[component.u.index[name]] = self.z[i]
+        d = component.settled(p)
+        self.rates = component.rates_of(self.x, u, d, self.time)
+        self.begun = component.states_at_start(u, d)
+        outputs = ca.vertsplit(component.outputs_of(self.x, u, d, self.time))
+        self.values = dict(zip(component.y.names, outputs, strict=True))
 
 
 def _needed_states(ca: Any, x: Any, rates: Any, observed: Any) -> list[int]:

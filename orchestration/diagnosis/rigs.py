@@ -14,7 +14,9 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+from warmlink.fmus.packaging.component import Component, Scalar
+from warmlink.fmus.packaging.join import join
+from warmlink.fmus.plant import ROD_WIRES, plant
 from warmlink.fmus.thermal_link.component import thermal_link
 
 ELONGATION = "link.elongation"
@@ -26,42 +28,38 @@ class Rig:
 
     Attributes
     ----------
-    components : declarations by instance name
-    connections : target input by its source output, both as `instance.variable`
+    component : the plant, joined
     shared : inputs that one signal feeds unless told otherwise, as the ambient temperature of all
     columns : signal or output for each column of a bare CSV file
     readings : sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation
     """
 
     name: str
-    components: Mapping[str, Component]
-    connections: Mapping[str, str]
+    component: Component
     shared: tuple[tuple[str, ...], ...]
     columns: Mapping[str, str]
     readings: Mapping[str, str]
 
     @cached_property
+    def components(self) -> Mapping[str, Component]:
+        """Declarations by instance name."""
+        assert self.component.joint is not None
+        return self.component.joint.parts
+
+    @cached_property
     def variables(self) -> dict[str, Scalar]:
-        """Every scalar variable of every component by its full name."""
-        return {
-            f"{instance}.{scalar.name}": scalar
-            for instance, component in self.components.items()
-            for scalar in component.scalars()
-        }
+        """Every scalar variable by its full name; inputs that a component feeds are none."""
+        return {scalar.name: scalar for scalar in self.component.scalars()}
 
-    @cached_property
-    def externals(self) -> tuple[str, ...]:
+    @property
+    def externals(self) -> list[str]:
         """Inputs that no component feeds, in order."""
-        return tuple(
-            name
-            for name, scalar in self.variables.items()
-            if isinstance(scalar.variable, Input) and name not in self.connections
-        )
+        return self.component.u.names
 
-    @cached_property
-    def parameters(self) -> tuple[str, ...]:
+    @property
+    def parameters(self) -> list[str]:
         """Parameters of all components, in order."""
-        return tuple(name for name, s in self.variables.items() if isinstance(s.variable, Parameter))
+        return self.component.p.names
 
     def scalar(self, name: str, where: str) -> Scalar:
         """Declaration of a variable.
@@ -102,8 +100,7 @@ def warmup_cell(cells: int = 40) -> Rig:
     ambient = ("motor.ambient_temperature", "link.ambient_temperature", "link.tip_sink_temperature")
     return Rig(
         "WarmupCell",
-        {"motor": MOTOR, "link": thermal_link(cells)},
-        {"link.heat_flow": "motor.heat_flow", "motor.link_base_temperature": "link.base_temperature"},
+        plant(cells),
         (ambient, ("motor.speed", "link.speed")),
         {
             "speed": "motor.speed",
@@ -125,8 +122,7 @@ def bench_rod(cells: int = 40) -> Rig:
     sensors = [f"link.sensor_temperature[{i}]" for i in range(1, 9)]
     return Rig(
         "BenchRod",
-        {"heater": HEATER, "link": thermal_link(cells)},
-        {"link.heat_flow": "heater.heat_flow", "heater.link_base_temperature": "link.base_temperature"},
+        join("BenchRod", {"heater": HEATER, "link": thermal_link(cells)}, ROD_WIRES),
         (("link.ambient_temperature", "link.tip_sink_temperature"),),
         {},
         {
@@ -142,8 +138,7 @@ def bench_motor(cells: int = 0) -> Rig:
     """A motor by itself; `cells` is there for the sake of a common form."""
     return Rig(
         "BenchMotor",
-        {"motor": MOTOR},
-        {},
+        join("BenchMotor", {"motor": MOTOR}),
         (),
         {},
         {"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 
@@ -103,8 +104,7 @@ WARMUP_CELL = Blueprint(
         ("duty.pad_mode", "motor.pad_mode"),
         ("duty.pad_temperature", "motor.pad_temperature"),
         ("duty.pad_power", "motor.pad_power"),
-        ("motor.heat_flow", "link.heat_flow"),
-        ("link.base_temperature", "motor.link_base_temperature"),
+        *WIRES,
         ("motor.shaft_temperature", "sensors.temperature[1]"),
         ("motor.winding_temperature", "sensors.temperature[2]"),
         ("link.base_temperature", "sensors.temperature[3]"),
@@ -131,8 +131,7 @@ BENCH_ROD = Blueprint(
     about="heater -> link -> sensors: a plain rod, heated at base position",
     components={"heater": "Heater", "link": "ThermalLink", "sensors": "TemperatureSensors"},
     wires=(
-        ("heater.heat_flow", "link.heat_flow"),
-        ("link.base_temperature", "heater.link_base_temperature"),
+        *ROD_WIRES,
         *((f"link.sensor_temperature[{i}]", f"sensors.temperature[{i}]") for i in range(1, 9)),
     ),
 )
