@@ -11,17 +11,16 @@ from pathlib import Path
 
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.join import Wire
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.arm.library import NAME
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
+from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
 
 ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
 
 POSES, KINEMATICS = "poses", "kinematics"
-
-Wire = tuple[str, str]
 
 
 def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
@@ -39,20 +38,17 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
     """
     if count < 1:
         raise InputError(f"axes: {count} is not positive; give an arm at least 1 axis")
-    kinds = {"duty": "DutyCycle", "motor": "MotorHeatSource", "link": "ThermalLink"}
-    if compensated:
-        kinds |= {"sensors": "TemperatureSensors", COMPENSATOR: ""}
-    components = {
-        f"{axis_name(i)}.{instance}": kind for i in range(1, count + 1) for instance, kind in kinds.items()
-    }
-    components[POSES] = "PoseSequence"
-    components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
+    axis = WARMUP_CELL.without("camera", *(() if compensated else ("sensors", COMPENSATOR)))
+    components: dict[str, str] = {}
     wires: list[Wire] = []
     for i in range(1, count + 1):
-        wires += _axis_wires(axis_name(i), compensated)
-        wires += _tool_wires(i, compensated)
+        part = axis.prefixed(axis_name(i))
+        components |= part.components
+        wires += [*part.wires, *_tool_wires(i, compensated)]
         if i > 1:
             wires += _chain_wires(axis_name(i - 1), axis_name(i))
+    components[POSES] = "PoseSequence"
+    components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
     name = NAME if count == AXES else f"Arm{count}"
     return Blueprint(name, ABOUT, components, tuple(wires), stop_time=7200.0)
 
@@ -122,42 +118,6 @@ def without_dots(system: System) -> System:
         for link in system.connections
     )
     return replace(system, components=components, connections=connections)
-
-
-def _axis_wires(name: str, compensated: bool) -> Iterator[Wire]:
-    """Connections within one axis: those of the warm-up cell, without its camera."""
-    fans = {
-        "speed": ("motor", "link", COMPENSATOR),
-        "torque": ("motor", COMPENSATOR),
-        "ambient_temperature": ("motor", "link", "sensors", COMPENSATOR),
-        "pad_mode": ("motor",),
-        "pad_temperature": ("motor",),
-        "pad_power": ("motor",),
-    }
-    optional = {"sensors", COMPENSATOR}
-    for variable, takers in fans.items():
-        for taker in takers:
-            if compensated or taker not in optional:
-                yield f"{name}.duty.{variable}", f"{name}.{taker}.{variable}"
-    yield f"{name}.duty.ambient_temperature", f"{name}.link.tip_sink_temperature"
-    yield f"{name}.motor.heat_flow", f"{name}.link.heat_flow"
-    yield f"{name}.link.base_temperature", f"{name}.motor.link_base_temperature"
-    if compensated:
-        yield from ((f"{name}.{source}", f"{name}.{target}") for source, target in _SENSED)
-
-
-_SENSED = (
-    ("motor.shaft_temperature", "sensors.temperature[1]"),
-    ("motor.winding_temperature", "sensors.temperature[2]"),
-    ("link.base_temperature", "sensors.temperature[3]"),
-    ("link.sensor_temperature[2]", "sensors.temperature[4]"),
-    ("link.tip_temperature", "sensors.temperature[5]"),
-    ("sensors.reading[1]", f"{COMPENSATOR}.shaft_temperature"),
-    ("sensors.reading[2]", f"{COMPENSATOR}.winding_temperature"),
-    ("sensors.reading[3]", f"{COMPENSATOR}.base_temperature"),
-    ("sensors.reading[4]", f"{COMPENSATOR}.middle_temperature"),
-    ("sensors.reading[5]", f"{COMPENSATOR}.tip_temperature"),
-)
 
 
 def _chain_wires(before: str, name: str) -> Iterator[Wire]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.join import join
 from warmlink.fmus.plant import ROD_WIRES, WIRES
+from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 
@@ -36,6 +39,25 @@ class Blueprint:
     def components_with(self, controller: str | None) -> dict[str, str]:
         """Component behind each instance, once the controller's component is known."""
         return {instance: kind or str(controller) for instance, kind in self.components.items()}
+
+    def without(self, *instances: str) -> Blueprint:
+        """The same without some instances and the wires at them."""
+        left = {name: kind for name, kind in self.components.items() if name not in instances}
+        wires = [wire for wire in self.wires if all(end.rpartition(".")[0] in left for end in wire)]
+        return replace(self, components=left, wires=tuple(wires))
+
+    def prefixed(self, prefix: str) -> Blueprint:
+        """The same with a prefix and a dot before every instance."""
+        components = {f"{prefix}.{name}": kind for name, kind in self.components.items()}
+        wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
+        return replace(self, components=components, wires=wires)
+
+    def joined(self, controller: str | None = None) -> Component:
+        """The system as one component, with the controller's component where it has a compensator."""
+        kinds = catalogue.components()
+        parts = {name: kinds[kind] for name, kind in self.components_with(controller).items()}
+        joined = join(self.name, parts, self.wires, self.about)
+        return replace(joined, default_stop_time=self.stop_time, default_step_size=self.step_size)
 
     def system(
         self,
