@@ -89,7 +89,8 @@ def linearise(component: Component, at: Point | None = None) -> control.StateSpa
     Returns
     -------
     control.StateSpace
-        dx/dt = A x + B u, y = C x + D u for deviations from `at`, in SI units.
+        dx/dt = A x + B u, y = C x + D u for deviations from `at`, in SI units. Names have an underscore for
+        each dot (`link_elongation`), which python-control allows in no name.
     """
     import control
 
@@ -101,9 +102,9 @@ def linearise(component: Component, at: Point | None = None) -> control.StateSpa
         outputs_by(component, at, states),
         outputs_by(component, at, inputs),
         name=component.name,
-        states=states,
-        inputs=inputs,
-        outputs=component.y.names,
+        states=[name.replace(".", "_") for name in states],
+        inputs=[name.replace(".", "_") for name in inputs],
+        outputs=[name.replace(".", "_") for name in component.y.names],
     )
 
 
