@@ -24,6 +24,12 @@ Record = Any
 
 VariableType = Literal["Real", "Integer", "Boolean"]
 
+SHORTEST_SAMPLE_TIME = 1e-3
+"""s; nothing warms up in less, and a run of hours with a shorter one would not end."""
+
+MOST_IN_A_STEP = 10_000
+"""Samples, or micro steps, that one communication step may take: no host waits for it for minutes."""
+
 
 @dataclass(frozen=True)
 class _Named:
@@ -99,9 +105,13 @@ class Output(_Variable):
 
 @dataclass(frozen=True)
 class State(_Named):
-    """Part of what a component remembers; `start` is a number or the name of a parameter."""
+    """Part of what a component remembers; `start` is a number or the name of a parameter.
+
+    It is finite at all times, or NaN where `accepts_nan` says that a value may be missing.
+    """
 
     start: float | str = field(default=0.0, kw_only=True)
+    accepts_nan: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -308,9 +318,13 @@ class Component:
             raise ValueError(f"{self.name} has states, so it needs rates or update")
         if self.update is not None and self.rates is not None:
             raise ValueError(f"{self.name} has rates and update; give one of the two")
-        unknown = {clock.sample_time for clock in self.clocks} - {v.name for v in self.parameters}
-        if unknown:
-            raise ValueError(f"{self.name} samples, so it needs a parameter {', '.join(sorted(unknown))}")
+        bounded = {v.name for v in self.parameters if (v.minimum or 0.0) >= SHORTEST_SAMPLE_TIME}
+        for clock in self.clocks:
+            if clock.sample_time not in bounded:
+                raise ValueError(
+                    f"{self.name} samples, so it needs a parameter {clock.sample_time} with a minimum of at "
+                    f"least {SHORTEST_SAMPLE_TIME:g} s"
+                )
 
     @property
     def sampled(self) -> bool:
@@ -376,6 +390,11 @@ class Component:
             inside = name in self.p.index
             values[self.p.index[name] if inside else self.p.size + self.u.index[name]] = value
         return values[: self.p.size], values[self.p.size :]
+
+    def longest_step(self, p: Number) -> float:
+        """Longest communication step in s, for flat parameters: so many samples or micro steps."""
+        sampled = [float(p[self.p.index[clock.sample_time]]) for clock in self.clocks]
+        return MOST_IN_A_STEP * min([*sampled, *([self.micro_step] if self.continuous.size else [])], default=1.0)
 
     def settled(self, p: Number) -> Number:
         """Flat vector of parameters and derived quantities, shape (d.size,), for flat parameters.
