@@ -51,7 +51,9 @@ def generate(component: Component) -> dict[str, str]:
     return {
         "component.h": sizes_header(component),
         "starting.c": _functions_file(f"{name}_starting", starting_functions(component)),
-        "running.c": running + _output_dispatcher(len(groups)),
+        "running.c": running
+        + _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
+        + _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks)),
         "variables.c": _variables_file(component, groups),
     }
 
@@ -68,8 +70,8 @@ def sizes_header(component: Component) -> str:
         "CHECKS": len(component.checks),
         "GROUPS": len(groups),
         "LARGEST_GROUP": max(map(len, groups), default=0),
-        "SAMPLED": int(component.sampled),
-        "SAMPLE_TIME": component.p.index["sample_time"] if component.sampled else -1,
+        "CONTINUOUS": component.continuous.size,
+        "CLOCKS": len(component.clocks),
     }
     lines = [
         "/* Sizes of one component; generated. */",
@@ -119,10 +121,10 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
 
     s = Symbols.of(component)
     now = [s.x, s.u, s.d, s.time]
-    if component.sampled:
-        updated = component.updated(s.x, s.u, s.d, s.time, s.step)
-        yield _function("advance", [*now, s.step], updated)
-    elif component.states:
+    for number, clock in enumerate(component.clocks):
+        updated = component.updated(s.x, s.u, s.d, s.time, s.step, clock)
+        yield _function(f"sample_{number}", [*now, s.step], updated)
+    if component.continuous.size:
         later = _like(s.u)
         yield _function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
         yield _function("rates", now, component.rates_of(*now))
@@ -186,7 +188,8 @@ def _functions_file(prefix: str, functions: Iterable[Any]) -> str:
 def _wrapper(name: str, inputs: int) -> str:
     parameters = ", ".join(f"const double *a{i}" for i in range(inputs))
     listed = ", ".join(f"a{i}" for i in range(inputs))
-    linkage, called = ("static ", f"group_{name[8:]}") if name.startswith("outputs_") else ("", f"WL({name})")
+    several = name.startswith(("outputs_", "sample_"))
+    linkage, called = ("static ", f"{name}_of") if several else ("", f"WL({name})")
     return (
         f"\n{linkage}void {called}({parameters}, double *result)\n{{\n"
         f"    const double *arguments[] = {{{listed}}};\n    double *results[] = {{result}};\n"
@@ -194,14 +197,16 @@ def _wrapper(name: str, inputs: int) -> str:
     )
 
 
-def _output_dispatcher(groups: int) -> str:
-    if groups == 0:
+def _dispatcher(name: str, chosen: str, arguments: Sequence[str], count: int) -> str:
+    """C function that calls one of several by its number."""
+    if count == 0:
         return ""
-    cases = "".join(f"    case {i}: group_{i}(x, u, d, time, result); break;\n" for i in range(groups))
+    given = ", ".join(arguments)
+    cases = "".join(f"    case {i}: {name}_{i}_of({given}, result); break;\n" for i in range(count))
+    declared = ", ".join(f"const double *{argument}" for argument in arguments)
     return (
-        "\nvoid WL(outputs)(int group, const double *x, const double *u, const double *d,\n"
-        "                 const double *time, double *result)\n{\n"
-        f"    switch (group) {{\n{cases}    }}\n}}\n"
+        f"\nvoid WL({name})(int {chosen}, {declared}, double *result)\n{{\n"
+        f"    switch ({chosen}) {{\n{cases}    }}\n}}\n"
     )
 
 
@@ -224,13 +229,18 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
         for name in state.scalar_names
     )
     sizes = ", ".join(str(len(group)) for group in groups) or "0"
+    clocks, first = "", component.continuous.size
+    for clock in component.clocks:
+        clocks += f"    {{{component.p.index[clock.sample_time]}, {first}, {clock.layout.size}}},\n"
+        first += clock.layout.size
     return (
         "/* Variables of one component in the order of their value references; generated. */\n"
         '#include "model.h"\n\n'
         f"const Variable WL(variables)[] = {{\n{rows}}};\n\n"
         f"const StateVariable WL(state_variables)[] = {{\n{states}    {{0, 0}}\n}};\n\n"
         f"const char *const WL(sentences)[] = {{\n{sentences}    0\n}};\n\n"
-        f"const int WL(group_sizes)[] = {{{sizes}}};\n"
+        f"const int WL(group_sizes)[] = {{{sizes}}};\n\n"
+        f"const Clock WL(clocks)[] = {{\n{clocks}    {{0, 0, 0}}\n}};\n"
     )
 
 

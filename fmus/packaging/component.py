@@ -394,7 +394,9 @@ class Component:
     def longest_step(self, p: Number) -> float:
         """Longest communication step in s, for flat parameters: so many samples or micro steps."""
         sampled = [float(p[self.p.index[clock.sample_time]]) for clock in self.clocks]
-        return MOST_IN_A_STEP * min([*sampled, *([self.micro_step] if self.continuous.size else [])], default=1.0)
+        return MOST_IN_A_STEP * min(
+            [*sampled, *([self.micro_step] if self.continuous.size else [])], default=1.0
+        )
 
     def settled(self, p: Number) -> Number:
         """Flat vector of parameters and derived quantities, shape (d.size,), for flat parameters.

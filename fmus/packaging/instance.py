@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.arithmetic import Number
+from warmlink.fmus.arithmetic import Number, stack
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Input, Parameter
@@ -41,7 +41,7 @@ class Instance:
         self._x: Vector = np.zeros(component.x.size)
         self._y: Vector | None = None
         self._start_time = self._time = 0.0
-        self._samples = 0
+        self._samples = [0] * len(self.component.clocks)
         self._initialized = False
         self._jacobian: ComplexStepJacobian | None = None
 
@@ -129,13 +129,10 @@ class Instance:
                 "or restore a state"
             )
         self._check_inputs()
-        before = self._x, self._samples
+        before = self._x, list(self._samples)
         try:
             with np.errstate(all="ignore"):
-                if self.component.sampled:
-                    self._sample_until(time + step)
-                elif self.component.states:
-                    self._integrate(time, step)
+                self._go(time, time + step)
             self._check_states(time)
         except BaseException:
             # A step that fails leaves the instance where it was, so that it may be tried again.
@@ -152,7 +149,7 @@ class Instance:
             self._x.tolist(),
             self._start_time,
             self._time,
-            self._samples,
+            list(self._samples),
             self._initialized,
         )
 
@@ -165,7 +162,7 @@ class Instance:
         self._u = np.array(snapshot.inputs)
         self._x = np.array(snapshot.states)
         self._start_time, self._time = snapshot.start_time, snapshot.time
-        self._samples, self._initialized = snapshot.samples, snapshot.initialized
+        self._samples, self._initialized = list(snapshot.samples), snapshot.initialized
         self._y = None
 
     def _settle(self) -> Vector:
@@ -176,7 +173,7 @@ class Instance:
         self._settled = self._settle()
         with np.errstate(all="ignore"):
             self._x = np.asarray(self.component.states_at_start(self._u, self._settled), dtype=float)
-        self._samples = 0
+        self._samples = [0] * len(self.component.clocks)
 
     def _check_inputs(self) -> None:
         for scalar, value in zip(self._scalars[self.component.p.size :], self._u.tolist(), strict=False):
@@ -192,36 +189,64 @@ class Instance:
                 "look for inputs and parameters far from their nominal values"
             )
 
-    def _sample_until(self, time: float) -> None:
-        period = self._p[self.component.p.index["sample_time"]]
-        due = samples_until(time, self._start_time, period)
-        while self._samples < due:
-            self._samples += 1
-            instant = self._start_time + self._samples * period
-            self._x = np.asarray(
-                self.component.updated(self._x, self._u, self._settled, instant, period), dtype=float
-            )
+    def _go(self, time: float, until: float) -> None:
+        """From sample to sample; of those due at once, first the first clock's."""
+        while True:
+            due = [i for i in range(len(self._samples)) if self._is_due(i, until)]
+            first = min(due, key=self._next_sample, default=None)
+            instant = until if first is None else min(until, self._next_sample(first))
+            if self.component.continuous.size and instant - time > TICK_TOLERANCE * self.component.micro_step:
+                self._integrate(time, instant - time)
+            time = instant
+            if first is None:
+                return
+            for i in range(len(self._samples)):
+                if i == first or (i > first and self._is_due(i, instant)):
+                    self._sample(i)
+
+    def _period(self, clock: int) -> float:
+        return float(self._p[self.component.p.index[self.component.clocks[clock].sample_time]])
+
+    def _is_due(self, clock: int, time: float) -> bool:
+        return self._samples[clock] < samples_until(time, self._start_time, self._period(clock))
+
+    def _next_sample(self, clock: int) -> float:
+        return self._start_time + (self._samples[clock] + 1) * self._period(clock)
+
+    def _sample(self, clock: int) -> None:
+        what = self.component.clocks[clock]
+        instant, period = self._next_sample(clock), self._period(clock)
+        self._samples[clock] += 1
+        sampled = self.component.updated(self._x, self._u, self._settled, instant, period, what)
+        first = self.component.continuous.size
+        first += sum(before.layout.size for before in self.component.clocks[:clock])
+        self._x = self._x.copy()
+        self._x[first : first + what.layout.size] = sampled
 
     def _integrate(self, time: float, step: float) -> None:
         count = max(1, math.ceil(step / self.component.micro_step - TICK_TOLERANCE))
         micro = step / count
+        size = self.component.continuous.size
+        held = self._x[size:]
+
+        def rates(x: Number, now: float, since: float) -> Number:
+            return self.component.rates_of(stack(x, held), self._u, self._settled, now, since)
+
         if self._jacobian is None:
-            self._jacobian = ComplexStepJacobian(self._structure(time))
+            self._jacobian = ComplexStepJacobian(self._structure(partial(rates, now=time, since=time)))
+        x = self._x[:size]
         for i in range(count):
             now = time + i * micro
-            matrix = self._jacobian(partial(self._rates, time=now), self._x)
-            self._x = rosenbrock_step(self._rates, matrix, self._x, now, micro)
+            matrix = self._jacobian(partial(rates, now=now, since=now), x)
+            x = rosenbrock_step(partial(rates, since=now), matrix, x, now, micro)
+        self._x = np.concatenate([x, held])
 
-    def _rates(self, x: Number, time: float) -> Number:
-        return self.component.rates_of(x, self._u, self._settled, time)
-
-    def _structure(self, time: float) -> NDArray[np.bool_]:
+    def _structure(self, rates: Callable[[Number], Number]) -> NDArray[np.bool_]:
         """Where the Jacobian differs from zero, found a column at a time.
 
         The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
         must not depend on when it is found.
         """
-        size = self.component.x.size
+        size = self.component.continuous.size
         every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-        found = every(partial(self._rates, time=time), self._x) != 0
-        return found | np.eye(size, dtype=bool)
+        return (every(rates, self._x[:size]) != 0) | np.eye(size, dtype=bool)

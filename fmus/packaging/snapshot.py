@@ -25,7 +25,7 @@ class Snapshot:
     states: list[float]
     start_time: float
     time: float
-    samples: int
+    samples: list[int]
     initialized: bool
 
 
@@ -87,13 +87,20 @@ def _slack(snapshot: Snapshot) -> float:
 
 
 def _samples_are_well(component: Component, snapshot: Snapshot) -> bool:
-    if type(snapshot.samples) is not int:
+    if not isinstance(snapshot.samples, list) or len(snapshot.samples) != len(component.clocks):
         return False
-    if not (component.sampled and snapshot.initialized):
-        return snapshot.samples == 0
-    period = snapshot.parameters[component.p.index["sample_time"]]
     duration = snapshot.time - snapshot.start_time
-    if not math.isfinite(duration / period):
-        return False
-    due = max(0, samples_until(snapshot.time, snapshot.start_time, period))
-    return due <= snapshot.samples <= due + 1 + _slack(snapshot) / period
+    for clock, samples in zip(component.clocks, snapshot.samples, strict=True):
+        if type(samples) is not int:
+            return False
+        if not snapshot.initialized:
+            if samples:
+                return False
+            continue
+        period = snapshot.parameters[component.p.index[clock.sample_time]]
+        if not math.isfinite(duration / period):
+            return False
+        due = max(0, samples_until(snapshot.time, snapshot.start_time, period))
+        if not due <= samples <= due + 1 + _slack(snapshot) / period:
+            return False
+    return True

@@ -97,7 +97,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     strcpy(instance->name, name);
     instance->environment = environment;
     instance->log = log;
-    instance->update = WL_SAMPLED ? NULL : update;
+    instance->update = WL_CLOCKS ? NULL : update;
     instance->may_return_early = early_return;
     instance->model.name = instance->name;
     instance->model.report = report;

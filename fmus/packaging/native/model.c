@@ -186,7 +186,7 @@ static void begin(Model *model)
 #if WL_STATES
     WL(begin)(memory->inputs, model->settled, memory->states);
 #endif
-    memory->samples = 0;
+    memset(memory->samples, 0, sizeof memory->samples);
     model->begun = 1;
     model->fresh = 0;
 }
@@ -274,7 +274,7 @@ int model_initialize(Model *model)
 
 /* ---- steps ---- */
 
-#if !WL_SAMPLED
+#if WL_CONTINUOUS || !WL_CLOCKS
 static long long micro_steps(double step)
 {
     double count = ceil(step / WL_MICRO_STEP - TICK_TOLERANCE);
@@ -283,13 +283,24 @@ static long long micro_steps(double step)
 
 static void advance(Model *model, const double *inputs, const double *later, double time, double step)
 {
-#if WL_STATES
-    double next[WL_STATES];
+#if WL_CONTINUOUS
+    double next[WL_CONTINUOUS];
     WL(advance)(model->memory.states, inputs, later, model->settled, &time, &step, next);
     memcpy(model->memory.states, next, sizeof next);
 #endif
 }
 
+static void integrate(Model *model, double time, double step)
+{
+    long long count = micro_steps(step);
+    double micro = step / (double)count;
+    for (long long i = 0; i < count; i++)
+        advance(model, model->memory.inputs, model->memory.inputs, time + (double)i * micro, micro);
+}
+
+#endif
+
+#if !WL_CLOCKS
 /* Inputs so long after the start of the step. */
 static void inputs_after(const Memory *memory, double elapsed, double *inputs)
 {
@@ -316,14 +327,6 @@ static int integrate_along(Model *model, double time, double step)
     for (int i = 0; i < WL_INPUTS; i++)
         memory->input_slopes[i] += step * memory->input_curvatures[i];
     return 1;
-}
-
-static void integrate(Model *model, double time, double step)
-{
-    long long count = micro_steps(step);
-    double micro = step / (double)count;
-    for (long long i = 0; i < count; i++)
-        advance(model, model->memory.inputs, model->memory.inputs, time + (double)i * micro, micro);
 }
 
 static void call_back(Model *model, Between between, double time, int finished, double *until)
@@ -359,36 +362,81 @@ static int integrate_with_host(Model *model, double time, double step, Between b
 }
 #endif
 
-#if WL_SAMPLED
-/* Samples from the start until a time. */
-static double samples_until(const Memory *memory, double time)
+#if WL_CLOCKS
+static double period_of(const Memory *memory, int clock)
 {
-    return floor((time - memory->start_time) / memory->parameters[WL_SAMPLE_TIME] + TICK_TOLERANCE);
+    return memory->parameters[WL(clocks)[clock].sample_time];
 }
 
-static void sample(Model *model, double time)
+/* Samples of a clock from the start until a time. */
+static double samples_until(const Memory *memory, int clock, double time)
+{
+    return floor((time - memory->start_time) / period_of(memory, clock) + TICK_TOLERANCE);
+}
+
+static double next_sample(const Memory *memory, int clock)
+{
+    return memory->start_time + (memory->samples[clock] + 1) * period_of(memory, clock);
+}
+
+static void sample(Model *model, int clock)
 {
     Memory *memory = &model->memory;
-    double period = memory->parameters[WL_SAMPLE_TIME], next[AT_LEAST_1(WL_STATES)];
-    double due = samples_until(memory, time);
-    while (memory->samples < due) {
-        memory->samples += 1;
-        double instant = memory->start_time + memory->samples * period;
-        WL(advance)(memory->states, memory->inputs, model->settled, &instant, &period, next);
-        memcpy(memory->states, next, sizeof memory->states);
-    }
+    const Clock *what = &WL(clocks)[clock];
+    double period = period_of(memory, clock), instant = next_sample(memory, clock), next[AT_LEAST_1(WL_STATES)];
+    memory->samples[clock] += 1;
+    WL(sample)(clock, memory->states, memory->inputs, model->settled, &instant, &period, next);
+    memcpy(memory->states + what->first, next, (size_t)what->count * sizeof *next);
+}
+
+/* The clock whose sample comes next, and when; -1 where none comes until then. */
+static int next_clock(const Memory *memory, double until, double *instant)
+{
+    int clock = -1;
+    *instant = until;
+    for (int i = 0; i < WL_CLOCKS; i++)
+        if (memory->samples[i] < samples_until(memory, i, until)
+            && (clock < 0 || next_sample(memory, i) < *instant)) {
+            clock = i;
+            *instant = fmin(until, next_sample(memory, i));
+        }
+    return clock;
+}
+
+/* From sample to sample; of those due at once, first the first clock's. */
+static void go_by_clocks(Model *model, double time, double until)
+{
+    Memory *memory = &model->memory;
+    double instant;
+    int clock;
+    do {
+        clock = next_clock(memory, until, &instant);
+#if WL_CONTINUOUS
+        if (instant - time > TICK_TOLERANCE * WL_MICRO_STEP)
+            integrate(model, time, instant - time);
+        time = instant;
+#endif
+        if (clock >= 0)
+            sample(model, clock);
+        for (int i = clock + 1; clock >= 0 && i < WL_CLOCKS; i++)
+            if (memory->samples[i] < samples_until(memory, i, instant))
+                sample(model, i);
+    } while (clock >= 0);
+    (void)time;
 }
 #endif
 
 /* A step is made of samples or micro steps, and of no more than so many: no host waits for ever. */
 static double longest_step(const Memory *memory)
 {
-#if WL_SAMPLED
-    return WL_MOST_IN_A_STEP * memory->parameters[WL_SAMPLE_TIME];
+    double shortest = WL_CONTINUOUS || !WL_CLOCKS ? WL_MICRO_STEP : HUGE_VAL;
+#if WL_CLOCKS
+    for (int i = 0; i < WL_CLOCKS; i++)
+        shortest = fmin(shortest, period_of(memory, i));
 #else
     (void)memory;
-    return WL_MOST_IN_A_STEP * WL_MICRO_STEP;
 #endif
+    return WL_MOST_IN_A_STEP * shortest;
 }
 
 static int step_is_well(Model *model, double time, double step)
@@ -417,9 +465,9 @@ static int go(Model *model, double time, double step, Between between, double *r
 {
     Memory *memory = &model->memory;
     *reached = time + step;
-#if WL_SAMPLED
+#if WL_CLOCKS
     (void)between;
-    sample(model, *reached);
+    go_by_clocks(model, time, *reached);
 #else
     if (memory->interpolates == 2) {
         memset(memory->input_slopes, 0, sizeof memory->input_slopes);
@@ -442,12 +490,14 @@ static int go(Model *model, double time, double step, Between between, double *r
 
 int model_step(Model *model, double time, double step, Between between, double *reached)
 {
-    Memory before = model->memory;
+    /* All but the parameters, which no step changes. */
+    unsigned char before[sizeof(Memory) - offsetof(Memory, inputs)];
     if (!step_is_well(model, time, step))
         return 0;
+    memcpy(before, &model->memory.inputs, sizeof before);
     int well = go(model, time, step, between, reached);
     if (!well)
-        model->memory = before;
+        memcpy(&model->memory.inputs, before, sizeof before);
     model->fresh = 0;
     return well;
 }
@@ -460,7 +510,7 @@ int model_set_derivative(Model *model, unsigned reference, int order, double val
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_SAMPLED || reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
+    if (WL_CLOCKS || reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
         model_report(model, ".%s: takes no derivative; only inputs of continuous components do", variable->name);
         return 0;
     }
@@ -482,15 +532,15 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_SAMPLED || reference < FIRST_OUTPUT || order != 1 || model->memory.phase < STEPPING) {
+    if (WL_CLOCKS || reference < FIRST_OUTPUT || order != 1 || model->memory.phase < STEPPING) {
         model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, once "
                             "the run has begun", variable->name, order);
         return 0;
     }
-#if !WL_SAMPLED && WL_OUTPUTS
+#if !WL_CLOCKS && WL_OUTPUTS
     Memory *memory = &model->memory;
     double slopes[AT_LEAST_1(WL_STATES)] = {0}, dtime = 1, derivatives[WL_OUTPUTS];
-#if WL_STATES
+#if WL_CONTINUOUS
     WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, slopes);
 #endif
     WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, slopes, memory->input_slopes,
@@ -605,7 +655,6 @@ static const char *contradiction(Model *model, const Memory *memory)
 {
     double start = memory->start_time, time = memory->time, stop = memory->stop_time;
     double slack = 4 * CLOCK_TOLERANCE * (fabs(start) + fabs(time)); /* as hosts' sums of steps may miss */
-    double least = 0, most = 0; /* samples */
     int begun = memory->phase >= STEPPING;
     if (!fits(INTEGER, memory->phase) || memory->phase < INSTANTIATED || memory->phase > TERMINATED)
         return "no phase of a run is the one in it";
@@ -621,14 +670,17 @@ static const char *contradiction(Model *model, const Memory *memory)
         return "a parameter in it is out of range";
     if (begun && wild_state(memory->states) >= 0)
         return "a number in it is not finite";
-#if WL_SAMPLED
-    if (begun) {
-        least = fmax(0, samples_until(memory, time));
-        most = fmin(MOST_SAMPLES, least + 1 + slack / memory->parameters[WL_SAMPLE_TIME]);
-    }
+    for (int i = 0; i < AT_LEAST_1(WL_CLOCKS); i++) {
+        double least = 0, most = 0, samples = memory->samples[i];
+#if WL_CLOCKS
+        if (begun) {
+            least = fmax(0, samples_until(memory, i, time));
+            most = fmin(MOST_SAMPLES, least + 1 + slack / period_of(memory, i));
+        }
 #endif
-    if (!(memory->samples >= least && memory->samples <= most && memory->samples == floor(memory->samples)))
-        return "its number of samples contradicts its time";
+        if (!(samples >= least && samples <= most && samples == floor(samples)))
+            return "its number of samples contradicts its time";
+    }
     return NULL;
 }
 

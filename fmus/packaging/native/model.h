@@ -31,11 +31,18 @@ typedef struct {
     int accepts_nan;
 } StateVariable;
 
+/* What is sampled together: the parameter that says how often, and the states. */
+typedef struct {
+    int sample_time;
+    int first, count;
+} Clock;
+
 /* Generated. Vectors: states x, inputs u, parameters p, parameters and what they settle d. */
 extern const Variable WL(variables)[];
 extern const StateVariable WL(state_variables)[];
 extern const char *const WL(sentences)[];
 extern const int WL(group_sizes)[];
+extern const Clock WL(clocks)[]; /* in the order of sampling */
 
 void WL(settle)(const double *p, double *d);
 void WL(margins)(const double *p, double *margins);
@@ -46,13 +53,16 @@ void WL(tangent)(const double *x, const double *u, const double *d, const double
 void WL(begin)(const double *u, const double *d, double *x);
 void WL(begin_tangent)(const double *u, const double *d, const double *du, double *dx);
 #endif
-#if WL_STATES && WL_SAMPLED
-void WL(advance)(const double *x, const double *u, const double *d, const double *time, const double *step,
-                 double *next);
-#elif WL_STATES
+#if WL_CONTINUOUS
+/* The states that have rates, which come first. */
 void WL(advance)(const double *x, const double *u, const double *later, const double *d, const double *time,
                  const double *step, double *next);
 void WL(rates)(const double *x, const double *u, const double *d, const double *time, double *slope);
+#endif
+#if WL_CLOCKS
+/* The states that a clock samples. */
+void WL(sample)(int clock, const double *x, const double *u, const double *d, const double *time,
+                const double *step, double *next);
 #endif
 
 #define FIRST_INPUT WL_PARAMETERS
@@ -70,7 +80,7 @@ typedef struct {
     double input_curvatures[AT_LEAST_1(WL_INPUTS)]; /* good for the step to come */
     double states[AT_LEAST_1(WL_STATES)];
     double start_time, stop_time, time; /* s; without a stop time it is infinite */
-    double samples;
+    double samples[AT_LEAST_1(WL_CLOCKS)];
     double phase;
     double interpolates; /* 1: an input has a derivative for the step to come; 2: that step is done */
 } Memory;

@@ -295,8 +295,8 @@ static void step(void)
 {
     static const double lengths[] = {1e-12, 0.01, 0.3, 1, 7.7, 60};
     double time = one_in(20) ? odd_number() : time_reached();
-#if WL_SAMPLED
-    double part = ((Model *)driven)->memory.parameters[WL_SAMPLE_TIME];
+#if WL_CLOCKS
+    double part = ((Model *)driven)->memory.parameters[WL(clocks)[0].sample_time];
 #else
     double part = WL_MICRO_STEP;
 #endif
