@@ -9,10 +9,15 @@ from typing import Any
 from warmlink.fmus.packaging.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar
 from warmlink.fmus.packaging.elimination import Factorisation
 from warmlink.fmus.packaging.integrator import GAMMA
+from warmlink.fmus.packaging.joint_code import running_parts, sample_glue, starting_glue, starting_parts
 from warmlink.fmus.packaging.output_groups import output_groups
 
 Expression = Any
 """A CasADi SX."""
+
+
+DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "tangent")
+"""Functions that `model.h` declares; others are for the generated file alone."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +52,14 @@ def generate(component: Component) -> dict[str, str]:
     """
     groups = output_groups(component)
     name = component.name
+    starting = _functions_file(f"{name}_starting", starting_functions(component))
     running = _functions_file(f"{name}_running", running_functions(component, groups))
+    if component.joint is not None:
+        starting += starting_glue(component, component.joint)
+        running += sample_glue(component, component.joint)
     return {
         "component.h": sizes_header(component),
-        "starting.c": _functions_file(f"{name}_starting", starting_functions(component)),
+        "starting.c": starting,
         "running.c": running
         + _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
         + _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks)),
@@ -106,9 +115,13 @@ def starting_functions(component: Component) -> Iterator[Any]:
     import casadi
 
     s = Symbols.of(component)
-    yield _function("settle", [s.p], component.settled(s.p))
     margins = [check.margin(component.p.read(s.p)) for check in component.checks]
     yield _function("margins", [s.p], casadi.vertcat(*margins))
+    if component.joint is not None:
+        for part in starting_parts(component, component.joint, [s.x, s.u, s.d, s.time]):
+            yield _function(*part)
+        return
+    yield _function("settle", [s.p], component.settled(s.p))
     if component.states:
         begun = component.states_at_start(s.u, s.d)
         yield _function("begin", [s.u, s.d], begun)
@@ -121,9 +134,13 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
 
     s = Symbols.of(component)
     now = [s.x, s.u, s.d, s.time]
-    for number, clock in enumerate(component.clocks):
-        updated = component.updated(s.x, s.u, s.d, s.time, s.step, clock)
-        yield _function(f"sample_{number}", [*now, s.step], updated)
+    if component.joint is not None:
+        for part in running_parts(component, component.joint, now, s.step):
+            yield _function(*part)
+    else:
+        for number, clock in enumerate(component.clocks):
+            updated = component.updated(s.x, s.u, s.d, s.time, s.step, clock)
+            yield _function(f"sample_{number}", [*now, s.step], updated)
     if component.continuous.size:
         later = _like(s.u)
         yield _function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
@@ -188,8 +205,8 @@ def _functions_file(prefix: str, functions: Iterable[Any]) -> str:
 def _wrapper(name: str, inputs: int) -> str:
     parameters = ", ".join(f"const double *a{i}" for i in range(inputs))
     listed = ", ".join(f"a{i}" for i in range(inputs))
-    several = name.startswith(("outputs_", "sample_"))
-    linkage, called = ("static ", f"{name}_of") if several else ("", f"WL({name})")
+    called = f"WL({name})" if name in DECLARED else f"{name}_of"
+    linkage = "" if name in DECLARED else "static "
     return (
         f"\n{linkage}void {called}({parameters}, double *result)\n{{\n"
         f"    const double *arguments[] = {{{listed}}};\n    double *results[] = {{result}};\n"

@@ -199,6 +199,15 @@ class Layout:
         values |= {part: layout.read(vector[place]) for part, (layout, place) in self._inner.items()}
         return SimpleNamespace(**values)
 
+    def values(self, vector: Number) -> dict[str, Number]:
+        """Values of a flat vector by the variables' names, shape (size,)."""
+        found, start = {}, 0
+        for variable in self.variables:
+            end = start + variable.count
+            found[variable.name] = vector[start] if variable.size is None else vector[start:end]
+            start = end
+        return found
+
     def record(self, values: Mapping[str, Number]) -> Record:
         """Record of named values, each a number or a vector, for a layout whose names have no dots."""
         return SimpleNamespace(**values) if self._record is None else self._record(**values)
@@ -260,6 +269,13 @@ class Joint(Protocol):
     @property
     def wires(self) -> Mapping[str, str]:
         """Source of each input that a wire feeds, both as `instance.variable`."""
+
+    def inputs(self, key: str, x: Record, u: Record, p: Record, time: Number) -> Number:
+        """Flat inputs of a part during the run."""
+
+    @property
+    def starting(self) -> Sequence[str]:
+        """Parts with states in an order in which they may begin; some come more than once."""
 
     def rates(
         self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None
@@ -359,8 +375,10 @@ class Component:
 
     @cached_property
     def d(self) -> Layout:
-        """Layout of the parameters and, after them, the derived quantities."""
-        return Layout((*self.parameters, *self.derived))
+        """Layout of the parameters and, after them, the derived quantities; part by part where joined."""
+        named = (*self.parameters, *self.derived)
+        parts = list(dict.fromkeys(v.name.rpartition(".")[0] for v in named))
+        return Layout(sorted(named, key=lambda v: parts.index(v.name.rpartition(".")[0])))
 
     @cached_property
     def y(self) -> Layout:
@@ -405,8 +423,7 @@ class Component:
         """
         if self.derive is None:
             return p
-        values = self.derive(self.p.read(p))
-        return stack(p, Layout(self.derived).flat(values))
+        return self.d.flat({**self.p.values(p), **self.derive(self.p.read(p))})
 
     def states_at_start(self, u: Number, p: Number) -> Number:
         """Flat vector of start values of the states, shape (x.size,), for flat inputs and parameters."""

@@ -116,8 +116,7 @@ class _Joint:
 
     def observe(self, x: Record, u: Record, p: Record, time: Number) -> Values:
         """Outputs by name."""
-        signals = _Signals(self, partial(self._observed, x, p, time, time), u)
-        signals.follow(self._running)
+        signals = self._signals(x, u, p, time, time)
         return {
             f"{key}.{v.name}": signals.vector(key, v.scalar_names) if v.size else signals[f"{key}.{v.name}"]
             for key, part in self.parts.items()
@@ -128,8 +127,7 @@ class _Joint:
         self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None
     ) -> dict[str, Number]:
         """Time derivatives of the continuous states by name."""
-        signals = _Signals(self, partial(self._observed, x, p, time, time if since is None else since), u)
-        signals.follow(self._running)
+        signals = self._signals(x, u, p, time, time if since is None else since)
         found: dict[str, Number] = {}
         for key, part in self.parts.items():
             if part.rates is not None and part.states:
@@ -148,6 +146,23 @@ class _Joint:
                 found |= {f"{key}.{name}": value for name, value in states.items()}
         return found
 
+    def inputs(self, key: str, x: Record, u: Record, p: Record, time: Number) -> Number:
+        """Flat inputs of a part during the run."""
+        return self._signals(x, u, p, time, time).flat_inputs(key)
+
+    @property
+    def starting(self) -> list[str]:
+        """Parts with states in an order in which they may begin; some come more than once.
+
+        In the first round their outputs become right, in the second the states that no output shows.
+        """
+        return [key for key in (*(key for key, _ in self._starting), *self.parts) if self.parts[key].states]
+
+    def _signals(self, x: Record, u: Record, p: Record, time: Number, since: Number) -> _Signals:
+        signals = _Signals(self, partial(self._observed, x, p, time, since), u)
+        signals.follow(self._running)
+        return signals
+
     def clocks(self) -> Iterable[Clock]:
         """One for each clock of a part, in the order of the parts."""
         for key, part in self.parts.items():
@@ -158,8 +173,7 @@ class _Joint:
     def _updated(
         self, key: str, clock: Clock, x: Record, u: Record, p: Record, time: Number, step: Number
     ) -> Values:
-        signals = _Signals(self, partial(self._observed, x, p, time, time), u)
-        signals.follow(self._running)
+        signals = self._signals(x, u, p, time, time)
         given = clock.update(_of(x, key), signals.inputs(key), _of(p, key), time, step)
         return {f"{key}.{name}": value for name, value in given.items()}
 
@@ -231,8 +245,14 @@ class _Signals:
 
     def inputs(self, key: str) -> Record:
         """Inputs of a part; those not known yet stand at their start value."""
-        part = self._joint.parts[key]
-        return part.u.record({v.name: self._input(key, v) for v in part.inputs})
+        return self._joint.parts[key].u.record(self._inputs(key))
+
+    def flat_inputs(self, key: str) -> Number:
+        """The same as a flat vector, shape (u.size,)."""
+        return self._joint.parts[key].u.flat(self._inputs(key))
+
+    def _inputs(self, key: str) -> dict[str, Number]:
+        return {v.name: self._input(key, v) for v in self._joint.parts[key].inputs}
 
     def _input(self, key: str, variable: Input) -> Number:
         wires = self._joint.wires
