@@ -442,12 +442,12 @@ static int go(Model *model, double time, double step, Between between, double *r
 
 int model_step(Model *model, double time, double step, Between between, double *reached)
 {
-    Memory before = model->memory;
+    Memory *memory = &model->memory, before = *memory;
     if (!step_is_well(model, time, step))
         return 0;
     int well = go(model, time, step, between, reached);
     if (!well)
-        model->memory = before;
+        *memory = before;
     model->fresh = 0;
     return well;
 }
