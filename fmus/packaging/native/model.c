@@ -491,13 +491,14 @@ static int go(Model *model, double time, double step, Between between, double *r
 int model_step(Model *model, double time, double step, Between between, double *reached)
 {
     /* All but the parameters, which no step changes. */
+    Memory *memory = &model->memory;
     unsigned char before[sizeof(Memory) - offsetof(Memory, inputs)];
     if (!step_is_well(model, time, step))
         return 0;
-    memcpy(before, &model->memory.inputs, sizeof before);
+    memcpy(before, memory->inputs, sizeof before);
     int well = go(model, time, step, between, reached);
     if (!well)
-        memcpy(&model->memory.inputs, before, sizeof before);
+        memcpy(memory->inputs, before, sizeof before);
     model->fresh = 0;
     return well;
 }
