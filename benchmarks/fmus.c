@@ -81,8 +81,8 @@ static double alone(long steps, double step)
     double from = now();
     for (long i = 0; i < steps; i++) {
         double time = i * step;
-#if WL_SAMPLED
-        WL(advance)(x[i % 2], u, d, &time, &step, x[1 - i % 2]);
+#if WL_CLOCKS
+        WL(sample)(0, x[i % 2], u, d, &time, &step, x[1 - i % 2]);
 #else
         WL(advance)(x[i % 2], u, u, d, &time, &step, x[1 - i % 2]);
 #endif

@@ -22,7 +22,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.exporter import finish_at_exit
 from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.snapshot import Snapshot, contradiction
+from warmlink.fmus.packaging.snapshot import VECTORS, Snapshot, contradiction
 
 _TIME_TOLERANCE = 1e-6
 """Share of a step by which two communication points may differ and be the same."""
@@ -63,7 +63,7 @@ def _integer(value: float) -> int:
 def _packed(values: dict[str, Any]) -> dict[str, Any]:
     """State with its vectors as the bytes of doubles in hex, so that even a NaN keeps its bits."""
     snapshot = {
-        name: struct.pack(f"<{len(value)}d", *value).hex() if isinstance(value, list) else value
+        name: struct.pack(f"<{len(value)}d", *value).hex() if name in VECTORS else value
         for name, value in values["snapshot"].items()
     }
     return values | {"snapshot": snapshot}
@@ -72,7 +72,7 @@ def _packed(values: dict[str, Any]) -> dict[str, Any]:
 def _unpacked(values: dict[str, Any]) -> dict[str, Any]:
     snapshot = {
         name: [each for (each,) in struct.iter_unpack("<d", bytes.fromhex(value))]
-        if isinstance(value, str)
+        if name in VECTORS
         else value
         for name, value in values["snapshot"].items()
     }

@@ -15,6 +15,9 @@ TICK_TOLERANCE = 1e-9
 CLOCK_TOLERANCE = 1e-6
 """Share of time and step by which a master's sum of steps may miss our time."""
 
+VECTORS = ("parameters", "inputs", "states")
+"""Fields of a snapshot that are vectors of floats."""
+
 
 @dataclass(frozen=True)
 class Snapshot:
@@ -43,7 +46,7 @@ def contradiction(component: Component, snapshot: Snapshot) -> str | None:
     snapshot : as it was read from somewhere
     """
     sizes = (component.p.size, component.u.size, component.x.size)
-    vectors = (snapshot.parameters, snapshot.inputs, snapshot.states)
+    vectors = (getattr(snapshot, name) for name in VECTORS)
     if not all(_numbers(vector, size) for vector, size in zip(vectors, sizes, strict=True)):
         return "its values are not as many numbers as there are variables"
     if type(snapshot.initialized) is not bool:
