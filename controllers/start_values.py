@@ -27,6 +27,26 @@ def by_scalar(values: Values) -> dict[str, float]:
     return scalars
 
 
+def with_scalars(parameters: Sequence[Parameter], values: Mapping[str, float]) -> tuple[Parameter, ...]:
+    """The same for values by scalar name, as `mode_rate[1]`.
+
+    Raises
+    ------
+    KeyError
+        A name is no parameter's.
+    """
+    left = dict(values)
+    found = []
+    for parameter in parameters:
+        kept = parameter.starts or (parameter.start,) * parameter.count
+        starts = [left.pop(name, start) for name, start in zip(parameter.scalar_names, kept, strict=True)]
+        several = None if parameter.size is None else tuple(starts)
+        found.append(replace(parameter, start=starts[0], starts=several))
+    if left:
+        raise KeyError(f"no parameters: {', '.join(left)}")
+    return tuple(found)
+
+
 def _with_values(parameters: Sequence[Parameter], values: Values) -> Iterator[Parameter]:
     for parameter in parameters:
         value = values.get(parameter.name)

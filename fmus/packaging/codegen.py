@@ -144,7 +144,8 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
     if component.continuous.size:
         later = _like(s.u)
         yield _function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
-        yield _function("rates", now, component.rates_of(*now))
+        if not component.sampled:  # what samples gives no output derivatives
+            yield _function("rates", now, component.rates_of(*now))
 
     y = casadi.SX(component.outputs_of(*now))
     for number, group in enumerate(groups):

@@ -12,6 +12,7 @@ import numpy as np
 
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import POSES, arm_blueprint, arm_values, axis_name, merged
 from warmlink.orchestration.arm.centralised import CentralisedObserver, Readings
@@ -28,7 +29,7 @@ from warmlink.orchestration.master.run import Progress as MasterProgress
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 
 Progress = Callable[[float], None]
 """Called with the share of the work that is done, 0 to 1."""
@@ -114,6 +115,20 @@ def arm_kinds(controller: str | None) -> list[str]:
 
 def system_of(scenario: ArmScenario, controller: str | None, fmus: Mapping[str, Path]) -> System:
     """The arm as `arm_system` gives it, from FMU files by the component's name."""
+    blueprint, law, values = _described(scenario, controller)
+    return blueprint.system(fmus, law, values)
+
+
+def joined_arm(scenario: ArmScenario) -> Component:
+    """The arm under a scenario's program with its controller, as one component."""
+    blueprint, law, values = _described(scenario, scenario.controller)
+    return blueprint.joined(law, values)
+
+
+def _described(
+    scenario: ArmScenario, controller: str | None
+) -> tuple[Blueprint, str | None, dict[str, dict[str, Value]]]:
+    """Blueprint, component of the controller, and start values by instance."""
     law = None if controller is None else catalogue.controller(controller).name
     blueprint = replace(arm_blueprint(compensated=law is not None), stop_time=scenario.stop_time)
     kinds = blueprint.components_with(law)
@@ -122,7 +137,7 @@ def system_of(scenario: ArmScenario, controller: str | None, fmus: Mapping[str, 
     if controller is not None:
         values = merged(values, compensator_values(controller, scenario.sensor, scenario.sensor_noise))
     written = {name: value for name, value in scenario.parameters.items() if law or _of_plant(name)}
-    return blueprint.system(fmus, law, merged(values, start_values(written, declared, scenario.name)))
+    return blueprint, law, merged(values, start_values(written, declared, scenario.name))
 
 
 def _of_plant(name: str) -> bool:

@@ -9,8 +9,11 @@ from warmlink.fmus.packaging.build import build_python_fmus
 from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.commands.console import answer, answer_json, counted, progress_bar
-from warmlink.orchestration.system.shipped import SHIPPED, Blueprint
+from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import write_ssp
+
+JOINED_HOME = "warmlink.orchestration.system.shipped"
+"""Module beside whose README the documentation of joined systems lies."""
 
 KINDS = ("native", "python", "all")
 SHOWN_CONTROLLER = "lag"
@@ -31,6 +34,7 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
             built += build_python_fmus(everything, out, counted(progress, len(everything)))
     if kind in ("native", "all"):
         built += _build_native(everything, platforms, out)
+        built += _build_joined(platforms, out)
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         built.append(_write_system(blueprint, fmus, out))
@@ -41,6 +45,16 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
     else:
         for path in built:
             answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+
+
+def _build_joined(platforms: str | None, out: Path) -> list[Path]:
+    """Cell and arm, each as one FMU, for tools that read no SSP."""
+    from warmlink.orchestration.arm.run import joined_arm
+    from warmlink.orchestration.arm.scenario import load_arm_scenario
+
+    cell = WARMUP_CELL.joined(controller(SHOWN_CONTROLLER).name)
+    arm = joined_arm(load_arm_scenario(SHOWN_ARM_SCENARIO))
+    return _build_native([Entry(each, JOINED_HOME) for each in (cell, arm)], platforms, out)
 
 
 def _build_native(everything: list[Entry], platforms: str | None, out: Path) -> list[Path]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.join import join
@@ -52,12 +53,26 @@ class Blueprint:
         wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
         return replace(self, components=components, wires=wires)
 
-    def joined(self, controller: str | None = None) -> Component:
-        """The system as one component, with the controller's component where it has a compensator."""
+    def joined(
+        self, controller: str | None = None, values: Mapping[str, Mapping[str, Value]] | None = None
+    ) -> Component:
+        """The system as one component.
+
+        Parameters
+        ----------
+        controller : component of the compensator, where the system has one
+        values : start values by instance and variable, in SI units
+        """
         kinds = catalogue.components()
         parts = {name: kinds[kind] for name, kind in self.components_with(controller).items()}
         joined = join(self.name, parts, self.wires, self.about)
-        return replace(joined, default_stop_time=self.stop_time, default_step_size=self.step_size)
+        given = {f"{key}.{name}": float(v) for key, of in (values or {}).items() for name, v in of.items()}
+        return replace(
+            joined,
+            parameters=with_scalars(joined.parameters, given),
+            default_stop_time=self.stop_time,
+            default_step_size=self.step_size,
+        )
 
     def system(
         self,

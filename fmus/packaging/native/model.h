@@ -57,6 +57,8 @@ void WL(begin_tangent)(const double *u, const double *d, const double *du, doubl
 /* The states that have rates, which come first. */
 void WL(advance)(const double *x, const double *u, const double *later, const double *d, const double *time,
                  const double *step, double *next);
+#endif
+#if WL_CONTINUOUS && !WL_CLOCKS
 void WL(rates)(const double *x, const double *u, const double *d, const double *time, double *slope);
 #endif
 #if WL_CLOCKS
