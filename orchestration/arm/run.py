@@ -113,29 +113,31 @@ def arm_kinds(controller: str | None) -> list[str]:
     return sorted(set(arm_blueprint(compensated=law is not None).components_with(law).values()))
 
 
-def system_of(scenario: ArmScenario, controller: str | None, fmus: Mapping[str, Path]) -> System:
-    """The arm as `arm_system` gives it, from FMU files by the component's name."""
-    blueprint, law, values = _described(scenario, controller)
+def system_of(
+    scenario: ArmScenario, controller: str | None, fmus: Mapping[str, Path], count: int = AXES
+) -> System:
+    """The arm as `arm_system` gives it, from FMU files by the component's name, with so many axes."""
+    blueprint, law, values = _described(scenario, controller, count)
     return blueprint.system(fmus, law, values)
 
 
-def joined_arm(scenario: ArmScenario) -> Component:
-    """The arm under a scenario's program with its controller, as one component."""
-    blueprint, law, values = _described(scenario, scenario.controller)
+def joined_arm(scenario: ArmScenario, count: int = AXES) -> Component:
+    """The arm under a scenario's program with its controller, as one component with so many axes."""
+    blueprint, law, values = _described(scenario, scenario.controller, count)
     return blueprint.joined(law, values)
 
 
 def _described(
-    scenario: ArmScenario, controller: str | None
+    scenario: ArmScenario, controller: str | None, count: int
 ) -> tuple[Blueprint, str | None, dict[str, dict[str, Value]]]:
     """Blueprint, component of the controller, and start values by instance."""
     law = None if controller is None else catalogue.controller(controller).name
-    blueprint = replace(arm_blueprint(compensated=law is not None), stop_time=scenario.stop_time)
+    blueprint = replace(arm_blueprint(count, law is not None), stop_time=scenario.stop_time)
     kinds = blueprint.components_with(law)
     declared = {instance: catalogue.components()[kind] for instance, kind in kinds.items()}
-    values = merged(arm_values(), program_values(scenario.program))
+    values = merged(arm_values(count), program_values(scenario.program, count))
     if controller is not None:
-        values = merged(values, compensator_values(controller, scenario.sensor, scenario.sensor_noise))
+        values = merged(values, compensator_values(controller, scenario.sensor, scenario.sensor_noise, count))
     written = {name: value for name, value in scenario.parameters.items() if law or _of_plant(name)}
     return blueprint, law, merged(values, start_values(written, declared, scenario.name))
 
