@@ -137,7 +137,10 @@ class Trust(NamedTuple):
 def trust_states(unit: str, signals: int) -> tuple[State, ...]:
     """States that hold the memory of so many signals."""
     units = Trust(last=unit, same_for="s", mean="1", calm_for="s", out="1")
-    return tuple(State(f"trust_{name}", of, size=signals) for name, of in units._asdict().items())
+    return tuple(
+        State(f"trust_{name}", of, size=signals, accepts_nan=name == "last")
+        for name, of in units._asdict().items()
+    )
 
 
 def trust_of(x: Record) -> Trust:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from warmlink.fmus.packaging.component import Input, Output, Parameter
-from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, temperature_input
+from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, sample_time_parameter, temperature_input
 
 SENSED = (
     "shaft_temperature",
@@ -56,7 +56,7 @@ OUTPUTS = (
     ),
 )
 
-SAMPLE_TIME = Parameter("sample_time", "s", 1.0, "time between two corrections", positive=True)
+SAMPLE_TIME = sample_time_parameter("time between two corrections")
 
 TOLERANCE = Parameter(
     "tolerance",

@@ -6,9 +6,10 @@ from warmlink.fmus import faults
 from warmlink.fmus.arithmetic import minimum
 from warmlink.fmus.drift_camera import equations
 from warmlink.fmus.packaging.component import Check, Component, Input, Output, Parameter, State
+from warmlink.fmus.packaging.quantities import sample_time_parameter
 
 _PARAMETERS = (
-    Parameter("sample_time", "s", 1.0, "time between two looks at whether a picture is due", positive=True),
+    sample_time_parameter("time between two looks at whether a picture is due"),
     Parameter("moving_interval", "s", 30, "time between two pictures while the joint moves", positive=True),
     Parameter("still_interval", "s", 120, "time between two pictures while it is still", positive=True),
     Parameter("still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0),
@@ -57,10 +58,10 @@ COMPONENT = Component(
     states=(
         State("generator", "1", size=2),
         State("count", "1"),
-        State("seen", "m"),
+        State("seen", "m", accepts_nan=True),
         State("lost", "1"),
         State("unread", "1"),
-        State("measured_drift", "m"),
+        State("measured_drift", "m", accepts_nan=True),
         State("drift_valid", "1"),
         State("age_count", "1"),
     ),

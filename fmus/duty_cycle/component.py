@@ -22,6 +22,7 @@ _PARAMETERS = (
         size=SEGMENTS,
         starts=(7200.0, *_UNUSED),
         minimum=0,
+        maximum=equations.LONGEST,
         nominal=3600,
     ),
     Parameter(

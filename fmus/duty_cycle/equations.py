@@ -12,6 +12,9 @@ SEGMENTS = 32
 EARLY = 1e-6
 """s by which rounding, also that of a master that adds its steps up, may miss a segment's beginning."""
 
+LONGEST = 1e8
+"""s, three years, that a segment may last; the ends of 32 such are still told apart to a microsecond."""
+
 DEMANDS = ("speed", "torque", "ambient_temperature", "pad_mode", "pad_temperature", "pad_power")
 """What a segment holds; the parameter of each bears `segment_` before its name."""
 

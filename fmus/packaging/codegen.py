@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
+from warmlink.fmus.packaging.component import MOST_IN_A_STEP, Component, Input, Parameter, Scalar
 from warmlink.fmus.packaging.elimination import Factorisation
 from warmlink.fmus.packaging.integrator import GAMMA
 from warmlink.fmus.packaging.output_groups import output_groups
@@ -76,6 +76,7 @@ def sizes_header(component: Component) -> str:
         "/* Sizes of one component; generated. */",
         f"#define WL_PREFIX {component.name}_",
         f"#define WL_MICRO_STEP {float(component.micro_step)!r}",
+        f"#define WL_MOST_IN_A_STEP {MOST_IN_A_STEP}",
         *(f"#define WL_{name} {value}" for name, value in sizes.items()),
     ]
     return "\n".join(lines) + "\n"
@@ -215,11 +216,17 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
     sentences = "".join(
         f"    {_string(_numbered(component, check.sentence))},\n" for check in component.checks
     )
+    states = "".join(
+        f"    {{{_string(name)}, {int(state.accepts_nan)}}},\n"
+        for state in component.states
+        for name in state.scalar_names
+    )
     sizes = ", ".join(str(len(group)) for group in groups) or "0"
     return (
         "/* Variables of one component in the order of their value references; generated. */\n"
         '#include "model.h"\n\n'
         f"const Variable WL(variables)[] = {{\n{rows}}};\n\n"
+        f"const StateVariable WL(state_variables)[] = {{\n{states}    {{0, 0}}\n}};\n\n"
         f"const char *const WL(sentences)[] = {{\n{sentences}    0\n}};\n\n"
         f"const int WL(group_sizes)[] = {{{sizes}}};\n"
     )

@@ -20,6 +20,12 @@ Record = Any
 
 VariableType = Literal["Real", "Integer", "Boolean"]
 
+SHORTEST_SAMPLE_TIME = 1e-3
+"""s; nothing warms up in less, and a run of hours with a shorter one would not end."""
+
+MOST_IN_A_STEP = 10_000
+"""Samples, or micro steps, that one communication step may take: no host waits for it for minutes."""
+
 
 @dataclass(frozen=True)
 class _Named:
@@ -95,9 +101,13 @@ class Output(_Variable):
 
 @dataclass(frozen=True)
 class State(_Named):
-    """Part of what a component remembers; `start` is a number or the name of a parameter."""
+    """Part of what a component remembers; `start` is a number or the name of a parameter.
+
+    It is finite at all times, or NaN where `accepts_nan` says that a value may be missing.
+    """
 
     start: float | str = field(default=0.0, kw_only=True)
+    accepts_nan: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -224,8 +234,14 @@ class Component:
             raise ValueError(f"{self.name} declares more than once: {', '.join(twice)}")
         if self.states and (self.update is None) == (self.rates is None):
             raise ValueError(f"{self.name} has states, so it needs rates or update, one of the two")
-        if self.update is not None and "sample_time" not in {v.name for v in self.parameters}:
-            raise ValueError(f"{self.name} samples, so it needs a parameter sample_time")
+        if self.update is not None and not any(
+            v.name == "sample_time" and v.minimum is not None and v.minimum >= SHORTEST_SAMPLE_TIME
+            for v in self.parameters
+        ):
+            raise ValueError(
+                f"{self.name} samples, so it needs a parameter sample_time with a minimum of at least "
+                f"{SHORTEST_SAMPLE_TIME:g} s"
+            )
 
     @property
     def sampled(self) -> bool:
@@ -270,6 +286,10 @@ class Component:
             for i, name in enumerate(variable.scalar_names):
                 yield Scalar(reference, name, variable, i)
                 reference += 1
+
+    def longest_step(self, p: Number) -> float:
+        """Longest communication step in s, for flat parameters: so many samples or micro steps."""
+        return MOST_IN_A_STEP * float(p[self.p.index["sample_time"]] if self.sampled else self.micro_step)
 
     def settled(self, p: Number) -> Number:
         """Flat vector of parameters and derived quantities, shape (d.size,), for flat parameters.

@@ -7,7 +7,7 @@ from html import escape
 
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.catalogue import Entry
-from warmlink.fmus.packaging.component import Component, Input, Output, Parameter
+from warmlink.fmus.packaging.component import MOST_IN_A_STEP, Component, Input, Output, Parameter
 from warmlink.fmus.packaging.icon import icon
 from warmlink.fmus.packaging.units import display_conversion
 
@@ -54,7 +54,7 @@ def documentation_page(entry: Entry) -> bytes:
     if MARK not in text:
         text += f"\n\n## Variables\n\n{MARK}\n"
     body = MarkdownIt("commonmark").enable("table").render(text)
-    body = body.replace(MARK, variable_tables(component))
+    body = body.replace(MARK, variable_tables(component) + _longest_step(component))
     origin = escape(
         f"{component.name}, warmlink {release.version()}. {release.COPYRIGHT}, {release.LICENSE}."
     )
@@ -83,6 +83,11 @@ def variable_tables(component: Component) -> str:
             parts += [f"<tr>{''.join(_cells(variable))}</tr>\n" for variable in variables]
             parts.append("</tbody>\n</table>\n")
     return "".join(parts)
+
+
+def _longest_step(component: Component) -> str:
+    parts = "sample_time" if component.sampled else f"{component.micro_step:g} s"
+    return f"<p>One communication step lasts at most {MOST_IN_A_STEP} times {parts}.</p>\n"
 
 
 def _cells(variable: Input | Parameter | Output) -> Iterator[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -15,22 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Input, Parameter
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian, Vector, rosenbrock_step
-
-_TICK_TOLERANCE = 1e-9
-"""Share of a sample time by which a communication point may miss a sampling instant."""
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """All that an instance remembers; JSON-ready, and exact since floats are written in full."""
-
-    parameters: list[float]
-    inputs: list[float]
-    states: list[float]
-    start_time: float
-    time: float
-    samples: int
-    initialized: bool
+from warmlink.fmus.packaging.snapshot import CLOCK_TOLERANCE, TICK_TOLERANCE, Snapshot, samples_until
 
 
 class Instance:
@@ -41,7 +25,8 @@ class Instance:
     Raises
     ------
     InputError
-        On leaving initialization with parameters out of range, and on a step with inputs out of range.
+        On leaving initialization with parameters out of range, and on a step that is too long, is not from
+        the time reached, has inputs out of range, or lets a state grow beyond all bounds.
     """
 
     def __init__(self, component: Component, name: str | None = None) -> None:
@@ -116,7 +101,9 @@ class Instance:
 
     def begin(self, time: float = 0.0) -> None:
         """Set the start time in s."""
-        self._start_time = self._time = time
+        if not math.isfinite(time):
+            raise InputError(f"{self.name}: a run from {time:g} s; give a finite start")
+        self._start_time = self._time = float(time)
         self._y = None
 
     def initialize(self) -> None:
@@ -124,14 +111,23 @@ class Instance:
         for sentence in limits.problems(self.component, self.name, self._p.tolist()):
             raise InputError(sentence)
         self._begin()
+        self._check_states(self._time)
         self._initialized = True
 
     def step(self, time: float, step: float) -> None:
         """Go from `time` to `time + step`, both in s, with the inputs held."""
         if not self._initialized:
             raise InputError(f"{self.name}: a step before initialization; initialize it first")
-        if not step > 0:
-            raise InputError(f"{self.name}: a step of {step:g} s; give one above 0 s")
+        longest = self.component.longest_step(self._p)
+        if not 0 < step <= longest:
+            raise InputError(
+                f"{self.name}: a step of {step:g} s; give one above 0 s and at most {longest:g} s"
+            )
+        if not abs(time - self._time) <= min(longest, CLOCK_TOLERANCE * (abs(time) + step)):
+            raise InputError(
+                f"{self.name}: a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there, "
+                "or restore a state"
+            )
         self._check_inputs()
         before = self._x, self._samples
         try:
@@ -140,6 +136,7 @@ class Instance:
                     self._sample_until(time + step)
                 elif self.component.states:
                     self._integrate(time, step)
+            self._check_states(time)
         except BaseException:
             # A step that fails leaves the instance where it was, so that it may be tried again.
             self._x, self._samples = before
@@ -187,9 +184,17 @@ class Instance:
             if sentence is not None:
                 raise InputError(f"{self.name}.{sentence}")
 
+    def _check_states(self, since: float) -> None:
+        wild = limits.wild_state(self.component, self._x.tolist())
+        if wild is not None:
+            raise InputError(
+                f"{self.name}: {wild} is not finite after {since:g} s; "
+                "look for inputs and parameters far from their nominal values"
+            )
+
     def _sample_until(self, time: float) -> None:
         period = self._p[self.component.p.index["sample_time"]]
-        due = math.floor((time - self._start_time) / period + _TICK_TOLERANCE)
+        due = samples_until(time, self._start_time, period)
         while self._samples < due:
             self._samples += 1
             instant = self._start_time + self._samples * period
@@ -198,7 +203,7 @@ class Instance:
             )
 
     def _integrate(self, time: float, step: float) -> None:
-        count = max(1, math.ceil(step / self.component.micro_step - _TICK_TOLERANCE))
+        count = max(1, math.ceil(step / self.component.micro_step - TICK_TOLERANCE))
         micro = step / count
         if self._jacobian is None:
             self._jacobian = ComplexStepJacobian(self._structure(time))
@@ -206,12 +211,6 @@ class Instance:
             now = time + i * micro
             matrix = self._jacobian(partial(self._rates, time=now), self._x)
             self._x = rosenbrock_step(self._rates, matrix, self._x, now, micro)
-        if not np.isfinite(self._x).all():
-            state = self.component.x.names[int(np.argmin(np.isfinite(self._x)))]
-            raise InputError(
-                f"{self.name}: {state} grows beyond all bounds after {time:g} s; "
-                "look for inputs and parameters far from their nominal values"
-            )
 
     def _rates(self, x: Number, time: float) -> Number:
         return self.component.rates_of(x, self._u, self._settled, time)

@@ -55,6 +55,23 @@ def problem(scalar: Scalar, value: float) -> str | None:
     return None
 
 
+def wild_state(component: Component, states: Sequence[float]) -> str | None:
+    """Name of the first state that is not finite, nor NaN where that is allowed; None where all are well.
+
+    Parameters
+    ----------
+    component : the declaration
+    states : flat states, shape (component.x.size,)
+    """
+    if all(map(math.isfinite, states)):
+        return None
+    missing = [state.accepts_nan for state in component.states for _ in range(state.count)]
+    for name, value, accepts_nan in zip(component.x.names, states, missing, strict=True):
+        if not (math.isfinite(value) or (accepts_nan and math.isnan(value))):
+            return name
+    return None
+
+
 def _unit(scalar: Scalar) -> str:
     return "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.packaging.component import Input, Output, Parameter
+from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME, Input, Output, Parameter
 
 ROOM_TEMPERATURE = 295.15
 """K, the temperature from which every cold start begins."""
@@ -40,6 +40,11 @@ def temperature_parameter(name: str, description: str) -> Parameter:
 def temperature_output(name: str, description: str, size: int | None = None) -> Output:
     """Absolute temperature in K, read in degC."""
     return Output(name, "K", description, size=size, display="degC", nominal=NOMINAL_TEMPERATURE)
+
+
+def sample_time_parameter(description: str) -> Parameter:
+    """Time in s between two samples, the same bounds for whatever samples."""
+    return Parameter("sample_time", "s", 1.0, description, minimum=SHORTEST_SAMPLE_TIME)
 
 
 AMBIENT_TEMPERATURE = temperature_input("ambient_temperature", "temperature of the surroundings")

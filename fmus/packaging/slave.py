@@ -7,6 +7,7 @@ the host's next call then crashes. A host that goes on after a refused step read
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import struct
@@ -20,7 +21,8 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.exporter import finish_at_exit
-from warmlink.fmus.packaging.instance import Instance, Snapshot
+from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.packaging.snapshot import Snapshot, contradiction
 
 _TIME_TOLERANCE = 1e-6
 """Share of a step by which two communication points may differ and be the same."""
@@ -35,6 +37,27 @@ class _State:
     refused: list[str] = field(default_factory=list)
     discarded: bool = False
     lost: bool = False
+
+    def is_well(self, component: Component) -> bool:
+        """Whether a slave of the component could have remembered this."""
+        return (
+            self.snapshot is not None
+            and contradiction(component, self.snapshot) is None
+            and isinstance(self.unfit, str | None)
+            and isinstance(self.refused, list)
+            and all(isinstance(sentence, str) for sentence in self.refused)
+            and isinstance(self.discarded, bool)
+            and isinstance(self.lost, bool)
+        )
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest()[:16].encode("ascii")
+
+
+def _integer(value: float) -> int:
+    """The nearest that FMI's integers have, 0 for none."""
+    return 0 if math.isnan(value) else int(min(max(value, -(2.0**31)), 2.0**31 - 1))
 
 
 def _packed(values: dict[str, Any]) -> dict[str, Any]:
@@ -124,7 +147,7 @@ class ComponentSlave(Fmi2Slave):
 
     def get_integer(self, vrs: list[int]) -> list[int]:
         """Values of Integer variables by value reference; 0 for one that cannot be had."""
-        return [int(value) if math.isfinite(value) else 0 for value in self._get("Integer", vrs)]
+        return [_integer(value) for value in self._get("Integer", vrs)]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Values of Boolean variables by value reference; False for one that cannot be had."""
@@ -167,18 +190,23 @@ class ComponentSlave(Fmi2Slave):
 
     @classmethod
     def _fmu_state_to_bytes(cls, state: _State) -> bytes:
-        return json.dumps({"form": cls.form, **_packed(asdict(state))}).encode("utf-8")
+        content = json.dumps(_packed(asdict(state))).encode("utf-8")
+        return b" ".join((cls.form.encode("utf-8"), _digest(content), content))
 
     @classmethod
     def _fmu_state_from_bytes(cls, state: bytes) -> _State:
+        form, _, rest = bytes(state).partition(b" ")
+        digest, _, content = rest.partition(b" ")
+        if form != cls.form.encode("utf-8") and digest == _digest(content):
+            return _State(None, refused=["the serialised state belongs to another version of this FMU"])
         try:
-            values = json.loads(state)
-            if values.pop("form") != cls.form:
-                return _State(None, refused=["the serialised state belongs to another version of this FMU"])
-            values = _unpacked(values)
-            return _State(Snapshot(**values.pop("snapshot")), **values)
-        except (ValueError, TypeError, KeyError, AttributeError, struct.error):
-            return _State(None, refused=["the serialised state cannot be read; give one of this FMU's own"])
+            values = _unpacked(json.loads(content))
+            found = _State(Snapshot(**values.pop("snapshot")), **values)
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, struct.error):
+            found = None
+        if digest != _digest(content) or found is None or not found.is_well(cls.component):
+            return _State(None, refused=["the serialised state is damaged; serialise it anew"])
+        return found
 
     def _get(self, kind: str, references: list[int]) -> list[float]:
         values = []

@@ -20,6 +20,7 @@ COMPONENT = Component(
             size=POSES,
             starts=(60.0, *(0.0,) * (POSES - 1)),
             minimum=0,
+            maximum=equations.LONGEST,
             nominal=60,
         ),
         *(

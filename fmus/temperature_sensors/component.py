@@ -7,13 +7,18 @@ from dataclasses import replace
 from warmlink.fmus import faults
 from warmlink.fmus.arithmetic import where
 from warmlink.fmus.packaging.component import Check, Component, Parameter, State
-from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, temperature_input, temperature_output
+from warmlink.fmus.packaging.quantities import (
+    AMBIENT_TEMPERATURE,
+    sample_time_parameter,
+    temperature_input,
+    temperature_output,
+)
 from warmlink.fmus.temperature_sensors import equations
 
 CHANNELS = equations.CHANNELS
 
 _PARAMETERS = (
-    Parameter("sample_time", "s", 1.0, "time between two readings", positive=True),
+    sample_time_parameter("time between two readings"),
     Parameter("noise", "K", 0, "standard deviation of a reading", size=CHANNELS, minimum=0, nominal=0.1),
     Parameter("offset", "K", 0, "reading minus temperature", size=CHANNELS, nominal=0.1),
     Parameter("lag", "s", 0, "time constant of the first-order lag", size=CHANNELS, minimum=0, nominal=10),
@@ -73,7 +78,7 @@ COMPONENT = Component(
     checks=tuple(_not_too_fine(i) for i in range(CHANNELS)),
     states=(
         State("sensed", "K", size=CHANNELS),
-        State("reading", "K", size=CHANNELS),
+        State("reading", "K", size=CHANNELS, accepts_nan=True),
         State("generator_a", "1", size=CHANNELS),
         State("generator_b", "1", size=CHANNELS),
     ),

@@ -12,6 +12,7 @@ from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME
 from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.studies.design import plant_of, write_design
@@ -43,6 +44,10 @@ def design_command(
     plant = _plant(system)
     names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
+    if period < SHORTEST_SAMPLE_TIME:
+        raise InputError(
+            f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
+        )
     facts: dict[str, object] = {"law": law, "sensors": names}
     if law == "regression":
         values: Values = {**fit_regression(training_run(plant), names, noise), "sample_time": period}

@@ -61,6 +61,11 @@ static int in_phase(Instance *instance, Phase phase, const char *function)
     return 0;
 }
 
+static int given(Instance *instance, size_t count, const void *first, const void *second)
+{
+    return instance && model_given(&instance->model, count, first, second);
+}
+
 static fmi2Status unsupported(Instance *instance, const char *what)
 {
     if (instance)
@@ -200,8 +205,8 @@ fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
 {
     Instance *instance = component;
-    if (!instance)
-        return fmi2Error;
+    if (!instance || !value)
+        return unsupported(instance, "there is nowhere to put the time reached");
     if (kind != fmi2LastSuccessfulTime)
         return fmi2Discard;
     *value = instance->model.memory.time;
@@ -216,8 +221,8 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind ki
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    if (!component)
-        return fmi2Error;
+    if (!component || !value)
+        return unsupported(component, "there is nowhere to put the answer");
     if (kind != fmi2Terminated)
         return fmi2Discard;
     *value = fmi2False;
@@ -236,7 +241,7 @@ fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference referen
                        fmi2Real values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_get(&instance->model, references[i], REAL, &values[i]);
     return status(well);
@@ -246,11 +251,11 @@ fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference refe
                           fmi2Integer values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values);
     for (size_t i = 0; well && i < count; i++) {
         double value = 0;
         well = model_get(&instance->model, references[i], INTEGER, &value);
-        values[i] = (fmi2Integer)value;
+        values[i] = model_whole(value);
     }
     return status(well);
 }
@@ -259,7 +264,7 @@ fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference refe
                           fmi2Boolean values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values);
     for (size_t i = 0; well && i < count; i++) {
         double value = 0;
         well = model_get(&instance->model, references[i], BOOLEAN, &value);
@@ -272,7 +277,7 @@ fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference referen
                        const fmi2Real values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set(&instance->model, references[i], REAL, values[i]);
     return status(well);
@@ -282,7 +287,7 @@ fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference refe
                           const fmi2Integer values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set(&instance->model, references[i], INTEGER, values[i]);
     return status(well);
@@ -292,7 +297,7 @@ fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference refe
                           const fmi2Boolean values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set(&instance->model, references[i], BOOLEAN, values[i] != fmi2False);
     return status(well);
@@ -318,7 +323,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueR
                                        size_t count, const fmi2Integer orders[], const fmi2Real values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values) && given(instance, count, orders, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set_derivative(&instance->model, references[i], orders[i], values[i]);
     return status(well);
@@ -328,7 +333,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
                                         size_t count, const fmi2Integer orders[], fmi2Real values[])
 {
     Instance *instance = component;
-    int well = instance != NULL;
+    int well = given(instance, count, references, values) && given(instance, count, orders, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_output_derivative(&instance->model, references[i], orders[i], &values[i]);
     return status(well);
@@ -339,9 +344,13 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
                                         size_t known_count, const fmi2Real seed[], fmi2Real sensitivity[])
 {
     Instance *instance = component;
-    return status(instance
-                  && model_tangent(&instance->model, unknowns, unknown_count, knowns, known_count, seed,
-                                   sensitivity));
+    Direction direction = {{0}, {0}, 0, {0}, 0};
+    int well = given(instance, known_count, knowns, seed) && given(instance, unknown_count, unknowns, sensitivity);
+    for (size_t i = 0; well && i < known_count; i++)
+        well = model_seed(&instance->model, knowns[i], seed[i], &direction);
+    for (size_t i = 0; well && i < unknown_count; i++)
+        well = model_sensitivity(&instance->model, unknowns[i], &direction, &sensitivity[i]);
+    return status(well);
 }
 
 /* ---- states ---- */
@@ -350,7 +359,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
 {
     Instance *instance = component;
     if (!instance || !state)
-        return fmi2Error;
+        return unsupported(instance, "there is nowhere to put the state");
     if (!*state)
         *state = allocate(&instance->callbacks, sizeof(Memory));
     if (!*state)
@@ -382,8 +391,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
 {
-    if (!component || !state)
-        return unsupported(component, "there is no state to serialise");
+    if (!component || !state || !size)
+        return unsupported(component, "there is no state to serialise, or nowhere to put its size");
     *size = model_serialized_size();
     return fmi2OK;
 }
@@ -392,7 +401,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fm
 {
     if (!component || !state)
         return unsupported(component, "there is no state to serialise");
-    if (size < model_serialized_size())
+    if (!bytes || size < model_serialized_size())
         return unsupported(component, "too few bytes for the serialised state; ask for its size");
     model_serialize(state, (unsigned char *)bytes);
     return fmi2OK;
@@ -404,7 +413,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
     Instance *instance = component;
     Memory memory;
     if (!instance || !bytes || !state)
-        return fmi2Error;
+        return unsupported(instance, "no serialised state is given, or nowhere to put the state");
     if (!model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory))
         return fmi2Error;
     if (!*state)

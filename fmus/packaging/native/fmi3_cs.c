@@ -31,7 +31,8 @@ static fmi3Status status(int well)
 /* Reports a call in a phase that does not allow it. */
 static int in_phase(Instance *instance, Phase phase, const char *function)
 {
-    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run"};
+    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
+                                         "intermediate update mode"};
     if (!instance)
         return 0;
     if (instance->model.memory.phase == phase)
@@ -48,13 +49,21 @@ static fmi3Status unsupported(Instance *instance, const char *what)
     return fmi3Error;
 }
 
-/* One value each: whether so many references go with so many values. */
-static int paired(Instance *instance, size_t references, size_t values)
+/* One value each: whether so many references go with so many values, and both are there. */
+static int paired(Instance *instance, const void *references, size_t count, const void *values, size_t value_count)
 {
-    if (instance && references != values)
-        model_report(&instance->model, ": %lu value references and %lu values; give one each",
-                     (unsigned long)references, (unsigned long)values);
-    return instance && references == values;
+    if (instance && count != value_count)
+        model_report(&instance->model, ": %lu value references and %lu values; give one each", (unsigned long)count,
+                     (unsigned long)value_count);
+    return instance && count == value_count && model_given(&instance->model, count, references, values);
+}
+
+/* What may change the whole instance must not come from within a step. */
+static int between_steps(Instance *instance, const char *function)
+{
+    if (instance && instance->model.memory.phase == UPDATING)
+        model_report(&instance->model, ": %s within a step; let the step end first", function);
+    return instance && instance->model.memory.phase != UPDATING;
 }
 
 const char *fmi3GetVersion(void)
@@ -165,7 +174,7 @@ fmi3Status fmi3Terminate(fmi3Instance handle)
 fmi3Status fmi3Reset(fmi3Instance handle)
 {
     Instance *instance = handle;
-    if (!instance)
+    if (!between_steps(instance, "fmi3Reset"))
         return fmi3Error;
     model_reset(&instance->model);
     return fmi3OK;
@@ -187,6 +196,14 @@ NOT_HERE(fmi3UpdateDiscreteStates,
          (fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e,
           fmi3Float64 *f),
          ((void)a, (void)b, (void)c, (void)d, (void)e, (void)f), WL_NAME " has no event mode")
+
+/* Of types that no variable has nothing may be asked; nothing at all may. */
+#define NONE_HERE(name, parameters, count, unused, what)                       \
+    fmi3Status name parameters                                                 \
+    {                                                                          \
+        unused;                                                                \
+        return count ? unsupported(instance, what) : status(instance != NULL); \
+    }
 
 /* Hosts look for the functions of the other interface types too. */
 #define ONLY_COSIMULATION WL_NAME " is for co-simulation alone"
@@ -248,7 +265,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance handle, const fmi3ValueReference referenc
                           fmi3Float64 values[], size_t value_count)
 {
     Instance *instance = handle;
-    int well = paired(instance, count, value_count);
+    int well = paired(instance, references, count, values, value_count);
     for (size_t i = 0; well && i < count; i++)
         if (references[i] == VARIABLES)
             values[i] = instance->model.memory.time;
@@ -261,11 +278,11 @@ fmi3Status fmi3GetInt32(fmi3Instance handle, const fmi3ValueReference references
                         size_t value_count)
 {
     Instance *instance = handle;
-    int well = paired(instance, count, value_count);
+    int well = paired(instance, references, count, values, value_count);
     for (size_t i = 0; well && i < count; i++) {
         double value = 0;
         well = model_get(&instance->model, references[i], INTEGER, &value);
-        values[i] = (fmi3Int32)value;
+        values[i] = model_whole(value);
     }
     return status(well);
 }
@@ -274,7 +291,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance handle, const fmi3ValueReference referenc
                           fmi3Boolean values[], size_t value_count)
 {
     Instance *instance = handle;
-    int well = paired(instance, count, value_count);
+    int well = paired(instance, references, count, values, value_count);
     for (size_t i = 0; well && i < count; i++) {
         double value = 0;
         well = model_get(&instance->model, references[i], BOOLEAN, &value);
@@ -288,7 +305,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance handle, const fmi3ValueReference referenc
                     size_t value_count)                                                                           \
     {                                                                                                             \
         Instance *instance = handle;                                                                              \
-        int well = paired(instance, count, value_count);                                                          \
+        int well = paired(instance, references, count, values, value_count);                                                          \
         for (size_t i = 0; well && i < count; i++)                                                                \
             well = model_set(&instance->model, references[i], kind, values[i]);                                   \
         return status(well);                                                                                      \
@@ -298,20 +315,13 @@ SETTER(fmi3SetFloat64, fmi3Float64, REAL)
 SETTER(fmi3SetInt32, fmi3Int32, INTEGER)
 SETTER(fmi3SetBoolean, fmi3Boolean, BOOLEAN)
 
-/* Types that no variable has: nothing may be asked of them. */
-#define ABSENT_TYPE(type)                                                                                          \
-    fmi3Status fmi3Get##type(fmi3Instance instance, const fmi3ValueReference references[], size_t count,           \
-                             fmi3##type values[], size_t value_count)                                              \
-    {                                                                                                              \
-        (void)references, (void)values, (void)value_count;                                                         \
-        return count ? unsupported(instance, WL_NAME " has no variables of type " #type) : status(instance != NULL); \
-    }                                                                                                              \
-    fmi3Status fmi3Set##type(fmi3Instance instance, const fmi3ValueReference references[], size_t count,           \
-                             const fmi3##type values[], size_t value_count)                                        \
-    {                                                                                                              \
-        (void)references, (void)values, (void)value_count;                                                         \
-        return count ? unsupported(instance, WL_NAME " has no variables of type " #type) : status(instance != NULL); \
-    }
+#define ABSENT_TYPE(type)                                                                                        \
+    NONE_HERE(fmi3Get##type,                                                                                     \
+              (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3##type v[], size_t m), n,      \
+              ((void)r, (void)v, (void)m), WL_NAME " has no variables of type " #type)                           \
+    NONE_HERE(fmi3Set##type,                                                                                     \
+              (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3##type v[], size_t m), n, \
+              ((void)r, (void)v, (void)m), WL_NAME " has no variables of type " #type)
 
 ABSENT_TYPE(Float32)
 ABSENT_TYPE(Int8)
@@ -323,40 +333,40 @@ ABSENT_TYPE(Int64)
 ABSENT_TYPE(UInt64)
 ABSENT_TYPE(String)
 
-NOT_HERE(fmi3GetBinary,
+NONE_HERE(fmi3GetBinary,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, size_t s[], fmi3Binary v[], size_t m),
-         ((void)r, (void)n, (void)s, (void)v, (void)m), WL_NAME " has no variables of type Binary")
-NOT_HERE(fmi3SetBinary,
+         n, ((void)r, (void)s, (void)v, (void)m), WL_NAME " has no variables of type Binary")
+NONE_HERE(fmi3SetBinary,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const size_t s[], const fmi3Binary v[],
           size_t m),
-         ((void)r, (void)n, (void)s, (void)v, (void)m), WL_NAME " has no variables of type Binary")
-NOT_HERE(fmi3GetClock, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Clock v[]),
-         ((void)r, (void)n, (void)v), WL_NAME " has no clocks")
-NOT_HERE(fmi3SetClock, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Clock v[]),
-         ((void)r, (void)n, (void)v), WL_NAME " has no clocks")
-NOT_HERE(fmi3GetIntervalDecimal,
+         n, ((void)r, (void)s, (void)v, (void)m), WL_NAME " has no variables of type Binary")
+NONE_HERE(fmi3GetClock, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Clock v[]),
+         n, ((void)r, (void)v), WL_NAME " has no clocks")
+NONE_HERE(fmi3SetClock, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Clock v[]),
+         n, ((void)r, (void)v), WL_NAME " has no clocks")
+NONE_HERE(fmi3GetIntervalDecimal,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Float64 i[], fmi3IntervalQualifier q[]),
-         ((void)r, (void)n, (void)i, (void)q), WL_NAME " has no clocks")
-NOT_HERE(fmi3GetIntervalFraction,
+         n, ((void)r, (void)i, (void)q), WL_NAME " has no clocks")
+NONE_HERE(fmi3GetIntervalFraction,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3UInt64 c[], fmi3UInt64 s[],
           fmi3IntervalQualifier q[]),
-         ((void)r, (void)n, (void)c, (void)s, (void)q), WL_NAME " has no clocks")
-NOT_HERE(fmi3GetShiftDecimal, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Float64 s[]),
-         ((void)r, (void)n, (void)s), WL_NAME " has no clocks")
-NOT_HERE(fmi3GetShiftFraction,
+         n, ((void)r, (void)c, (void)s, (void)q), WL_NAME " has no clocks")
+NONE_HERE(fmi3GetShiftDecimal, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3Float64 s[]),
+         n, ((void)r, (void)s), WL_NAME " has no clocks")
+NONE_HERE(fmi3GetShiftFraction,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, fmi3UInt64 c[], fmi3UInt64 s[]),
-         ((void)r, (void)n, (void)c, (void)s), WL_NAME " has no clocks")
-NOT_HERE(fmi3SetIntervalDecimal,
+         n, ((void)r, (void)c, (void)s), WL_NAME " has no clocks")
+NONE_HERE(fmi3SetIntervalDecimal,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Float64 i[]),
-         ((void)r, (void)n, (void)i), WL_NAME " has no clocks")
-NOT_HERE(fmi3SetIntervalFraction,
+         n, ((void)r, (void)i), WL_NAME " has no clocks")
+NONE_HERE(fmi3SetIntervalFraction,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3UInt64 c[], const fmi3UInt64 s[]),
-         ((void)r, (void)n, (void)c, (void)s), WL_NAME " has no clocks")
-NOT_HERE(fmi3SetShiftDecimal, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Float64 s[]),
-         ((void)r, (void)n, (void)s), WL_NAME " has no clocks")
-NOT_HERE(fmi3SetShiftFraction,
+         n, ((void)r, (void)c, (void)s), WL_NAME " has no clocks")
+NONE_HERE(fmi3SetShiftDecimal, (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3Float64 s[]),
+         n, ((void)r, (void)s), WL_NAME " has no clocks")
+NONE_HERE(fmi3SetShiftFraction,
          (fmi3Instance instance, const fmi3ValueReference r[], size_t n, const fmi3UInt64 c[], const fmi3UInt64 s[]),
-         ((void)r, (void)n, (void)c, (void)s), WL_NAME " has no clocks")
+         n, ((void)r, (void)c, (void)s), WL_NAME " has no clocks")
 NOT_HERE(fmi3GetNumberOfVariableDependencies, (fmi3Instance instance, fmi3ValueReference r, size_t *n),
          ((void)r, (void)n), "dependencies are in modelDescription.xml")
 NOT_HERE(fmi3GetVariableDependencies,
@@ -370,7 +380,8 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance handle, const fmi3ValueReferenc
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count)
 {
     Instance *instance = handle;
-    int well = paired(instance, count, value_count);
+    int well = paired(instance, references, count, values, value_count)
+               && model_given(&instance->model, count, orders, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_output_derivative(&instance->model, references[i], orders[i], &values[i]);
     return status(well);
@@ -382,9 +393,14 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance handle, const fmi3ValueRefe
                                         size_t sensitivity_count)
 {
     Instance *instance = handle;
-    return status(paired(instance, known_count, seed_count) && paired(instance, unknown_count, sensitivity_count)
-                  && model_tangent(&instance->model, unknowns, unknown_count, knowns, known_count, seed,
-                                   sensitivity));
+    Direction direction = {{0}, {0}, 0, {0}, 0};
+    int well = paired(instance, knowns, known_count, seed, seed_count)
+               && paired(instance, unknowns, unknown_count, sensitivity, sensitivity_count);
+    for (size_t i = 0; well && i < known_count; i++)
+        well = model_seed(&instance->model, knowns[i], seed[i], &direction);
+    for (size_t i = 0; well && i < unknown_count; i++)
+        well = model_sensitivity(&instance->model, unknowns[i], &direction, &sensitivity[i]);
+    return status(well);
 }
 
 NOT_HERE(fmi3GetAdjointDerivative,
@@ -399,6 +415,8 @@ fmi3Status fmi3GetFMUState(fmi3Instance handle, fmi3FMUState *state)
 {
     Instance *instance = handle;
     if (!instance || !state)
+        return unsupported(instance, "there is nowhere to put the state");
+    if (!between_steps(instance, "fmi3GetFMUState"))
         return fmi3Error;
     if (!*state)
         *state = malloc(sizeof(Memory));
@@ -413,6 +431,8 @@ fmi3Status fmi3SetFMUState(fmi3Instance handle, fmi3FMUState state)
     Instance *instance = handle;
     if (!instance || !state)
         return unsupported(instance, "there is no state to go back to");
+    if (!between_steps(instance, "fmi3SetFMUState"))
+        return fmi3Error;
     model_restore(&instance->model, state);
     return fmi3OK;
 }
@@ -430,8 +450,8 @@ fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
 {
-    if (!instance || !state)
-        return unsupported(instance, "there is no state to serialise");
+    if (!instance || !state || !size)
+        return unsupported(instance, "there is no state to serialise, or nowhere to put its size");
     *size = model_serialized_size();
     return fmi3OK;
 }
@@ -440,7 +460,7 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3
 {
     if (!instance || !state)
         return unsupported(instance, "there is no state to serialise");
-    if (size < model_serialized_size())
+    if (!bytes || size < model_serialized_size())
         return unsupported(instance, "too few bytes for the serialised state; ask for its size");
     model_serialize(state, bytes);
     return fmi3OK;
@@ -451,7 +471,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance handle, const fmi3Byte bytes[], 
     Instance *instance = handle;
     Memory memory;
     if (!instance || !bytes || !state)
-        return fmi3Error;
+        return unsupported(instance, "no serialised state is given, or nowhere to put the state");
     if (!model_deserialize(&instance->model, bytes, size, &memory))
         return fmi3Error;
     if (!*state)

@@ -1,6 +1,7 @@
 #include "identity.h"
 #include "model.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -11,8 +12,6 @@
 #define TICK_TOLERANCE 1e-9
 /* Share of time and step by which a host's sum of steps may miss our time. */
 #define CLOCK_TOLERANCE 1e-6
-
-#define LONGEST_STEP 1e9
 
 #define SENTENCE_SIZE 512
 
@@ -68,7 +67,7 @@ static int within(Model *model, const Variable *variable, double value)
 }
 
 /* Reports a sentence in which `{12}` stands for the parameter of that value reference. */
-static void report_check(Model *model, const char *sentence)
+static void report_check(Model *model, const double *parameters, const char *sentence)
 {
     char text[SENTENCE_SIZE], number[40];
     size_t used = 0;
@@ -79,7 +78,7 @@ static void report_check(Model *model, const char *sentence)
         }
         char *end;
         long reference = strtol(sentence + 1, &end, 10);
-        snprintf(number, sizeof number, "%.9g", model->memory.parameters[reference]);
+        snprintf(number, sizeof number, "%.9g", parameters[reference]);
         for (const char *digit = number; *digit && used + 1 < sizeof text; digit++)
             text[used++] = *digit;
         sentence = *end ? end + 1 : end;
@@ -88,18 +87,18 @@ static void report_check(Model *model, const char *sentence)
     model_report(model, ".%s", text);
 }
 
-static int parameters_are_well(Model *model)
+static int parameters_are_well(Model *model, const double *parameters)
 {
     int well = 1;
     double margins[AT_LEAST_1(WL_CHECKS)];
     for (int i = 0; i < WL_PARAMETERS; i++)
-        well &= within(model, &WL(variables)[i], model->memory.parameters[i]);
+        well &= within(model, &WL(variables)[i], parameters[i]);
     if (!well)
         return 0;
-    WL(margins)(model->memory.parameters, margins);
+    WL(margins)(parameters, margins);
     for (int i = 0; i < WL_CHECKS; i++)
         if (!(margins[i] >= 0)) {
-            report_check(model, WL(sentences)[i]);
+            report_check(model, parameters, WL(sentences)[i]);
             well = 0;
         }
     return well;
@@ -117,7 +116,40 @@ static int inputs_are_well(Model *model, const double *inputs)
     return well;
 }
 
+/* The first state that is not finite, and NaN where it may not be; -1 where all are well. */
+static int wild_state(const double *states)
+{
+    for (int i = 0; i < WL_STATES; i++)
+        if (!(fabs(states[i]) < HUGE_VAL) && !(isnan(states[i]) && WL(state_variables)[i].accepts_nan))
+            return i;
+    return -1;
+}
+
+static int states_are_well(Model *model, double since)
+{
+    int wild = wild_state(model->memory.states);
+    if (wild >= 0)
+        model_report(model, ": %s is not finite after %g s; look for inputs and parameters far from their "
+                            "nominal values", WL(state_variables)[wild].name, since);
+    return wild < 0;
+}
+
+int model_given(Model *model, size_t count, const void *first, const void *second)
+{
+    if (count == 0 || (first && second))
+        return 1;
+    model_report(model, ": a null pointer in place of an array; give arrays of %lu elements", (unsigned long)count);
+    return 0;
+}
+
 /* ---- values ---- */
+
+int model_whole(double value)
+{
+    if (isnan(value))
+        return 0;
+    return value <= INT_MIN ? INT_MIN : value >= INT_MAX ? INT_MAX : (int)value;
+}
 
 void model_reset(Model *model)
 {
@@ -231,9 +263,11 @@ int model_get(Model *model, unsigned reference, Kind kind, double *value)
 
 int model_initialize(Model *model)
 {
-    if (!parameters_are_well(model))
+    if (!parameters_are_well(model, model->memory.parameters))
         return 0;
     begin(model);
+    if (!states_are_well(model, model->memory.time))
+        return 0;
     model->memory.phase = STEPPING;
     return 1;
 }
@@ -292,10 +326,17 @@ static void integrate(Model *model, double time, double step)
         advance(model, model->memory.inputs, model->memory.inputs, time + (double)i * micro, micro);
 }
 
+static void call_back(Model *model, Between between, double time, int finished, double *until)
+{
+    model->memory.phase = UPDATING;
+    between(model->host, time, finished, until);
+    model->memory.phase = STEPPING;
+}
+
 /* Stops between micro steps, where the host may give inputs, take outputs, and end the step early. */
 static int integrate_with_host(Model *model, double time, double step, Between between, double *reached)
 {
-    Memory *memory = &model->memory, before = *memory;
+    Memory *memory = &model->memory;
     double inputs[AT_LEAST_1(WL_INPUTS)], until = time + step;
     *reached = time;
     while (*reached < until) {
@@ -305,16 +346,13 @@ static int integrate_with_host(Model *model, double time, double step, Between b
         for (long long i = 0; i < count && until == end; i++) {
             double next = i + 1 < count ? from + (double)(i + 1) * micro : end;
             memcpy(inputs, memory->inputs, sizeof inputs);
-            between(model->host, next, 0, &until);
-            if (!inputs_are_well(model, memory->inputs)) {
-                *memory = before;
-                model->fresh = 0;
+            call_back(model, between, next, 0, &until);
+            if (!inputs_are_well(model, memory->inputs))
                 return 0;
-            }
             advance(model, inputs, memory->inputs, from + (double)i * micro, micro);
             memory->time = *reached = next;
             model->fresh = 0;
-            between(model->host, next, 1, &until);
+            call_back(model, between, next, 1, &until);
         }
     }
     return 1;
@@ -322,11 +360,17 @@ static int integrate_with_host(Model *model, double time, double step, Between b
 #endif
 
 #if WL_SAMPLED
-static void sample_until(Model *model, double time)
+/* Samples from the start until a time. */
+static double samples_until(const Memory *memory, double time)
+{
+    return floor((time - memory->start_time) / memory->parameters[WL_SAMPLE_TIME] + TICK_TOLERANCE);
+}
+
+static void sample(Model *model, double time)
 {
     Memory *memory = &model->memory;
     double period = memory->parameters[WL_SAMPLE_TIME], next[AT_LEAST_1(WL_STATES)];
-    double due = floor((time - memory->start_time) / period + TICK_TOLERANCE);
+    double due = samples_until(memory, time);
     while (memory->samples < due) {
         memory->samples += 1;
         double instant = memory->start_time + memory->samples * period;
@@ -336,15 +380,28 @@ static void sample_until(Model *model, double time)
 }
 #endif
 
+/* A step is made of samples or micro steps, and of no more than so many: no host waits for ever. */
+static double longest_step(const Memory *memory)
+{
+#if WL_SAMPLED
+    return WL_MOST_IN_A_STEP * memory->parameters[WL_SAMPLE_TIME];
+#else
+    (void)memory;
+    return WL_MOST_IN_A_STEP * WL_MICRO_STEP;
+#endif
+}
+
 static int step_is_well(Model *model, double time, double step)
 {
     const Memory *memory = &model->memory;
+    double longest = longest_step(memory);
     if (memory->phase != STEPPING)
-        model_report(model, memory->phase < STEPPING ? ": a step before initialization; initialize it first"
-                                                     : ": a step after the end; reset the instance first");
-    else if (!(step > 0 && step <= LONGEST_STEP))
-        model_report(model, ": a step of %g s; give one above 0 s and at most %g s", step, LONGEST_STEP);
-    else if (!(fabs(time - memory->time) <= CLOCK_TOLERANCE * (fabs(time) + step)))
+        model_report(model, memory->phase < STEPPING     ? ": a step before initialization; initialize it first"
+                            : memory->phase == TERMINATED ? ": a step after the end; reset the instance first"
+                                                          : ": a step within a step; let that one end first");
+    else if (!(step > 0 && step <= longest))
+        model_report(model, ": a step of %g s; give one above 0 s and at most %g s", step, longest);
+    else if (!(fabs(time - memory->time) <= fmin(longest, CLOCK_TOLERANCE * (fabs(time) + step))))
         model_report(model, ": a step from %.9g s, but %.9g s is reached; step from there, or restore a state",
                      time, memory->time);
     else if (time + step > memory->stop_time + CLOCK_TOLERANCE * (fabs(time) + step))
@@ -355,15 +412,14 @@ static int step_is_well(Model *model, double time, double step)
     return 0;
 }
 
-int model_step(Model *model, double time, double step, Between between, double *reached)
+/* Whether time, inputs and states went on; if not, they may be anything. */
+static int go(Model *model, double time, double step, Between between, double *reached)
 {
     Memory *memory = &model->memory;
-    if (!step_is_well(model, time, step))
-        return 0;
     *reached = time + step;
 #if WL_SAMPLED
     (void)between;
-    sample_until(model, *reached);
+    sample(model, *reached);
 #else
     if (memory->interpolates == 2) {
         memset(memory->input_slopes, 0, sizeof memory->input_slopes);
@@ -381,8 +437,19 @@ int model_step(Model *model, double time, double step, Between between, double *
         integrate(model, time, step);
 #endif
     memory->time = *reached;
+    return states_are_well(model, time);
+}
+
+int model_step(Model *model, double time, double step, Between between, double *reached)
+{
+    Memory *memory = &model->memory, before = *memory;
+    if (!step_is_well(model, time, step))
+        return 0;
+    int well = go(model, time, step, between, reached);
+    if (!well)
+        *memory = before;
     model->fresh = 0;
-    return 1;
+    return well;
 }
 
 /* ---- derivatives ---- */
@@ -433,88 +500,154 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
     return 1;
 }
 
-int model_tangent(Model *model, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
-                  size_t known_count, const double *seed, double *sensitivity)
+int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
+{
+    if (reference == VARIABLES) {
+        direction->time += seed;
+        return 1;
+    }
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
+        model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
+        return 0;
+    }
+    direction->inputs[reference - FIRST_INPUT] += seed;
+    return 1;
+}
+
+int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
 {
     Memory *memory = &model->memory;
-    double dx[AT_LEAST_1(WL_STATES)] = {0}, du[AT_LEAST_1(WL_INPUTS)] = {0}, dtime = 0;
-    double dy[AT_LEAST_1(WL_OUTPUTS)] = {0};
-    for (size_t i = 0; i < known_count; i++) {
-        if (knowns[i] == VARIABLES) {
-            dtime += seed[i];
-            continue;
-        }
-        const Variable *variable = variable_of(model, knowns[i], REAL);
-        if (!variable)
-            return 0;
-        if (knowns[i] < FIRST_INPUT || knowns[i] >= FIRST_OUTPUT) {
-            model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
-            return 0;
-        }
-        du[knowns[i] - FIRST_INPUT] += seed[i];
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (reference < FIRST_OUTPUT) {
+        model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
+        return 0;
     }
-    for (size_t i = 0; i < unknown_count; i++) {
-        const Variable *variable = variable_of(model, unknowns[i], REAL);
-        if (!variable)
-            return 0;
-        if (unknowns[i] < FIRST_OUTPUT) {
-            model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
-            return 0;
-        }
-    }
-    if (!model->begun)
-        begin(model);
+    if (!direction->computed) {
+        if (!model->begun)
+            begin(model);
 #if WL_STATES
-    if (memory->phase < STEPPING)
-        WL(begin_tangent)(memory->inputs, model->settled, du, dx);
+        if (memory->phase < STEPPING)
+            WL(begin_tangent)(memory->inputs, model->settled, direction->inputs, direction->states);
 #endif
-    WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, dx, du, &dtime, dy);
-    for (size_t i = 0; i < unknown_count; i++)
-        sensitivity[i] = dy[unknowns[i] - FIRST_OUTPUT];
+        WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
+                    direction->inputs, &direction->time, direction->outputs);
+        direction->computed = 1;
+    }
+    *value = direction->outputs[reference - FIRST_OUTPUT];
     return 1;
 }
 
 /* ---- memory ---- */
 
-/* A serialised state: which component and version it belongs to, then the numbers, least byte first. */
+/* A serialised state: which component and version it belongs to, the numbers, and a digest of both; least byte
+   first. */
 #define STAMP "warmlink " WL_STATE_ID
 #define STAMP_SIZE (sizeof STAMP - 1)
 #define NUMBERS (sizeof(Memory) / sizeof(double))
+#define DIGEST_AT (STAMP_SIZE + 8 * NUMBERS)
+
+/* Beyond this a double no longer counts by ones. */
+#define MOST_SAMPLES 9e15
+
+typedef unsigned long long Word;
+
+static void write_word(Word word, unsigned char *bytes)
+{
+    for (int k = 0; k < 8; k++)
+        bytes[k] = (unsigned char)(word >> 8 * k);
+}
+
+static Word read_word(const unsigned char *bytes)
+{
+    Word word = 0;
+    for (int k = 0; k < 8; k++)
+        word |= (Word)bytes[k] << 8 * k;
+    return word;
+}
+
+/* FNV-1a; any single byte that differs changes it. */
+static Word digest(const unsigned char *bytes, size_t size)
+{
+    Word hash = 14695981039346656037u;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ bytes[i]) * 1099511628211u;
+    return hash;
+}
 
 size_t model_serialized_size(void)
 {
-    return STAMP_SIZE + 8 * NUMBERS;
+    return DIGEST_AT + 8;
 }
 
 void model_serialize(const Memory *memory, unsigned char *bytes)
 {
-    const double *numbers = (const double *)memory;
     memcpy(bytes, STAMP, STAMP_SIZE);
-    bytes += STAMP_SIZE;
     for (size_t i = 0; i < NUMBERS; i++) {
-        unsigned long long bits;
-        memcpy(&bits, &numbers[i], 8);
-        for (int k = 0; k < 8; k++)
-            *bytes++ = (unsigned char)(bits >> 8 * k);
+        Word word;
+        memcpy(&word, (const double *)memory + i, 8);
+        write_word(word, bytes + STAMP_SIZE + 8 * i);
     }
+    write_word(digest(bytes, DIGEST_AT), bytes + DIGEST_AT);
+}
+
+static int fits(Kind kind, double value)
+{
+    return kind == REAL || (kind == INTEGER && value == model_whole(value)) || value == 0 || value == 1;
+}
+
+/* What no instance could have remembered; NULL where all is well. */
+static const char *contradiction(Model *model, const Memory *memory)
+{
+    double start = memory->start_time, time = memory->time, stop = memory->stop_time;
+    double slack = 4 * CLOCK_TOLERANCE * (fabs(start) + fabs(time)); /* as hosts' sums of steps may miss */
+    double least = 0, most = 0; /* samples */
+    int begun = memory->phase >= STEPPING;
+    if (!fits(INTEGER, memory->phase) || memory->phase < INSTANTIATED || memory->phase > TERMINATED)
+        return "no phase of a run is the one in it";
+    if (!(fabs(start) < HUGE_VAL && fabs(time) < HUGE_VAL && start - slack <= time && time <= stop + slack)
+        || (!begun && time != start))
+        return "its times contradict each other";
+    if (!(memory->interpolates == 0 || memory->interpolates == 1 || memory->interpolates == 2))
+        return "its inputs' derivatives contradict each other";
+    for (int i = 0; i < FIRST_OUTPUT; i++)
+        if (!fits(WL(variables)[i].kind, i < FIRST_INPUT ? memory->parameters[i] : memory->inputs[i - FIRST_INPUT]))
+            return "an integer or a boolean in it is none";
+    if (begun && !parameters_are_well(model, memory->parameters))
+        return "a parameter in it is out of range";
+    if (begun && wild_state(memory->states) >= 0)
+        return "a number in it is not finite";
+#if WL_SAMPLED
+    if (begun) {
+        least = fmax(0, samples_until(memory, time));
+        most = fmin(MOST_SAMPLES, least + 1 + slack / memory->parameters[WL_SAMPLE_TIME]);
+    }
+#endif
+    if (!(memory->samples >= least && memory->samples <= most && memory->samples == floor(memory->samples)))
+        return "its number of samples contradicts its time";
+    return NULL;
 }
 
 int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory)
 {
-    double *numbers = (double *)memory;
     if (size != model_serialized_size() || memcmp(bytes, STAMP, STAMP_SIZE) != 0) {
         model_report(model, ": the serialised state is not of this version of " WL_NAME
                             "; serialise it anew with this FMU");
         return 0;
     }
-    bytes += STAMP_SIZE;
     for (size_t i = 0; i < NUMBERS; i++) {
-        unsigned long long bits = 0;
-        for (int k = 0; k < 8; k++)
-            bits |= (unsigned long long)*bytes++ << 8 * k;
-        memcpy(&numbers[i], &bits, 8);
+        Word word = read_word(bytes + STAMP_SIZE + 8 * i);
+        memcpy((double *)memory + i, &word, 8);
     }
-    return 1;
+    const char *damage = read_word(bytes + DIGEST_AT) != digest(bytes, DIGEST_AT) ? "its digest differs"
+                                                                                  : contradiction(model, memory);
+    if (damage)
+        model_report(model, ": the serialised state is damaged: %s; serialise it anew", damage);
+    return !damage;
 }
 
 void model_restore(Model *model, const Memory *memory)

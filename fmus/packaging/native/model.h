@@ -26,8 +26,14 @@ typedef struct {
     int group, position; /* of an output: which outputs it is computed with, and where among them */
 } Variable;
 
+typedef struct {
+    const char *name;
+    int accepts_nan;
+} StateVariable;
+
 /* Generated. Vectors: states x, inputs u, parameters p, parameters and what they settle d. */
 extern const Variable WL(variables)[];
+extern const StateVariable WL(state_variables)[];
 extern const char *const WL(sentences)[];
 extern const int WL(group_sizes)[];
 
@@ -53,7 +59,8 @@ void WL(rates)(const double *x, const double *u, const double *d, const double *
 #define FIRST_OUTPUT (WL_PARAMETERS + WL_INPUTS)
 #define VARIABLES (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
 
-typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED } Phase;
+/* UPDATING: within a step, while the host is called back; never in a state that was saved. */
+typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED, UPDATING } Phase;
 
 /* All that an instance remembers; an FMU state is a copy of it. */
 typedef struct {
@@ -65,7 +72,7 @@ typedef struct {
     double start_time, stop_time, time; /* s; without a stop time it is infinite */
     double samples;
     double phase;
-    double interpolates; /* whether an input has a derivative */
+    double interpolates; /* 1: an input has a derivative for the step to come; 2: that step is done */
 } Memory;
 
 typedef void (*Report)(void *host, const char *sentence);
@@ -81,6 +88,13 @@ typedef struct {
     void *host;
 } Model;
 
+/* A direction in the space of the inputs, and the outputs' derivatives along it once they are computed. */
+typedef struct {
+    double states[AT_LEAST_1(WL_STATES)], inputs[AT_LEAST_1(WL_INPUTS)], time;
+    double outputs[AT_LEAST_1(WL_OUTPUTS)];
+    int computed;
+} Direction;
+
 /* Called within a step, before a micro step to `time` and after it; the host may bring `*until` forward. */
 typedef void (*Between)(void *host, double time, int finished, double *until);
 
@@ -93,11 +107,14 @@ typedef void (*Between)(void *host, double time, int finished, double *until);
 #define model_step WL(model_step)
 #define model_set_derivative WL(model_set_derivative)
 #define model_output_derivative WL(model_output_derivative)
-#define model_tangent WL(model_tangent)
+#define model_seed WL(model_seed)
+#define model_sensitivity WL(model_sensitivity)
 #define model_serialized_size WL(model_serialized_size)
 #define model_serialize WL(model_serialize)
 #define model_deserialize WL(model_deserialize)
 #define model_restore WL(model_restore)
+#define model_given WL(model_given)
+#define model_whole WL(model_whole)
 #define model_report WL(model_report)
 
 /* Each returns whether it succeeded; if not, a sentence has been reported and nothing has changed. */
@@ -109,13 +126,18 @@ int model_initialize(Model *model);
 int model_step(Model *model, double time, double step, Between between, double *reached);
 int model_set_derivative(Model *model, unsigned reference, int order, double value);
 int model_output_derivative(Model *model, unsigned reference, int order, double *value);
-int model_tangent(Model *model, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
-                  size_t known_count, const double *seed, double *sensitivity);
+int model_seed(Model *model, unsigned reference, double seed, Direction *direction);
+int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value);
 
 size_t model_serialized_size(void);
 void model_serialize(const Memory *memory, unsigned char *bytes);
 int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory);
 void model_restore(Model *model, const Memory *memory);
+
+/* Whether the host gave the arrays that so many values need; either may be NULL where there are none. */
+int model_given(Model *model, size_t count, const void *first, const void *second);
+/* An integer's value; the nearest that an integer may have, 0 for none. */
+int model_whole(double value);
 
 void model_report(Model *model, const char *format, ...);
 

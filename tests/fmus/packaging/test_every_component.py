@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
-from warmlink.fmus.packaging.instance import Instance, Snapshot
+from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian
+from warmlink.fmus.packaging.snapshot import Snapshot
 from warmlink.orchestration.catalogue import components
 
 ALL = components()

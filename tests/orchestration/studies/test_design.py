@@ -68,6 +68,7 @@ def test_a_systems_own_parameters_are_designed_for(
         (["WarmupCell", "--sensors", "none,base"], "--sensors none,base: none goes with no other"),
         (["WarmupCell", "--sensors", "base,nose"], "'nose' is not measured"),
         (["WarmupCell", "--sensor-std", "0 K"], "--sensor-std: 0 K is not positive"),
+        (["WarmupCell", "--sample-time", "1e-9 s"], "--sample-time 1e-9 s: is too short; give at least"),
         (["WarmupCell", "--sensor-std", "1 m"], "m does not convert to K"),
         (["WarmupCell", "--out", "gains.txt"], "is no parameter set"),
         (["WarmupCell", "--out", "taken/x.ssv"], "cannot be written"),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import json
 import math
+import struct
 import sys
 
 from slave import OK, Slave
@@ -65,19 +67,54 @@ refused(slave, 4.0, 1.0, "no String variable")
 refused(slave, 4.0, -1.0, "a step of -1 s")
 assert slave.step(4.0, 1.0) == OK
 
-# Serialised states that are broken or of another version are not taken.
+# A step that would not end, and one from elsewhere.
+refused(slave, 5.0, 1e7, "a step of 1e+07 s; give one above 0 s and at most 10000 s")
+refused(slave, 5.0, math.inf, "a step of inf s")
+refused(slave, 1e9, 1.0, "from 1e+09 s")
+assert slave.step(5.0, 1.0) == OK
+
+# Serialised states that are broken or of another version are not taken, stamped anew or not.
 stored = slave.fmu.serializeFMUState(slave.fmu.getFMUState())
 before = slave.bits()
 other = stored.replace(b"warmlink_motor_heat_source_", b"warmlink_motor_heat_source_0", 1)
+form, _, content = stored.split(b" ", 2)
+
+
+def stamped(content: bytes) -> bytes:
+    return b" ".join((form, hashlib.sha256(content).hexdigest()[:16].encode(), content))
+
+
+def with_field(name: str, value: object) -> bytes:
+    """The stored state with another value in it, its digest right all the same."""
+    state = json.loads(content)
+    (state["snapshot"] if name in state["snapshot"] else state)[name] = value
+    return stamped(json.dumps(state).encode())
+
+
+assert stamped(content) == stored
+kept = json.loads(content)["snapshot"]
+nan = struct.pack("<d", math.nan).hex()
 for wrong, word in (
-    (stored[:-9], "cannot be read"),
-    (b"\xff\x00", "cannot be read"),
+    (stored[:-9], "damaged"),
+    (b"\xff\x00", "damaged"),
+    (stored.replace(b"6.0", b"7.0"), "damaged"),
     (other, "another version"),
+    *((stamped(each), "damaged") for each in (b"", b"[" * 10**5, b"null", b"{}", b'{"snapshot": 5}')),
+    *((with_field("time", value), "damaged") for value in (math.nan, math.inf, -1e9, "now", None, [1.0])),
+    *((with_field("start_time", value), "damaged") for value in (math.nan, 1e9, 10**400, True)),
+    *((with_field("samples", value), "damaged") for value in (1, -1, 10**30, 0.5, "many")),
+    *((with_field("initialized", value), "damaged") for value in (False, 1, None, "yes")),
+    *((with_field("states", value), "damaged") for value in ("", "zz", nan + kept["states"][16:], [1, 2])),
+    *((with_field("parameters", value), "damaged") for value in (nan + kept["parameters"][16:], 5)),
+    *((with_field("inputs", value), "damaged") for value in (nan, nan + kept["inputs"][16:])),
+    *((with_field("unfit", value), "damaged") for value in (5, ["x"])),
+    *((with_field("refused", value), "damaged") for value in (None, "x", [5])),
+    *((with_field(name, 7), "damaged") for name in ("discarded", "lost", "other")),
 ):
     slave.fmu.setFMUState(slave.fmu.deSerializeFMUstate(wrong))
-    refused(slave, 5.0, 1.0, word)
+    refused(slave, 6.0, 1.0, word)
 assert slave.bits() == before
-assert slave.step(5.0, 1.0) == OK
+assert slave.step(6.0, 1.0) == OK
 
 # A step before initialization.
 early = Slave(fmu)

@@ -82,7 +82,7 @@ static void take_derivatives(fmi2Component instance)
         for (int order = -1; order < 4; order++) {
             double value = 0.01;
             fmi2GetRealOutputDerivatives(instance, &i, 1, &order, &value);
-            value = i < VARIABLES && (WL(variables)[i].flags & HAS_MAXIMUM) ? 0 : 0.001;
+            value = i < VARIABLES && (WL(variables)[i].flags & HAS_MAXIMUM) ? 0 : order == 1 ? 1e-3 : 1e-6;
             fmi2SetRealInputDerivatives(instance, &i, 1, &order, &value);
         }
     }

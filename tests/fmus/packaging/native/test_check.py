@@ -51,7 +51,7 @@ def replace(file: str, old: str, new: str) -> Damage:
     return damage
 
 
-AT_END_OF_STEP = "    memory->time = *reached;\n    model->fresh = 0;\n    return 1;"
+AT_END_OF_STEP = "    model->fresh = 0;\n    return well;"
 
 
 @pytest.fixture
@@ -151,7 +151,7 @@ def test_what_instances_share_is_found(damaged: Build, version: str) -> None:
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_wrong_derivative_is_found(damaged: Build, version: str) -> None:
-    wrong = replace("model.c", "sensitivity[i] = dy[", "sensitivity[i] = 1.01 * dy[")
+    wrong = replace("model.c", "*value = direction->outputs[", "*value = 1.01 * direction->outputs[")
     found = by_name(check_fmu(damaged(wrong, version), cases=["directional derivatives"]))
     assert found["directional derivatives"].verdict == "fail"
     assert (

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable, Iterator
+from ctypes import c_size_t, c_void_p
 
 import pytest
 from fmpy.fmi1 import FMICallException
@@ -34,6 +36,10 @@ AFTER_START: dict[str, tuple[Callable[[Native], object], str]] = {
     "NaN step": (lambda m: m.step(1.0, math.nan), "motor: a step of nan s; give one above 0 s"),
     "another time": (lambda m: m.step(7.0, 1.0), "motor: a step from 7 s, but 1 s is reached"),
     "NaN time": (lambda m: m.step(math.nan, 1.0), "motor: a step from nan s, but 1 s is reached"),
+    "a step that would not end": (
+        lambda m: m.step(1.0, 1e7),
+        "motor: a step of 1e+07 s; give one above 0 s and at most 10000 s",
+    ),
     "beyond the stop time": (lambda m: m.step(1.0, 200.0), "motor: a step to 201 s, beyond the stop time"),
     "a parameter late": (
         lambda m: m.set({"torque_constant": 2.0}),
@@ -109,13 +115,92 @@ def test_an_input_that_is_no_number(motor: Native, value: float) -> None:
     motor.step(1.0, 1.0)
 
 
+NULL_CALLS = {
+    "2.0": {
+        "GetReal": lambda n: (None, n, None),
+        "SetReal": lambda n: (None, n, None),
+        "GetInteger": lambda n: (None, n, None),
+        "SetBoolean": lambda n: (None, n, None),
+        "GetString": lambda n: (None, n, None),
+        "SetRealInputDerivatives": lambda n: (None, n, None, None),
+        "GetRealOutputDerivatives": lambda n: (None, n, None, None),
+        "GetDirectionalDerivative": lambda n: (None, n, None, n, None, None),
+    },
+    "3.0": {
+        "GetFloat64": lambda n: (None, n, None, n),
+        "SetFloat64": lambda n: (None, n, None, n),
+        "GetInt32": lambda n: (None, n, None, n),
+        "SetBoolean": lambda n: (None, n, None, n),
+        "GetBinary": lambda n: (None, n, None, None, n),
+        "SetClock": lambda n: (None, n, None),
+        "GetOutputDerivatives": lambda n: (None, n, None, None, n),
+        "GetDirectionalDerivative": lambda n: (None, n, None, n, None, n, None, n),
+    },
+}
+
+
+@pytest.mark.parametrize("count", [0, 1, 7])
+def test_null_arrays_are_well_where_nothing_is_asked_and_refused_elsewhere(motor: Native, count: int) -> None:
+    running(motor)
+    for name, arguments in NULL_CALLS["3.0" if motor.modern else "2.0"].items():
+        function = getattr(motor.fmu.dll, f"fmi{3 if motor.modern else 2}{name}")
+        function.argtypes = None
+        values = [c_size_t(each) if isinstance(each, int) else each for each in arguments(count)]
+        motor.messages.clear()
+        assert function(c_void_p(motor.fmu.component), *values) == (3 if count else 0), name
+        assert len(motor.messages) == (1 if count else 0), name
+    motor.step(1.0, 1.0)
+
+
+def stored(motor: Native) -> bytes:
+    state = motor.fmu.getFMUState() if motor.modern else motor.fmu.getFMUstate()
+    content = motor.fmu.serializeFMUState(state) if motor.modern else motor.fmu.serializeFMUstate(state)
+    (motor.fmu.freeFMUState if motor.modern else motor.fmu.freeFMUstate)(state)
+    return bytes(content)
+
+
+def stamped(content: bytes) -> bytes:
+    """With the digest of what stands before it, as the C code writes it."""
+    digest = 14695981039346656037
+    for byte in content[:-8]:
+        digest = (digest ^ byte) * 1099511628211 % 2**64
+    return content[:-8] + struct.pack("<Q", digest)
+
+
+DAMAGED = {
+    "phase": (1, [-1.0, 0.5, 4.0, 7.0, 1e300, math.nan, math.inf], "phase"),
+    "interpolates": (0, [3.0, -1.0, math.nan], "derivatives"),
+    "samples": (2, [1.0, -1.0, 1e300, math.nan], "samples"),
+    "time": (3, [math.nan, math.inf, -1e9, 1e300], "times"),
+    "stop time": (4, [math.nan, -1e9], "times"),
+    "start time": (5, [math.nan, -math.inf, 1e9], "times"),
+    "a state": (6, [math.nan, -math.inf], "not finite"),
+    "a parameter": (-1, [math.nan, -1.0], "parameter"),
+}
+"""Number of each field, counted from the end of the state, or the first from its beginning."""
+
+
+@pytest.mark.parametrize("field", DAMAGED)
+def test_a_damaged_state_is_refused_in_a_sentence(motor: Native, field: str) -> None:
+    place, values, word = DAMAGED[field]
+    running(motor)
+    content, before = stored(motor), [motor.get(name) for name in MOTOR.y.names]
+    assert stamped(content) == content
+    at = len("warmlink ") + 32 if place < 0 else len(content) - 8 * (place + 2)
+    read = motor.fmu.deserializeFMUState if motor.modern else motor.fmu.deSerializeFMUstate
+    for value in values:
+        damaged = content[:at] + struct.pack("<d", value) + content[at + 8 :]
+        assert "its digest differs" in refused(motor, lambda bad=damaged: read(bad))
+        refused(motor, lambda bad=damaged: read(stamped(bad)))
+        assert word in motor.messages[-1], motor.messages[-1]
+    assert [motor.get(name) for name in MOTOR.y.names] == before
+    motor.step(1.0, 1.0)
+
+
 @pytest.mark.parametrize("damage", ["another version", "too short", "another component"])
 def test_a_serialised_state_of_another_version(motor: Native, damage: str) -> None:
     running(motor)
-    state = motor.fmu.getFMUState() if motor.modern else motor.fmu.getFMUstate()
-    content = bytes(
-        motor.fmu.serializeFMUState(state) if motor.modern else motor.fmu.serializeFMUstate(state)
-    )
+    content = stored(motor)
     if damage == "another version":
         content = content[:9] + b"0" * 32 + content[41:]
     elif damage == "too short":
@@ -125,7 +210,6 @@ def test_a_serialised_state_of_another_version(motor: Native, damage: str) -> No
     read = motor.fmu.deserializeFMUState if motor.modern else motor.fmu.deSerializeFMUstate
     sentence = refused(motor, lambda: read(content))
     assert sentence.startswith("motor: the serialised state is not of this version of MotorHeatSource")
-    (motor.fmu.freeFMUState if motor.modern else motor.fmu.freeFMUstate)(state)
 
 
 def test_another_token_is_refused(motor: Native) -> None:
