@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.inverse import joint_angles
@@ -79,7 +80,7 @@ def load_program(name: str) -> Program:
     """
     path = PROGRAMS / f"{name}.toml"
     if not path.is_file():
-        raise InputError(f"{name}: no such program of the arm; choose {', '.join(arm_scenario_names())}")
+        raise InputError(f"{name}: no such program of the arm; {instead(name, arm_scenario_names())}")
     table = tomllib.loads(path.read_text("utf-8"))
     return parsed({key: value for key, value in table.items() if key in KEYS}, name)
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.arm import program as programs
 from warmlink.orchestration.arm.library import PROGRAMS, SYSTEM, arm_scenario_names, table_of
 from warmlink.orchestration.arm.program import Program
@@ -89,7 +90,7 @@ def load_arm_scenario(name: str) -> ArmScenario:
     path = shipped if shipped.is_file() else Path(name)
     table = table_of(path)
     if not table:
-        raise InputError(f"{name}: no such scenario of the arm; choose {', '.join(arm_scenario_names())}")
+        raise InputError(f"{name}: no such scenario of the arm; {instead(name, arm_scenario_names())}")
     return read_arm_scenario(path.stem, table)
 
 
@@ -97,7 +98,7 @@ def read_arm_scenario(name: str, table: Mapping[str, Any]) -> ArmScenario:
     """Scenario from the tables of its file."""
     sensor = str(table.get("sensor", DEFAULT_SENSOR))
     if sensor not in SENSORS:
-        raise InputError(f"{name}: sensor {sensor!r} is none of the axis's; choose {', '.join(SENSORS)}")
+        raise InputError(f"{name}: sensor {sensor!r} is none of the axis's; {instead(sensor, SENSORS)}")
     parameters = table.get("parameters", {})
     if not isinstance(parameters, dict):
         raise InputError(f"{name}: parameters is not a table; write [parameters] above them")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.build import build_python_fmus
 from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.orchestration.catalogue import controller, entries
@@ -23,7 +24,7 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) -> None:
     """Build, validate and list what was built."""
     if kind not in KINDS:
-        raise InputError(f"--fmus {kind}: no such kind; choose {', '.join(KINDS)}")
+        raise InputError(f"--fmus {kind}: no such kind; {instead(kind, KINDS)}")
     built: list[Path] = []
     everything = list(entries().values())
     if kind in ("python", "all"):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
@@ -70,7 +71,7 @@ def compare_command(
         return 0
     if system != WARMUP_CELL.name:
         raise InputError(
-            f"--system {system}: no such system to compare on; choose {WARMUP_CELL.name} or {ARM}"
+            f"--system {system}: no such system to compare on; {instead(system, (WARMUP_CELL.name, ARM))}"
         )
     laws = chosen_controllers(_listed(controllers, list(catalogue.controllers())))
     owned = [load_own_law(place) for place in own]

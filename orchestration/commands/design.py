@@ -12,6 +12,7 @@ from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.studies.design import plant_of, write_design
@@ -37,7 +38,7 @@ def design_command(
     if out is not None and out.suffix != ".ssv":
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
     if law not in DESIGNED:
-        raise InputError(f"--law {law}: {law!r} has no design; choose {', '.join(DESIGNED)}")
+        raise InputError(f"--law {law}: {law!r} has no design; {instead(law, DESIGNED)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
     plant = _plant(system)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import is_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
@@ -112,7 +113,7 @@ def chosen_kind(name: str | None) -> FmuKind | None:
         if kind == name:
             return kind
     if name is not None:
-        raise InputError(f"--fmus {name}: no such kind; choose {' or '.join(FMU_KINDS)}")
+        raise InputError(f"--fmus {name}: no such kind; {instead(name, FMU_KINDS)}")
     return None
 
 

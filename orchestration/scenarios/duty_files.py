@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.duty import (
     NO_PAD,
     PAD_POWER,
@@ -52,7 +53,7 @@ def load(source: str | Path) -> Duty:
     if path.suffix not in {".toml", ".csv"}:
         path = LIBRARY / f"{source}.toml"
         if not path.is_file():
-            raise InputError(f"{source}: no such duty cycle; choose {', '.join(names())}")
+            raise InputError(f"{source}: no such duty cycle; {instead(str(source), names())}")
     if not path.is_file():
         raise InputError(f"{path}: no such file; give an existing .toml or .csv")
     return read_csv(path) if path.suffix == ".csv" else read_toml(path)
@@ -171,7 +172,7 @@ def known_entries(table: Any, allowed: set[str], where: str) -> None:
         raise InputError(f"{where}: {table!r} is no table; give {', '.join(sorted(allowed))}")
     unknown = sorted(set(table) - allowed)
     if unknown:
-        raise InputError(f"{where}: unknown entry {unknown[0]!r}; it may have {', '.join(sorted(allowed))}")
+        raise InputError(f"{where}: unknown entry {unknown[0]!r}; {instead(unknown[0], sorted(allowed))}")
 
 
 def _required(table: Mapping[str, Any], key: str, where: str) -> float:

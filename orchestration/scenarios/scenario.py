@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.duty import Duty
 from warmlink.orchestration.scenarios.quantity import positive
@@ -84,7 +85,7 @@ def load_scenario(name: str) -> Scenario:
     if path.suffix in (".toml", ".csv") or name in duty_files.names():
         return _of_duty(duty_files.load(name))
     raise InputError(
-        f"{name}: no such scenario; choose {', '.join(scenario_names())}, or give a TOML or CSV file"
+        f"{name}: no such scenario; {instead(name, scenario_names(), 'or give a TOML or CSV file')}"
     )
 
 
@@ -94,7 +95,7 @@ def read_scenario(name: str, content: bytes) -> Scenario:
     known = _SETTINGS | duty_files.KEYS
     unknown = sorted(set(table) - known)
     if unknown:
-        raise InputError(f"{name}: {unknown[0]} is not known; use {', '.join(sorted(known))}")
+        raise InputError(f"{name}: {unknown[0]} is not known; {instead(unknown[0], sorted(known))}")
     scenario = _of_duty(_duty(name, table))
     return replace(
         scenario,

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 
@@ -97,8 +98,8 @@ def load(name: str) -> Mismatch:
         path = Path(name)
     if not path.is_file():
         raise InputError(
-            f"{name}: no such mismatch; choose {', '.join(names())}, draw_1, draw_2 and so on, or give a "
-            "TOML file"
+            f"{name}: no such mismatch; "
+            f"{instead(name, [*names(), 'draw_1', 'draw_2'], 'or give a TOML file')}"
         )
     return _read(path)
 

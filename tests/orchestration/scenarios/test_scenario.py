@@ -100,6 +100,8 @@ def test_start_values_are_converted_and_differences_know_that_they_are() -> None
     [
         ("arm.length", 1, "there is no component arm"),
         ("link.lenght", 1, "did you mean length"),
+        ("length", 1, r"length: names no component; did you mean link\.length\?"),
+        ("foo", 1, "foo: names no component; choose motor or link, with a dot and the variable after it"),
         ("link.length", "3 kg", "kg does not convert to m"),
         ("link.length", "3 furlnogs", "not a known unit"),
         ("link.length", "long", "is not a value"),
