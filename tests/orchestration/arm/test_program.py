@@ -100,7 +100,7 @@ GOOD: dict[str, Any] = {
         ({"pose": [{"hold": "1 s"}]}, "either joints or a point"),
         ({"pose": GOOD["pose"] * 33}, "33 poses are more than the 32"),
         ({"stop_time": "-1 h"}, "not positive"),
-        ({"speed": 3}, "unknown entry 'speed'"),
+        ({"speed": 3}, "speed is not known"),
         ({"random": {}}, "either"),
     ],
 )
