@@ -14,6 +14,7 @@ from warmlink.orchestration.commands.console import answer, answer_json, progres
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.own_law import OwnLaw, load_own_law
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -29,7 +30,6 @@ from warmlink.orchestration.studies.compare import (
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DEFAULT_OUT = Path("out") / "compare"

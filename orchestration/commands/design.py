@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.names import instead
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.commands.run import start_values_given
+from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.studies.design import plant_of, write_design
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
 
 WITH_CAMERA = "observer_drift"
-DESIGNED = ("regression", "observer", WITH_CAMERA)
-"""The laws whose parameters come from a design, and the one that goes by the camera."""
+"""The law that goes by the camera."""
 
 
 def design_command(
@@ -31,17 +35,19 @@ def design_command(
     sensor_std: str,
     camera_std: str | None,
     sample_time: str,
+    settings: Sequence[str],
+    parameter_files: Sequence[Path],
     out: Path | None,
     as_json: bool,
 ) -> None:
     """Design, write and answer."""
     if out is not None and out.suffix != ".ssv":
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
-    if law not in DESIGNED:
-        raise InputError(f"--law {law}: {law!r} has no design; {instead(law, DESIGNED)}")
+    if law not in PLANT_FACTS:
+        raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
-    plant = _plant(system)
+    plant = _changed(_plant(system), start_values_given(parameter_files, settings))
     names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
     facts: dict[str, object] = {"law": law, "sensors": names}
@@ -88,6 +94,14 @@ def _plant(system: str) -> Plant:
         for told in read.remarks:
             remark(told)
         return plant_of(read)
+
+
+def _changed(plant: Plant, given: Mapping[str, str | float]) -> Plant:
+    values = start_values(given, {"motor": MOTOR, "link": LINK}, "design")
+    motor, link = (
+        {name: float(value) for name, value in values.get(part, {}).items()} for part in ("motor", "link")
+    )
+    return Plant({**plant.motor, **motor}, {**plant.link, **link})
 
 
 def _answer(facts: Mapping[str, Any], plant: Plant) -> str:

@@ -39,7 +39,11 @@ DEFAULT_CONTROLLER = "lag"
 class Scenario:
     """What to run: the step in s, the tolerance in m.
 
-    `parameters` holds start values as written, `"2 W/K"` under `motor.joint_conductance`.
+    Attributes
+    ----------
+    parameters : start values as written, `"2 W/K"` under `motor.joint_conductance`
+    mismatches : names of those that change the parameters
+    believed : the parameters without them, which is what a law may know; None where there are none
     """
 
     name: str
@@ -51,6 +55,8 @@ class Scenario:
     controller: str = DEFAULT_CONTROLLER
     tolerance: float = DEFAULT_TOLERANCE
     parameters: dict[str, str | float] = field(default_factory=dict)
+    mismatches: tuple[str, ...] = ()
+    believed: dict[str, str | float] | None = None
 
     def __post_init__(self) -> None:
         check_extent(self.name, self.stop_time, self.step_size)

@@ -44,6 +44,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -52,7 +53,6 @@ from warmlink.orchestration.studies.axis import Axis, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.studies.objective import Constraint, Gathered, read_constraint, read_objective
-from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
 
 LIBRARY = Path(__file__).parent / "library"
 
@@ -221,7 +221,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
 def _law(given: Any, folder: Path, name: str) -> tuple[Component, OwnLaw | None, str]:
     if not isinstance(given, str):
         raise InputError(f'{name}: names no controller; write controller = "lag"')
-    if ".py:" in given:
+    if is_own_law(given):
         own = load_own_law(_beside(given, folder))
         return own.component, own, own.name
     return catalogue.controller(given), None, given
