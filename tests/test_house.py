@@ -39,6 +39,13 @@ def test_the_list_of_packages_is_the_tree() -> None:
     assert {path.parent for path in SOURCES} == {p.parent for p in SOURCES if p.name == "__init__.py"}
 
 
+def test_warmlink_is_a_namespace_that_can_be_run() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
+    assert declared["py-modules"] == ["warmlink.__main__"]
+    assert declared["package-dir"]["warmlink"] == "."
+    assert not (ROOT / "__init__.py").exists()
+
+
 @pytest.mark.parametrize("floor", FLOORS)
 def test_imports_point_one_way(floor: str) -> None:
     above = FLOORS[FLOORS.index(floor) + 1 :]
