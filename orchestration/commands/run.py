@@ -176,8 +176,9 @@ def settings_given(settings: Sequence[str]) -> dict[str, str]:
     parameters = {}
     for setting in settings:
         variable, equals, value = setting.partition("=")
-        if not equals:
-            raise InputError(f'--set {setting}: no value; write --set "motor.joint_conductance=2 W/K"')
+        if not equals or not variable.strip():
+            missing = "no name" if equals else "no value"
+            raise InputError(f'--set {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
         parameters[variable.strip()] = value.strip()
     return parameters
 

@@ -16,7 +16,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.text_files import is_file, known_entries, read_toml, text_entry
+from warmlink.orchestration.scenarios.scenario import written_parameters
+from warmlink.orchestration.text_files import is_file, known_entries, read_toml, shown, text_entry
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -36,6 +37,8 @@ THERMAL_PARAMETERS = (
 EXPANSION = "link.expansion_coefficient"
 THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03
 """Largest relative error of a drawn thermal parameter, and of the expansion coefficient."""
+
+LARGEST_FACTOR = 1e6
 
 PLANT = ("duty", "motor", "link")
 """Instances that settle the true elongation."""
@@ -118,10 +121,14 @@ def draw(seed: int) -> Mismatch:
 def _read(path: Path) -> Mismatch:
     given = read_toml(path)
     known_entries(given, {"about", "scale", "parameters"}, path.name)
-    scale, parameters = given.get("scale", {}), given.get("parameters", {})
-    if not isinstance(scale, dict) or not isinstance(parameters, dict):
-        raise InputError(f"{path.name}: scale and parameters are tables; write [scale] and [parameters]")
+    scale, parameters = given.get("scale", {}), written_parameters(path.name, given)
+    if not isinstance(scale, dict):
+        raise InputError(f"{path.name}: scale is not a table; write [scale] above the factors")
     for name, factor in scale.items():
-        if isinstance(factor, bool) or not isinstance(factor, int | float) or not factor > 0:
-            raise InputError(f"{path.name}: {name}: {factor!r} is no factor; give a number above 0")
+        known = not isinstance(factor, bool) and isinstance(factor, int | float)
+        if not known or not 0 < factor <= LARGEST_FACTOR:
+            raise InputError(
+                f"{path.name}: {name}: {shown(factor)} is no factor; give a number above 0, at most "
+                f"{LARGEST_FACTOR:g}"
+            )
     return Mismatch(path.stem, text_entry(given, "about", path.stem, path.name), scale, parameters)
