@@ -97,7 +97,8 @@ class ClosedLoop:
     def remarks(self) -> tuple[str, ...]:
         """What to know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
-        return tuple(each for each in (self.advice, IDEAL if flattering else None) if each)
+        told = (*self.scenario.duty.remarks, self.advice, IDEAL if flattering else None)
+        return tuple(each for each in told if each)
 
     def to_dict(self) -> dict[str, Any]:
         """What stands in `metrics.json`."""

@@ -68,7 +68,19 @@ def read_csv(path: Path) -> Duty:
     if len(times) < 2:
         raise InputError(f"{path.name}: {len(times)} rows under the header; give at least two times")
     lasting = [replace(each, duration=float(d)) for each, d in zip(segments, np.diff(times), strict=False)]
-    return Duty(path.stem, path.stem, f"recorded, {path.name}", times[-1] - times[0], tuple(lasting))
+    given = {column.name for column in columns}
+    return Duty(
+        name=path.stem,
+        title=path.stem,
+        reason=f"recorded, {path.name}",
+        stop_time=times[-1] - times[0],
+        segments=tuple(lasting),
+        remarks=tuple(
+            f"{path.name} has no column {name}, which is taken as 0 {DEMANDS[name]}"
+            for name in ("speed", "torque")
+            if name not in given
+        ),
+    )
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

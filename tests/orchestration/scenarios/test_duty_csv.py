@@ -36,6 +36,12 @@ def test_a_pad_is_switched_by_whichever_of_its_cells_is_given(tmp_path: Path) ->
     assert [s.pad_mode for s in read_csv(written(tmp_path, text)).segments] == [1, 2, 0]
 
 
+def test_what_is_left_out_is_said(tmp_path: Path) -> None:
+    duty = read_csv(written(tmp_path, "time [s],speed [rad/s]\n0,3\n10,3\n"))
+    assert duty.remarks == ("recorded.csv has no column torque, which is taken as 0 N.m",)
+    assert read_csv(written(tmp_path, f"{HEADER}\n{ROWS}")).remarks == ()
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
