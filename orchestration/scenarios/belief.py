@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from importlib.util import find_spec
 
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.names import listed
@@ -12,8 +13,7 @@ from warmlink.orchestration.scenarios.overrides import start_value, start_values
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
-MOTOR, LINK = "motor", "link"
-PLANT = (MOTOR, LINK)
+PLANT = ("motor", "link")
 THERMOMETERS = "sensors"
 
 SUBSTITUTE = "observer"
@@ -44,12 +44,10 @@ def advice(controller: str, components: Mapping[str, Component], believed: Writt
     InputError
         If a start value does not exist or is refused.
     """
-    from warmlink.controllers.design.shipped import PLANT_FACTS
-
     changed = _changed(believed, components, PLANT)
     made_for = {name: believed[name] for name in changed}
     differing = f"differs in {listed(changed)}" if changed else "is the nominal one"
-    if controller in PLANT_FACTS:
+    if has_design(controller):
         if knows(controller, components, believed):
             return None
         return (
@@ -64,6 +62,11 @@ def advice(controller: str, components: Mapping[str, Component], believed: Writt
         f"law that is designed for it: {_command(SUBSTITUTE, made_for)}; then run with "
         f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
     )
+
+
+def has_design(controller: str) -> bool:
+    """Whether a shipped law's parameters come from a design; told without loading what designs it."""
+    return find_spec(f"warmlink.controllers.{controller}.designed") is not None
 
 
 def knows(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
@@ -90,10 +93,8 @@ def is_ideal(controller: str, components: Mapping[str, Component], parameters: W
     InputError
         If a start value does not exist or is refused.
     """
-    from warmlink.controllers.design.shipped import PLANT_FACTS
-
     perfect = not _changed(parameters, components, (THERMOMETERS,))
-    return controller in PLANT_FACTS and perfect and knows(controller, components, parameters)
+    return has_design(controller) and perfect and knows(controller, components, parameters)
 
 
 def _is_nominal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
@@ -122,7 +123,10 @@ def _changed(
 ) -> list[str]:
     """Names of start values that differ from what the components declare."""
     declared = {
-        f"{part}.{scalar.name}": scalar.start for part in instances for scalar in components[part].scalars()
+        f"{part}.{scalar.name}": scalar.start
+        for part in instances
+        for scalar in components[part].scalars()
+        if scalar.name in components[part].p.index
     }
     return [
         name

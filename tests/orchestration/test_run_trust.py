@@ -6,13 +6,18 @@ import json
 import os
 import shlex
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from warmlink.controllers.design.shipped import PLANT_FACTS
+from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.scenarios.belief import has_design
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
 
 MY_LAW = Path(__file__).parent / "studies" / "my_law.py"
@@ -56,6 +61,25 @@ def test_no_controller_acts_on_motor_or_link() -> None:
             if source.partition(".")[0] in reached
         }
     assert reached == {COMPENSATOR, "camera"}
+
+
+def test_every_law_that_ships_with_a_design_says_what_it_knows_of_the_plant() -> None:
+    assert set(PLANT_FACTS) == {name for name in controllers() if has_design(name)}
+
+
+def test_the_default_run_loads_no_designer() -> None:
+    script = (
+        "import sys\n"
+        "from warmlink.orchestration.catalogue import controller\n"
+        "from warmlink.orchestration.scenarios.belief import advice, is_ideal\n"
+        "from warmlink.orchestration.scenarios.closed_loop import cell_components\n"
+        "for law in ('lag', 'observer'):\n"
+        "    parts = cell_components(controller(law))\n"
+        "    advice(law, parts, {}), is_ideal(law, parts, {})\n"
+        "print('scipy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
 
 
 def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
