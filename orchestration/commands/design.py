@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,11 @@ from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.names import instead
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.commands.console import answer, answer_json, remark
-from warmlink.orchestration.commands.run import start_values_given
-from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.commands.run import settings_given
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.studies.design import plant_of, write_design
+from warmlink.orchestration.studies.design import plant_of, with_values, write_design
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
 
@@ -35,8 +32,7 @@ def design_command(
     sensor_std: str,
     camera_std: str | None,
     sample_time: str,
-    settings: Sequence[str],
-    parameter_files: Sequence[Path],
+    settings: list[str],
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -47,7 +43,8 @@ def design_command(
         raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
-    plant = _changed(_plant(system), start_values_given(parameter_files, settings))
+    given = settings_given(settings)
+    plant = with_values(_plant(system), given)
     names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
     facts: dict[str, object] = {"law": law, "sensors": names}
@@ -94,14 +91,6 @@ def _plant(system: str) -> Plant:
         for told in read.remarks:
             remark(told)
         return plant_of(read)
-
-
-def _changed(plant: Plant, given: Mapping[str, str | float]) -> Plant:
-    values = start_values(given, {"motor": MOTOR, "link": LINK}, "design")
-    motor, link = (
-        {name: float(value) for name, value in values.get(part, {}).items()} for part in ("motor", "link")
-    )
-    return Plant({**plant.motor, **motor}, {**plant.link, **link})
 
 
 def _answer(facts: Mapping[str, Any], plant: Plant) -> str:
