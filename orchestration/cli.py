@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Annotated
 
 import typer
 
@@ -16,7 +17,6 @@ app = typer.Typer(
     help="How far off a robot's tool point is while its link warms up, and what a controller takes out.",
     epilog="Begin with: warmlink run",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
@@ -40,13 +40,30 @@ app.add_typer(bench, name="bench")
 BAD_INPUT = 2
 
 
+def _say_version(asked: bool) -> None:
+    if asked:
+        from warmlink.fmus.packaging.release import version
+
+        print(f"warmlink {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _before_any_command(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_say_version, is_eager=True, help="Say which version this is."),
+    ] = False,
+) -> None: ...
+
+
 def main() -> None:
     """Entry point of the command: bad input ends in one sentence and exit code 2."""
     # The matrices are small: threads of one product wait for each other longer than they work. NumPy
     # reads this once, when it is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        app()
+        app(prog_name="warmlink")
     except InputError as fault:
         print(f"warmlink: {fault}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None

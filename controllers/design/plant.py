@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.integrator import COMPLEX_STEP
@@ -142,7 +143,7 @@ def parameter_vector(component: Component, values: Mapping[str, float], instance
         if name not in component.p.index:
             raise InputError(
                 f"{instance}.{name}: {component.name} has no such parameter; "
-                f"it has {', '.join(v.name for v in component.parameters)}"
+                f"{instead(name, [v.name for v in component.parameters])}"
             )
         vector[component.p.index[name]] = value
     for sentence in limits.problems(component, instance, vector.tolist()):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import arm_values, axis_name
 from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
@@ -86,7 +87,7 @@ def _set(number: int, effect: str, size: float) -> list[tuple[str, float]]:
     if cause is None:
         raise InputError(
             f"effect: {effect!r} cannot be hidden in an axis of the arm; "
-            f"choose {', '.join(possible_effects())}"
+            f"{instead(effect, possible_effects())}"
         )
     found = []
     for name in cause.frees:

@@ -74,6 +74,7 @@ def run_arm(
         record=(*RECORDED, *readings),
         progress=part(0.0, 0.3),
     )
+    bounded = bounded and result.reason is None  # after a Ctrl-C nobody waits for another run
     coupling = _coupling_error(plain, result, scenario, part(0.3, 0.5)) if bounded else np.inf
     compensations = [Compensation(controller, columns(result, f"{COMPENSATOR}.correction"))]
     compensations.append(Compensation(CENTRALISED, centralised(scenario, result)))

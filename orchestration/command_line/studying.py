@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Set
 
 
 def compare(
@@ -135,15 +135,16 @@ def design(
         str | None, typer.Option(help='That of the camera, as "0.2 um". Default: the DriftCamera\'s own.')
     ] = None,
     sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
+    set_: Set = None,
     out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
     json: Json = False,
 ) -> None:
     """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
 
-    The plant's parameters are those of the system's motor and link.
+    The plant's parameters are those of the system's motor and link, and what --set says of these.
 
     Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
     """
     from warmlink.orchestration.commands.design import design_command
 
-    design_command(system, law, sensors, sensor_std, camera_std, sample_time, out, json)
+    design_command(system, law, sensors, sensor_std, camera_std, sample_time, set_ or [], out, json)

@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.own_law import OwnLaw, load_own_law
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -28,7 +30,6 @@ from warmlink.orchestration.studies.compare import (
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DEFAULT_OUT = Path("out") / "compare"
@@ -70,7 +71,7 @@ def compare_command(
         return 0
     if system != WARMUP_CELL.name:
         raise InputError(
-            f"--system {system}: no such system to compare on; choose {WARMUP_CELL.name} or {ARM}"
+            f"--system {system}: no such system to compare on; {instead(system, (WARMUP_CELL.name, ARM))}"
         )
     laws = chosen_controllers(_listed(controllers, list(catalogue.controllers())))
     owned = [load_own_law(place) for place in own]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json, remark, spinner
 
@@ -72,10 +73,10 @@ def hide_command(
     from warmlink.orchestration.diagnosis.hide import EFFECTS, REAL, WHITE, effect_of, hide, write_csv
 
     if solver not in (GRID, FEA):
-        raise InputError(f"--with {solver}: no such solver; choose {GRID} or {FEA}")
+        raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
     kinds = {"white": WHITE, "real": REAL}
     if noise not in kinds:
-        raise InputError(f"--noise {noise}: no such noise; choose {' or '.join(kinds)}")
+        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
     strengths = {}

@@ -5,8 +5,10 @@ from __future__ import annotations
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.commands.console import progress_bar, remark
 from warmlink.orchestration.commands.simulate_answer import give_answer
 from warmlink.orchestration.files import fresh_folder
@@ -101,10 +103,11 @@ class SimulateOptions:
     @property
     def loop(self) -> Stepping:
         """How to step."""
-        for known in ("auto", "plain", "compiled"):
+        kinds: tuple[Stepping, ...] = get_args(Stepping)
+        for known in kinds:
             if self.stepping == known:
                 return known
-        raise InputError(f"--stepping {self.stepping}: not known; choose auto, plain or compiled")
+        raise InputError(f"--stepping {self.stepping}: not known; {instead(self.stepping, kinds)}")
 
     @property
     def bounds_coupling(self) -> bool:

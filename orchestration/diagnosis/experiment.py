@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Input, Parameter
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import Rig, rig
@@ -271,6 +272,4 @@ class _Reader:
     def _refuse_unknown(self, table: Mapping[str, object], known: set[str], where: str) -> None:
         for key in table:
             if key not in known:
-                raise InputError(
-                    f"{self.name}: {where}{key} is not known; known are {', '.join(sorted(known))}"
-                )
+                raise InputError(f"{self.name}: {where}{key} is not known; {instead(key, sorted(known))}")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.hidden import COLD, Course, Segment, Truth, simulate
 
 Vector = NDArray[np.float64]
@@ -265,10 +266,11 @@ def effect_of(name: str) -> Effect:
     """
     stem, _, channel = name.partition(":")
     if stem not in EFFECTS:
-        raise InputError(f"effect: {stem!r} is not known; known are {', '.join(EFFECTS)}")
+        raise InputError(f"effect: {stem!r} is not known; {instead(stem, EFFECTS)}")
     if EFFECTS[stem].per_channel and channel not in (*CHANNELS, "elongation"):
         raise InputError(
-            f"effect: {name!r} needs a channel, as {stem}:tip_temperature; known are {', '.join(CHANNELS)}"
+            f"effect: {name!r} needs a channel, as {stem}:tip_temperature; "
+            f"{instead(channel, (*CHANNELS, 'elongation'))}"
         )
     return EFFECTS[stem]
 

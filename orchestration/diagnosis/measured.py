@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.values import column_parts, converter, is_temperature
 
 if TYPE_CHECKING:
@@ -201,8 +202,8 @@ def _wanted(
             continue
         if parts[0] not in rig.columns:
             raise InputError(
-                f"{path.name}: column {header!r} is not known; {rig.name} knows "
-                f"{', '.join((TIME, *rig.columns))} (an experiment file may name other columns)"
+                f"{path.name}: column {header!r} is not known; "
+                f"{instead(parts[0], (TIME, *rig.columns), 'or name it in an experiment file')}"
             )
         wanted[header] = rig.columns[parts[0]]
     return wanted
@@ -210,7 +211,9 @@ def _wanted(
 
 def _require(path: Path, table: pd.DataFrame, header: str) -> None:
     if header not in table.columns:
-        raise InputError(f"{path.name}: there is no column {header!r}; it has {', '.join(table.columns)}")
+        raise InputError(
+            f"{path.name}: there is no column {header!r}; {instead(header, map(str, table.columns))}"
+        )
 
 
 def _times(path: Path, table: pd.DataFrame) -> Vector:

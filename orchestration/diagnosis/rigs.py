@@ -14,6 +14,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
 from warmlink.fmus.thermal_link.component import thermal_link
 
@@ -74,8 +75,9 @@ class Rig:
         if name not in self.variables:
             instance = name.partition(".")[0]
             held = [n for n in self.variables if n.startswith(f"{instance}.")]
-            known = f"{instance} has {', '.join(held)}" if held else f"it has {', '.join(self.components)}"
-            raise InputError(f"{where}: {self.name} has no variable {name}; {known}")
+            raise InputError(
+                f"{where}: {self.name} has no variable {name}; {instead(name, held or self.variables)}"
+            )
         return self.variables[name]
 
     def fed_with(self, name: str) -> tuple[str, ...]:
@@ -162,5 +164,5 @@ def rig(name: str, cells: int = 40) -> Rig:
         There is no such system.
     """
     if name not in RIGS:
-        raise InputError(f"system: {name!r} is not one that can be diagnosed; choose {', '.join(RIGS)}")
+        raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, RIGS)}")
     return RIGS[name](cells)

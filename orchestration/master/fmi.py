@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.master.journal import Journal
 from warmlink.orchestration.master.slave import Names, SlaveError, Status
 from warmlink.orchestration.system.description import ModelInfo, Variable
@@ -291,7 +292,9 @@ class FmiSlave(ABC):
         for position, name in enumerate(names):
             variable = self.variables.get(name)
             if variable is None:
-                raise InputError(f"{self.name}.{name}: the FMU has no such variable; correct the name")
+                raise InputError(
+                    f"{self.name}.{name}: the FMU has no such variable; {instead(name, self.variables)}"
+                )
             base = None if variable.dimensions else self.base_type(variable)
             if base is None:
                 raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Output, Scalar
 from warmlink.orchestration.scenarios.quantity import quantity
@@ -46,16 +47,24 @@ def start_value(name: str, text: str | float, components: Mapping[str, Component
 def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar:
     """The input or parameter that `instance.variable` names. Raises as `start_values`."""
     instance, _, variable = name.rpartition(".")
+    if not instance:
+        full = [f"{held}.{name}" for held, component in components.items() if name in _settable(component)]
+        known = instead(name, full or components, "with a dot and the variable after it")
+        raise InputError(f"{where}: {name}: names no component; {known}")
     if instance not in components:
         raise InputError(
-            f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
+            f"{where}: {name}: there is no component {instance}; {instead(instance, components)}"
         )
-    component = components[instance]
-    scalars = {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
+    scalars = _settable(components[instance])
     if variable not in scalars:
-        near = _nearest(variable, list(scalars))
-        raise InputError(f"{where}: {name}: {component.name} has no such variable; did you mean {near}?")
+        raise InputError(
+            f"{where}: {name}: {components[instance].name} has no such variable; {instead(variable, scalars)}"
+        )
     return scalars[variable]
+
+
+def _settable(component: Component) -> dict[str, Scalar]:
+    return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
 
 
 def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> None:
@@ -63,9 +72,3 @@ def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> 
     values = [float(chosen.get(name, start or 0.0)) for name, start in starts.items()]
     for sentence in limits.problems(component, instance, values):
         raise InputError(sentence)
-
-
-def _nearest(name: str, names: list[str]) -> str:
-    from difflib import get_close_matches
-
-    return (get_close_matches(name, names, n=1, cutoff=0.0) or names)[0]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.studies.case import Case, Outcome
 
 Metric = Callable[[Outcome, Case], float]
@@ -117,13 +118,13 @@ def _gathered(table: Any, where: str, more: set[str]) -> Gathered:
     known = {"metric", "over", "level"} | more
     unknown = sorted(set(table) - known)
     if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; use {', '.join(sorted(known))}")
+        raise InputError(f"{where}: {unknown[0]} is not known; {instead(unknown[0], sorted(known))}")
     metric, over = table.get("metric", "max_abs_um"), table.get("over", "worst")
     level = table.get("level", 0.2)
     if metric not in METRICS:
-        raise InputError(f"{where}.metric: {metric!r} is not known; choose {', '.join(METRICS)}")
+        raise InputError(f"{where}.metric: {metric!r} is not known; {instead(str(metric), METRICS)}")
     if over not in GATHERINGS:
-        raise InputError(f"{where}.over: {over!r} is not known; choose {', '.join(GATHERINGS)}")
+        raise InputError(f"{where}.over: {over!r} is not known; {instead(str(over), GATHERINGS)}")
     if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level <= 1:
         raise InputError(f"{where}.level: {level!r} is no share; give a number above 0, at most 1")
     return Gathered(metric, over, float(level))

@@ -40,9 +40,11 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -51,7 +53,6 @@ from warmlink.orchestration.studies.axis import Axis, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.studies.objective import Constraint, Gathered, read_constraint, read_objective
-from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
 
 LIBRARY = Path(__file__).parent / "library"
 
@@ -175,7 +176,7 @@ def load_study(name: str) -> Study:
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
     if not path.is_file():
-        raise InputError(f"{name}: no such study; give a TOML file, or {' or '.join(names())}")
+        raise InputError(f"{name}: no such study; {instead(name, names(), 'or give a TOML file')}")
     try:
         return read_study(path.stem, tomllib.loads(path.read_text(encoding="utf-8")), path.parent)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
@@ -220,7 +221,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
 def _law(given: Any, folder: Path, name: str) -> tuple[Component, OwnLaw | None, str]:
     if not isinstance(given, str):
         raise InputError(f'{name}: names no controller; write controller = "lag"')
-    if ".py:" in given:
+    if is_own_law(given):
         own = load_own_law(_beside(given, folder))
         return own.component, own, own.name
     return catalogue.controller(given), None, given
@@ -256,7 +257,7 @@ def _tune(table: Any, where: str) -> TuneSettings:
     default = TuneSettings()
     sampler, storage = table.get("sampler", default.sampler), table.get("storage")
     if sampler not in SAMPLERS:
-        raise InputError(f"{where}.sampler: {sampler!r} is not known; choose {' or '.join(SAMPLERS)}")
+        raise InputError(f"{where}.sampler: {sampler!r} is not known; {instead(str(sampler), SAMPLERS)}")
     if storage is not None and not (isinstance(storage, str) and "://" in storage):
         raise InputError(f"{where}.storage: {storage!r} is no URL; write sqlite:///study.db, say")
     trials = _whole(table.get("trials", default.trials), f"{where}.trials", 1)
@@ -268,7 +269,7 @@ def _sweep(table: Any, where: str) -> SweepSettings:
     _known(table, {"kind", "points"}, where)
     kind = table.get("kind", "grid")
     if kind not in SWEEPS:
-        raise InputError(f"{where}.kind: {kind!r} is not known; choose {' or '.join(SWEEPS)}")
+        raise InputError(f"{where}.kind: {kind!r} is not known; {instead(str(kind), SWEEPS)}")
     return SweepSettings(kind, _whole(table.get("points", 5), f"{where}.points", 1))
 
 
@@ -285,4 +286,4 @@ def _known(table: Any, keys: set[str], where: str) -> None:
         raise InputError(f"{where}: is not a table; give {', '.join(sorted(keys))}")
     unknown = sorted(set(table) - keys)
     if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; use {', '.join(sorted(keys))}")
+        raise InputError(f"{where}: {unknown[0]} is not known; {instead(unknown[0], sorted(keys))}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.system.model import ConnectorType, Value
 from warmlink.orchestration.system.model_info import FMI3_TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.units import Unit
@@ -29,7 +30,7 @@ def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
     """
     variable = info.variables.get(name)
     if variable is None:
-        raise InputError(f"{where}: {info.path.name} has no variable {name}; correct the name")
+        raise InputError(f"{where}: {info.path.name} has no variable {name}; {instead(name, info.variables)}")
     if variable.dimensions:
         raise InputError(f"{where}: is an array in {info.path.name}, which is not supported; use scalars")
     if variable.kind is None:
@@ -105,8 +106,9 @@ def checked_value(variable: Variable, value: Value, where: str) -> Value:
 
 def _item(variable: Variable, name: str, where: str) -> int:
     if name not in variable.items:
-        items = ", ".join(variable.items) or "none by name"
-        raise InputError(f"{where}: {name!r} is not an item of its enumeration; it has {items}")
+        raise InputError(
+            f"{where}: {name!r} is not an item of its enumeration; {instead(name, variable.items)}"
+        )
     return variable.items[name]
 
 

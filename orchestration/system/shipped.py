@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 
@@ -60,7 +61,7 @@ class Blueprint:
         for instance in values:
             if instance not in self.components:
                 raise InputError(
-                    f"{instance}: {self.name} has no such component; it has {', '.join(self.components)}"
+                    f"{instance}: {self.name} has no such component; {instead(instance, self.components)}"
                 )
         components = {
             instance: component(instance, fmus[kind], values.get(instance))

@@ -63,7 +63,10 @@ def test_a_systems_own_parameters_are_designed_for(
     [
         (["absent.ssp"], "absent.ssp"),
         (["BenchRod"], "BenchRod: has no motor with a link"),
-        (["WarmupCell", "--law", "lag"], "'lag' has no design; choose regression, observer, observer_drift"),
+        (
+            ["WarmupCell", "--law", "lag"],
+            "'lag' has no design; choose regression, observer or",
+        ),
         (["WarmupCell", "--camera-std", "1 um"], "observer does not go by the camera; observer_drift does"),
         (["WarmupCell", "--sensors", "none,base"], "--sensors none,base: none goes with no other"),
         (["WarmupCell", "--sensors", "base,nose"], "'nose' is not measured"),
