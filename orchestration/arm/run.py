@@ -23,6 +23,7 @@ from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.compiled import prepare
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import Progress as MasterProgress
 from warmlink.orchestration.master.run import simulate
@@ -66,13 +67,9 @@ def run_arm(
     def part(done: float, whole: float) -> MasterProgress:
         return lambda at, count: report(done + whole * at / count)
 
-    result = simulate(
-        system,
-        scenario.stop_time,
-        scenario.step_size,
-        chosen,
-        record=(*RECORDED, *readings),
-        progress=part(0.0, 0.3),
+    record, stop, step = (*RECORDED, *readings), scenario.stop_time, scenario.step_size
+    result = guarded(
+        lambda line: simulate(system, stop, step, chosen, record=record, line=line), part(0.0, 0.3)
     )
     coupling = _coupling_error(plain, result, scenario, part(0.3, 0.5)) if bounded else np.inf
     compensations = [Compensation(controller, columns(result, f"{COMPENSATOR}.correction"))]
@@ -92,7 +89,9 @@ def _coupling_error(plain: System, result: Result, scenario: ArmScenario, progre
     """Bound in um on what the communication step costs any elongation; infinite where a run stopped early."""
     chosen = algorithm(scenario.master)
     bounds = estimate_coupling_error(
-        lambda until, half: simulate(plain, until, half, chosen, record=_ELONGATIONS, progress=progress),
+        lambda until, half: guarded(
+            lambda line: simulate(plain, until, half, chosen, record=_ELONGATIONS, line=line), progress
+        ),
         result,
         scenario.step_size,
         chosen.order,

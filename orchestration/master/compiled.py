@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
-from warmlink.orchestration.master import fmi
+from warmlink.orchestration.master import fmi, under_way
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -127,6 +127,7 @@ class CompiledLoop:
         self._points = points
         self._restores = not network.unable_to_restore()
         self._keyframe: Snapshot | None = None
+        self._cells = np.frombuffer(under_way.here.cells, dtype=np.int64)
         self._chunk = 256
 
     def advance(self, last: int) -> bool:
@@ -148,7 +149,8 @@ class CompiledLoop:
         last = min(last, first + self._chunk, first + recorder.room())
         if self._restores:
             self._keyframe = network.snapshot(reuse=self._keyframe)
-        failure = np.zeros(3, dtype=np.int64)
+        failure = self._cells
+        failure[:3] = 0
         began = time.perf_counter()
         reached = self._kernel.advance(
             self._jacobi,
@@ -175,7 +177,7 @@ class CompiledLoop:
         network.steps += (reached - first) * len(network.slaves)
         recorder.filled(reached)
         if failure[0]:
-            self._raise(reached, *(int(f) for f in failure))
+            self._raise(reached, *(int(f) for f in failure[:3]))
         return True
 
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:

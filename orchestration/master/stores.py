@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.line import Line
 from warmlink.orchestration.master.table import Table
 
 VALUES, COLUMNS = "values.npy", "columns.json"
@@ -38,13 +39,23 @@ class Store(Protocol):
 
 
 class Memory:
-    """Keeps one block for the whole run."""
+    """Keeps one block for the whole run.
+
+    Parameters
+    ----------
+    line : Line, optional
+        Gives the memory where the run is guarded.
+    """
+
+    def __init__(self, line: Line | None = None) -> None:
+        self._line = line
 
     def open(
         self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
     ) -> NDArray[np.float64]:
         """Give the whole array."""
-        return np.full((points.count + 1, len(names)), np.nan)
+        shape = points.count + 1, len(names)
+        return np.full(shape, np.nan) if self._line is None else self._line.block(*shape)
 
     def put(self, first: int, rows: NDArray[np.float64]) -> None:
         """Nothing to do: the block is never full before the end."""

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import Progress as MasterProgress
 from warmlink.orchestration.master.run import simulate
@@ -130,22 +130,29 @@ def run_scenario(
     def part(done: float, whole: float) -> MasterProgress:
         return lambda at, count: report((done + whole * at / count) / 4)
 
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as folder:
-        home = Path(folder)
-        without = simulate(plain, stop, step, chosen, unpacked=home, progress=part(0, 1))
-        compensated = simulate(cell, stop, step, chosen, unpacked=home, progress=part(1, 1))
+    with temporary_folder() as home:
+
+        def once(system: System, progress: MasterProgress) -> Result:
+            return guarded(
+                lambda line: simulate(system, stop, step, chosen, unpacked=home, line=line), progress
+            )
 
         def again(until: float, half: float) -> Result:
-            return simulate(
-                cell,
-                until,
-                half,
-                chosen,
-                record=(ELONGATION,),
-                unpacked=home,
-                check_stability=False,
-                progress=part(2, 2),
+            return guarded(
+                lambda line: simulate(
+                    cell,
+                    until,
+                    half,
+                    chosen,
+                    record=(ELONGATION,),
+                    unpacked=home,
+                    check_stability=False,
+                    line=line,
+                ),
+                part(2, 2),
             )
+
+        without, compensated = once(plain, part(0, 1)), once(cell, part(1, 1))
 
         (coupling,) = estimate_coupling_error(again, compensated, step, chosen.order, (ELONGATION,))
     return ClosedLoop(
