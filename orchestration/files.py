@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from warmlink.fmus.errors import InputError
 
 WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 
 @contextmanager
@@ -26,15 +28,56 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If the folder cannot be written.
+        If the folder cannot be written, or the disk is full.
     """
     folder = folder.absolute()
     with _made(folder):
         _sweep(folder, WRITING)
         with _owned(folder, WRITING, "choose another --out") as work:
-            yield work
+            try:
+                yield work
+            except OSError as fault:
+                if fault.errno not in _FULL:
+                    raise
+                told = os.strerror(fault.errno).lower()
+                raise InputError(f"{folder}: nothing was written ({told}); free space there") from None
             for path in sorted(work.iterdir()):
-                path.replace(folder / path.name)
+                try:
+                    path.replace(folder / path.name)
+                except OSError as fault:
+                    raise InputError(
+                        f"{folder / path.name}: cannot be replaced ({fault.strerror}); choose another --out"
+                    ) from None
+
+
+def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
+    """Write files each of which is whole or not there, whatever becomes of the others.
+
+    Parameters
+    ----------
+    folder : Path
+        As `fresh_folder` gives it.
+    writers : mapping
+        For each file's name what writes it, given its path.
+
+    Returns
+    -------
+    str or None
+        What could not be written and why, as a sentence; None where everything was.
+    """
+    lost, reason = [], ""
+    for name, write in writers.items():
+        try:
+            write(folder / name)
+        except OSError as fault:
+            # What Arrow says of it takes three lines.
+            reason = (os.strerror(fault.errno) if fault.errno else str(fault)).lower()
+            lost.append(name)
+            (folder / name).unlink(missing_ok=True)
+    if not lost:
+        return None
+    names = " and ".join(lost)
+    return f"lost, because it could not be written ({reason}): {names}; free space or choose another --out"
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.console import progress_bar, remark
 from warmlink.orchestration.commands.simulate_answer import give_answer
-from warmlink.orchestration.files import fresh_folder, temporary_folder
+from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.checkpoint import LongRun
@@ -20,8 +20,7 @@ from warmlink.orchestration.master.pacing import Pacing
 from warmlink.orchestration.master.recorder import is_recorded
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import Progress, simulate
-from warmlink.orchestration.master.slave import SlaveError
-from warmlink.orchestration.report.series import write_series
+from warmlink.orchestration.report.series import series_writers
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -101,7 +100,8 @@ class SimulateOptions:
         if self.checkpoint is None and not self.resume:
             return None
         every = DEFAULT_CHECKPOINT if self.checkpoint is None else self.checkpoint
-        return LongRun(self.folder, every, self.resume)
+        # Absolute, for an FMU may change the folder.
+        return LongRun(self.folder.absolute(), every, self.resume)
 
     @property
     def loop(self) -> Stepping:
@@ -122,30 +122,25 @@ class SimulateOptions:
 def simulate_command(options: SimulateOptions, as_json: bool) -> int:
     """Run, write and answer; gives the exit code."""
     chosen = algorithm(options.master)
-    with temporary_folder() as work:
+    with temporary_folder() as work, locked_folder(options.folder):
         system = read_system(options.system, work)
         for told in system.remarks:
             remark(told)
         times = _experiment(system.default_experiment, options)
         runs = _Runs(system, chosen, options, times, work)
-        try:
-            with progress_bar(system.name) as progress:
-                result = runs.first(lambda done, count: progress(done / count / (1 + 2 * runs.repeats)))
-                bounds = runs.bounds(result, lambda done, count: progress((1 + 2 * done / count) / 3))
-        except SlaveError as fault:
-            # It did not even get to a first value.
-            remark(f"{fault}; there are no results")
-            return STOPPED_EARLY
-        with fresh_folder(options.folder) as target:
-            write_series(result, target)
+        with fresh_folder(options.folder) as target, progress_bar(system.name) as progress:
+            result = runs.first(lambda done, count: progress(done / count / (1 + 2 * runs.repeats)))
+            lost = write_files(target, series_writers(result))
+            bounds = runs.bounds(result, lambda done, count: progress((1 + 2 * done / count) / 3))
     head = f"{system.name} · {times.step_size:g} s steps · {options.master}"
     give_answer(result, bounds, head, options.folder, as_json=as_json)
     for told in result.remarks:
         remark(told)
+    if lost is not None:
+        remark(f"{options.folder}: {lost}")
     if result.reason is not None:
         remark(f"stopped early: {result.reason}; what was computed up to there is kept")
-        return STOPPED_EARLY
-    return 0
+    return 0 if lost is None and result.reason is None else STOPPED_EARLY
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from warmlink.orchestration.master.retry import Retry
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.master.stability import GROWS_FROM, growth
 from warmlink.orchestration.master.step_doubling import StepDoubling
-from warmlink.orchestration.master.stores import VALUES, Folder, Memory, Store
+from warmlink.orchestration.master.stores import VALUES, Folder, Memory, Store, StoreError
 from warmlink.orchestration.system.model import System
 
 if TYPE_CHECKING:
@@ -167,7 +167,9 @@ def _prepare(
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
         checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, algorithm))
         found = checkpoints.load() if long_run.resume else None
-        store = Folder(long_run.folder, keep=found.rows if found else 0)
+        store = Folder(long_run.folder)
+        if found is not None:
+            store = Folder(long_run.folder, keep=found.rows, digest=found.digest)
     recorder = Recorder(network, names, points, store)
     if line is not None:
         file = None if long_run is None else long_run.folder / VALUES
@@ -208,6 +210,8 @@ class Run:
                     failure = self._interrupted()
         except SlaveError as error:
             failure = error
+        except StoreError as error:
+            failure = str(error)
         except KeyboardInterrupt:
             failure = self._interrupted()
         statistics = Statistics(

@@ -129,12 +129,16 @@ def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS, without: 
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
-    with path.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
-    target = workdir / f"{path.stem}-{digest[:16]}"
+    target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
     if not target.is_dir():
         extract(path, target, limits, without)
     return target
+
+
+def file_digest(path: Path) -> str:
+    """Give the SHA-256 digest of a file's bytes."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> None:
