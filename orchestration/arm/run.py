@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -11,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from warmlink.fmus.arm_kinematics.equations import AXES
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import POSES, arm_blueprint, arm_values, axis_name, merged
 from warmlink.orchestration.arm.centralised import CentralisedObserver, Readings
@@ -21,7 +19,7 @@ from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.scenario import ArmScenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms import algorithm
-from warmlink.orchestration.master.compiled import prepare
+from warmlink.orchestration.master.compiled import try_to_prepare
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.result import Result
@@ -57,8 +55,7 @@ def run_arm(
         component refuses.
     """
     began = time.perf_counter()
-    with contextlib.suppress(InputError):  # without it, or where it is too late, steps take longer
-        prepare()
+    try_to_prepare()
     report = progress or (lambda share: None)
     system, plain = arm_system(scenario, controller, store), arm_system(scenario, None, store)
     chosen = algorithm(scenario.master)

@@ -45,10 +45,23 @@ def prepare() -> None:
         raise MissingExtraError("compiled stepping", "studies")
     if fmi.LOADED:
         raise InputError(
-            "compiled stepping: an FMU was loaded in this process before the loop was compiled; call "
-            "warmlink.orchestration.master.compiled.prepare() first"
+            "compiled stepping: is no longer possible in this process, in which FMUs were loaded before it "
+            "was prepared; choose auto"
         )
-    importlib.import_module(_KERNEL)
+    try:
+        importlib.import_module(_KERNEL)
+    except (ImportError, RuntimeError, OSError) as fault:  # half installed, or its cache cannot be written
+        sys.modules.pop(_KERNEL, None)
+        raise InputError(f"compiled stepping: Numba does not work here ({fault}); choose auto") from None
+
+
+def try_to_prepare() -> bool:
+    """Do as `prepare`, where that can be done; tell whether the compiled loop is there."""
+    try:
+        prepare()
+    except InputError:  # which steps plainly, and gives the same values
+        return False
+    return True
 
 
 def is_loaded() -> bool:
@@ -86,12 +99,8 @@ def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints
             )
         prepare()
         return True
-    loaded = is_loaded()
-    pays = points.count * slaves >= (PAYS_WHEN_LOADED_FROM if loaded else PAYS_FROM_SLAVE_STEPS)
-    if not (possible and pays) or (not loaded and (fmi.LOADED or importlib.util.find_spec("numba") is None)):
-        return False
-    prepare()
-    return True
+    pays = points.count * slaves >= (PAYS_WHEN_LOADED_FROM if is_loaded() else PAYS_FROM_SLAVE_STEPS)
+    return possible and pays and try_to_prepare()
 
 
 class CompiledLoop:

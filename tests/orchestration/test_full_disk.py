@@ -148,9 +148,8 @@ def test_run(library: Path, tmp_path: Path) -> None:
         FmuStore("native").files(["ThermalLink"])
     except InputError as fault:
         pytest.skip(str(fault))
-    whole, disturbed = at_every_write(
-        library, tmp_path, "run", "--stop", "2 min", "--step", "10 s", stride=1 if ALL else 17
-    )
+    command = ("run", "--stop", "2 min", "--step", "10 s")
+    whole, disturbed = at_every_write(library, tmp_path, *command, stride=1 if ALL else 17)
     names = ("metrics.json", "results.csv", "results.parquet", "report.html")
     for each in (whole, *disturbed):
         if "metrics.json" in each["files"]:
