@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.master.result import Result
 
-BLOCK_ROWS = 1 << 10
+BLOCK_ROWS = 1 << 12
 
 
 def series_writers(result: Result) -> dict[str, Callable[[Path], object]]:

@@ -132,7 +132,7 @@ except InputError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert "an FMU was loaded in this process before the loop was compiled" in done.stdout
+    assert "FMUs were loaded before it was prepared; choose auto" in done.stdout
     assert fmi.LOADED
 
 
