@@ -11,6 +11,7 @@ import typer
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import measuring, running, studying
 from warmlink.orchestration.command_line.benching import bench
+from warmlink.orchestration.master.slave import SlaveError
 
 app = typer.Typer(
     name="warmlink",
@@ -37,7 +38,7 @@ for command in (
 app.command(name="list")(running.list_)
 app.add_typer(bench, name="bench")
 
-BAD_INPUT = 2
+STOPPED_EARLY, BAD_INPUT = 1, 2
 
 
 def _say_version(asked: bool) -> None:
@@ -67,6 +68,9 @@ def main() -> None:
     except InputError as fault:
         print(f"warmlink: {fault}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None
+    except SlaveError as fault:
+        print(f"warmlink: {fault}; there are no results", file=sys.stderr)
+        raise SystemExit(STOPPED_EARLY) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
 

@@ -20,6 +20,7 @@ from warmlink.orchestration.diagnosis.cause import Cause
 from warmlink.orchestration.diagnosis.cause import catalogue as causes
 from warmlink.orchestration.diagnosis.hide import EFFECTS, KELVIN_ZERO, WHITE, Noise, Vector, noisy
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -107,7 +108,8 @@ def _run(scenario: ArmScenario, store: FmuStore) -> Result:
     record.append(f"{axis_name(1)}.duty.ambient_temperature")
     system = arm_system(scenario, None, store)
     # By Jacobi a step goes by what the duty cycle says at its beginning, as the row there says it.
-    result = simulate(system, scenario.stop_time, scenario.step_size, Jacobi(), record=record)
+    stop, step = scenario.stop_time, scenario.step_size
+    result = guarded(lambda line: simulate(system, stop, step, Jacobi(), record=record, line=line))
     if result.status != "completed":
         raise InputError(f"{scenario.name}: stopped early: {result.reason}")
     return result

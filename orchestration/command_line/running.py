@@ -110,6 +110,9 @@ def simulate(
     time_limit: Annotated[
         str | None, typer.Option(help='How long one call of an isolated FMU may take. Default: "60 s".')
     ] = None,
+    memory_limit: Annotated[
+        str | None, typer.Option(help='How much memory an isolated FMU may take. Default: "4 GB".')
+    ] = None,
     checkpoint: Annotated[
         int | None,
         typer.Option(help="Stream values to disk and leave a checkpoint every so many steps."),
@@ -150,6 +153,7 @@ def simulate(
         out,
         isolate,
         time_limit,
+        memory_limit,
         checkpoint,
         resume,
         real_time,

@@ -13,12 +13,11 @@ from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import is_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.master.pacing import Interruption
-from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.own_law import is_own_law, load_own_law
-from warmlink.orchestration.report.series import write_series
+from warmlink.orchestration.report.series import series_writers
 from warmlink.orchestration.scenarios.closed_loop import (
     NO_CONTROLLER,
     ClosedLoop,
@@ -78,27 +77,24 @@ def run_command(options: RunOptions, as_json: bool) -> int:
     fmu_store = store(chosen_kind(options.fmus), sorted(needed), remark)
     folder = options.out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
-        try:
-            with progress_bar(scenario.title) as progress:
-                name = scenario.controller if own is None else own.name
-                outcome = run_scenario(scenario, name, fmu_store, progress, own)
-        except SlaveError as fault:
-            remark(f"{fault}; there are no results")
-            return STOPPED_EARLY
+        with progress_bar(scenario.title) as progress:
+            name = scenario.controller if own is None else own.name
+            outcome = run_scenario(scenario, name, fmu_store, progress, own)
         if outcome.time.size == 0:
             remark(f"{outcome.cut_short}; there are no results")
             return STOPPED_EARLY
         with Interruption():  # a Ctrl-C now does not cost what was computed
-            _write(outcome, target, options.report)
+            lost = _write(outcome, target, options.report)
     if as_json:
         answer_json(outcome.to_dict())
     else:
         answer(_answer(outcome))
         answer(f"report  {folder / 'report.html'}" if options.report else f"results  {folder}")
+    if lost is not None:
+        remark(f"{folder}: {lost}")
     if outcome.cut_short is not None:
         remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
-        return STOPPED_EARLY
-    return 0
+    return 0 if lost is None and outcome.cut_short is None else STOPPED_EARLY
 
 
 def _run_arm(options: RunOptions, given: dict[str, str | float], as_json: bool) -> int:
@@ -154,13 +150,18 @@ def _mismatched(scenario: Scenario, law: Component, names: Sequence[str]) -> Sce
     )
 
 
-def _write(outcome: ClosedLoop, target: Path, report: bool) -> None:
-    (target / "metrics.json").write_text(json.dumps(outcome.to_dict(), indent=2) + "\n")
-    write_series(outcome.result, target)
+def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
+    """Write what came of the run; give what could not be written and why."""
+    metrics = json.dumps(outcome.to_dict(), indent=2) + "\n"
+    writers = {
+        "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
+        **series_writers(outcome.result),
+    }
     if report:
         from warmlink.orchestration.report.closed_loop import write_report
 
-        write_report(outcome, target / "report.html")
+        writers["report.html"] = lambda path: write_report(outcome, path)
+    return write_files(target, writers)
 
 
 def start_values_given(parameter_files: Sequence[Path], settings: Sequence[str]) -> dict[str, str | float]:

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.error_budget import coupling_error
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.belief import advice, is_ideal
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
@@ -97,7 +98,7 @@ class ClosedLoop:
     def remarks(self) -> tuple[str, ...]:
         """What to know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
-        told = (*self.scenario.duty.remarks, self.advice, IDEAL if flattering else None)
+        told = (*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None)
         return tuple(each for each in told if each)
 
     def to_dict(self) -> dict[str, Any]:
@@ -174,27 +175,32 @@ def run_scenario(
     ideal = own is None and is_ideal(controller, components, scenario.parameters)
     chosen = algorithm(scenario.master)
     stop, step = scenario.stop_time, scenario.step_size
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as folder:
-        home = Path(folder)
-        result = simulate(
-            cell, stop, step, chosen, unpacked=home, progress=lambda at, count: report(at / count / 3)
+    with temporary_folder() as home:
+        result = guarded(
+            lambda line: simulate(cell, stop, step, chosen, unpacked=home, line=line),
+            lambda at, count: report(at / count / 3),
         )
         coupling, cut_short = None, result.reason
         if cut_short is None:
             try:
-                fine = simulate(
-                    cell,
-                    stop,
-                    step / 2,
-                    chosen,
-                    record=(ELONGATION,),
-                    unpacked=home,
-                    check_stability=False,
-                    progress=lambda at, count: report((1 + 2 * at / count) / 3),
+                fine = guarded(
+                    lambda line: simulate(
+                        cell,
+                        stop,
+                        step / 2,
+                        chosen,
+                        record=(ELONGATION,),
+                        unpacked=home,
+                        check_stability=False,
+                        line=line,
+                    ),
+                    lambda at, count: report((1 + 2 * at / count) / 3),
                 )
                 coupling, cut_short = _coupling_um(result, fine, chosen.order), fine.reason
             except KeyboardInterrupt:
                 cut_short = "interrupted"
+            except SlaveError as fault:  # before its first value, which costs the first run nothing
+                cut_short = str(fault)
             cut_short = cut_short and f"{cut_short} in the run at half the step"
     return ClosedLoop(
         scenario=scenario,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
@@ -41,8 +40,7 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
 
 def prepare_stepping() -> None:
     """Load the compiled stepping before the first FMU, which it must precede, where Numba is installed."""
-    if importlib.util.find_spec("numba") is not None:
-        compiled.prepare()
+    compiled.try_to_prepare()
 
 
 def longest_first(cases: Sequence[Case]) -> list[int]:

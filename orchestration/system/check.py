@@ -38,6 +38,13 @@ def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
     return variable
 
 
+INTEGER_BITS = {
+    "Integer": (32, True),
+    **{f"{sign}Int{bits}": (bits, not sign) for sign in ("", "U") for bits in (8, 16, 32, 64)},
+}
+"""For each integer type of FMI its size, and whether it has a sign."""
+
+
 def check_kind(variable: Variable, kind: str, where: str) -> None:
     """Refuse a connector whose kind is not its variable's causality."""
     constant = variable.variability == "constant"
@@ -114,6 +121,12 @@ def _item(variable: Variable, name: str, where: str) -> int:
 
 def _check_range(variable: Variable, number: float, where: str) -> None:
     unit = f" {variable.unit}" if variable.unit else ""
+    if variable.type in INTEGER_BITS:
+        bits, signed = INTEGER_BITS[variable.type]
+        least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+        if not least <= number <= most:
+            # FMI would pass its last bits, another number.
+            raise InputError(f"{where}: {number} does not fit into {bits} bits; give {least} to {most}")
     if not math.isfinite(number):
         raise InputError(f"{where}: {number}{unit} is not a finite number; give one")
     if variable.min is not None and number < variable.min:

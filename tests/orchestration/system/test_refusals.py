@@ -334,6 +334,11 @@ CASES = [
         "link.length: 11 m is above its maximum; give at most 10 m",
     ),
     Case(
+        "value_too_long",
+        cell(link=parameters("cells:Integer:4294967298")),
+        "link.cells: 4294967298 does not fit into 32 bits; give -2147483648 to 2147483647",
+    ),
+    Case(
         "value_unit",
         cell(link=parameters("length:Real:11:K")),
         "link.length: K does not convert to m; give the value in a unit of its variable",
