@@ -42,7 +42,7 @@ def means(study: Study, fmus: str | None, scheduler: str | None, jobs: int, out:
     """
     chosen = _fmu_set(study, fmus)
     with _workers(chosen, scheduler, jobs) as workers, _folder(out):
-        yield Means(chosen, out, Ledger(out, chosen.digest, workers))
+        yield Means(chosen, out, Ledger(out, chosen.digest, workers, remark))
 
 
 @contextmanager
