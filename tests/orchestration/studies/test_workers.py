@@ -14,8 +14,8 @@ from warmlink.orchestration.scenarios.scenario import load_scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger
-from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.workers import Workers
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)
 
