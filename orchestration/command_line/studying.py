@@ -68,7 +68,6 @@ _Jobs = Annotated[int, typer.Option(help="Processes that run at once.")]
 _Fmus = Annotated[
     str | None, typer.Option(help="`native` (C) or `python` FMUs. Default: native where a C compiler is.")
 ]
-_StudyOut = Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY.")]
 _Report = Annotated[bool, typer.Option(help="Write report.html.")]
 
 
@@ -78,7 +77,7 @@ def tune(
     scheduler: _Scheduler = None,
     jobs: _Jobs = 2,
     fmus: _Fmus = None,
-    out: _StudyOut = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/tune.")] = None,
     report: _Report = True,
     json: Json = False,
 ) -> None:
@@ -108,7 +107,7 @@ def sweep(
     scheduler: _Scheduler = None,
     jobs: _Jobs = 2,
     fmus: _Fmus = None,
-    out: _StudyOut = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/sweep.")] = None,
     report: _Report = True,
     json: Json = False,
 ) -> None:

@@ -25,7 +25,7 @@ def sweep_command(
     """Sweep, write and answer; gives the exit code."""
     study = load_study(place)
     points = points_of(study)
-    folder = out or Path("out") / study.name
+    folder = out or Path("out") / study.name / "sweep"
     try:
         own = () if study.own is None else (study.own,)
         with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:

@@ -34,7 +34,7 @@ def tune_command(
         if trials < 1:
             raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
         study = replace(study, tune=replace(study.tune, trials=trials))
-    folder = out or Path("out") / study.name
+    folder = out or Path("out") / study.name / "tune"
     try:
         own = () if study.own is None else (study.own,)
         with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:

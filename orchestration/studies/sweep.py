@@ -10,7 +10,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.objective import METRICS
-from warmlink.orchestration.studies.points import Evaluation, evaluate
+from warmlink.orchestration.studies.points import Evaluation, evaluate, latin_hypercube
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
 from warmlink.orchestration.studies.workers import Workers
 
@@ -35,13 +35,7 @@ def points_of(study: Study) -> list[Point]:
                 f"{study.name}: a grid of {count} points; give fewer points an axis, or a latin_hypercube"
             )
         return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
-    from scipy.stats import qmc
-
-    shares = qmc.LatinHypercube(len(names), seed=study.seed).random(study.sweep.points)
-    return [
-        {axis.name: axis.at(float(share)) for axis, share in zip(study.axes, row, strict=True)}
-        for row in shares
-    ]
+    return latin_hypercube(study, study.sweep.points)
 
 
 def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Evaluation]:
