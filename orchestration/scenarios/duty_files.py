@@ -8,7 +8,6 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -27,10 +26,16 @@ from warmlink.orchestration.scenarios.duty import (
 )
 from warmlink.orchestration.scenarios.duty_csv import read_csv
 from warmlink.orchestration.scenarios.quantity import positive, quantity
+from warmlink.orchestration.scenarios.toml_file import is_file, read_tables, text
 
 LIBRARY = Path(__file__).parent / "duty_cycles"
 
 KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random"}
+
+MOST_SEGMENTS = 100_000
+"""A day in segments of a second each has 86,400."""
+
+_TOO_MANY = f"more than {MOST_SEGMENTS} segments, which is a day in segments of a second each"
 
 _RAMP_END = "ambient_temperature_end"
 
@@ -51,9 +56,9 @@ def load(source: str | Path) -> Duty:
     path = Path(source)
     if path.suffix not in {".toml", ".csv"}:
         path = LIBRARY / f"{source}.toml"
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(f"{source}: no such duty cycle; choose {', '.join(names())}")
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; give an existing .toml or .csv")
     return read_csv(path) if path.suffix == ".csv" else read_toml(path)
 
@@ -66,11 +71,7 @@ def read_toml(path: Path) -> Duty:
     InputError
         The file is not TOML, misses or misspells something, or a value is out of range.
     """
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
-    return parsed(given, path.stem)
+    return parsed(read_tables(path), path.stem)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Duty:
@@ -94,13 +95,18 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
             for i, table in enumerate(given["segment"])
             for piece in _segments(table, f"{name}: segment {i + 1}")
         )
+    if len(segments) > MOST_SEGMENTS:
+        raise InputError(f"{name}: {_TOO_MANY}; use longer ones, or repeat")
+    repeat = given.get("repeat", False)
+    if not isinstance(repeat, bool):
+        raise InputError(f"{name}: repeat: {repeat!r} says neither yes nor no; write true or false")
     return Duty(
         name=name,
-        title=str(given.get("title", name)),
-        reason=str(given.get("reason", "")).strip(),
+        title=text(given.get("title", name), f"{name}: title"),
+        reason=text(given.get("reason", ""), f"{name}: reason").strip(),
         stop_time=stop_time,
         segments=segments,
-        repeat=bool(given.get("repeat", False)),
+        repeat=repeat,
     )
 
 
@@ -124,9 +130,12 @@ def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
     if end is None:
         yield segment
         return
+    _in_range(replace(segment, ambient_temperature=end), where)
     steps = table.get("steps", 10)
-    if not isinstance(steps, int) or steps < 1:
-        raise InputError(f"{where}.steps: {steps!r} is no number of steps; give a whole number above 0")
+    if isinstance(steps, bool) or not isinstance(steps, int) or not 1 <= steps <= MOST_SEGMENTS:
+        raise InputError(
+            f"{where}.steps: {steps!r:.60} is no number of steps; give a whole number, 1 to {MOST_SEGMENTS}"
+        )
     for i in range(steps):
         share = (i + 0.5) / steps
         ambient = segment.ambient_temperature + share * (end - segment.ambient_temperature)
@@ -137,7 +146,7 @@ def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[S
     """Segments drawn evenly between bounds until the stop time is filled."""
     known_entries(table, {"seed", "duration", "speed", "torque"}, where)
     seed = table.get("seed")
-    if not isinstance(seed, int) or seed < 0:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise InputError(f"{where}.seed: {seed!r} is no seed; give a whole number, 0 or above")
     bounds: dict[str, tuple[float, float]] = {}
     for key in ("duration", "speed", "torque"):
@@ -145,11 +154,22 @@ def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[S
         if not isinstance(pair, list) or len(pair) != 2:
             raise InputError(f"{where}.{key}: {pair!r} is no pair of bounds; give [lowest, highest]")
         low, high = (quantity(each, UNITS[key], f"{where}.{key}") for each in pair)
-        if not 0 <= low <= high or (key == "duration" and low <= 0):
+        if not 0 <= low <= high:
             raise InputError(
                 f"{where}.{key}: from {low:g} to {high:g} {UNITS[key]} is no range; mend the bounds"
             )
         bounds[key] = (low, high)
+    shortest = bounds["duration"][0]
+    if shortest < 1:
+        raise InputError(
+            f"{where}.duration: {shortest:g} s is too short, durations being drawn in whole seconds; "
+            "give 1 s or more"
+        )
+    if stop_time / shortest > MOST_SEGMENTS:
+        raise InputError(
+            f"{where}.duration: a stop time of {stop_time:g} s may take {_TOO_MANY}; give longer ones, or an "
+            "earlier stop"
+        )
     generator = np.random.default_rng(seed)
     time = 0.0
     while time < stop_time:

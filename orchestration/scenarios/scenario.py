@@ -6,7 +6,6 @@ of the duty cycle files. Every duty cycle is a scenario too, with the default se
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.duty import Duty
 from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.scenarios.toml_file import is_file, parse_tables, text
 
 LIBRARY = Path(__file__).parent / "library"
 
@@ -24,6 +24,9 @@ DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
 DEFAULT_MASTER = "gauss_seidel"
 DEFAULT_CONTROLLER = "lag"
+
+MOST_STEPS = 30 * 24 * 3600
+"""Communication steps of a run: every signal is kept at each, and a run has some hundred."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,15 @@ class Scenario:
     controller: str = DEFAULT_CONTROLLER
     tolerance: float = DEFAULT_TOLERANCE
     parameters: dict[str, str | float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse a run of more steps than memory holds, raising InputError."""
+        if self.stop_time > MOST_STEPS * self.step_size:
+            raise InputError(
+                f"{self.name}: {self.stop_time:g} s in steps of {self.step_size:g} s are more than "
+                f"the {MOST_STEPS:,} steps whose signals memory holds, 30 days in steps of a second; stop "
+                "earlier, or take a larger step size"
+            )
 
     @property
     def stop_time(self) -> float:
@@ -76,10 +88,10 @@ def load_scenario(name: str) -> Scenario:
         If there is none of that name, or the file does not hold a scenario.
     """
     shipped = LIBRARY / f"{name}.toml"
-    if shipped.is_file():
+    if is_file(shipped):
         return read_scenario(name, shipped.read_bytes())
     path = Path(name)
-    if path.suffix == ".toml" and path.is_file():
+    if path.suffix == ".toml" and is_file(path):
         return read_scenario(path.stem, path.read_bytes())
     if path.suffix in (".toml", ".csv") or name in duty_files.names():
         return _of_duty(duty_files.load(name))
@@ -89,21 +101,25 @@ def load_scenario(name: str) -> Scenario:
 
 
 def read_scenario(name: str, content: bytes) -> Scenario:
-    """Scenario from the content of its file."""
-    table = _toml(name, content)
+    """Scenario from the content of its file; raises as `load_scenario`."""
+    return of_tables(name, parse_tables(content, name))
+
+
+def of_tables(name: str, table: Mapping[str, Any]) -> Scenario:
+    """Scenario from the tables of its file; raises as `load_scenario`."""
     known = _SETTINGS | duty_files.KEYS
     unknown = sorted(set(table) - known)
     if unknown:
         raise InputError(f"{name}: {unknown[0]} is not known; use {', '.join(sorted(known))}")
-    scenario = _of_duty(_duty(name, table))
-    return replace(
-        scenario,
+    duty = _duty(name, table)
+    return Scenario(
         name=name,
-        title=str(table.get("title", scenario.title)),
-        about=str(table.get("about", scenario.about)),
+        title=text(table.get("title", duty.title), f"{name}: title"),
+        about=text(table.get("about", duty.reason), f"{name}: about"),
+        duty=duty,
         step_size=positive(table.get("step_size", DEFAULT_STEP), "s", f"{name}: step_size"),
-        master=str(table.get("master", DEFAULT_MASTER)),
-        controller=str(table.get("controller", DEFAULT_CONTROLLER)),
+        master=text(table.get("master", DEFAULT_MASTER), f"{name}: master"),
+        controller=text(table.get("controller", DEFAULT_CONTROLLER), f"{name}: controller"),
         tolerance=positive(table.get("tolerance", DEFAULT_TOLERANCE), "m", f"{name}: tolerance"),
         parameters=_parameters(name, table.get("parameters", {})),
     )
@@ -120,7 +136,7 @@ def _duty(name: str, table: Mapping[str, Any]) -> Duty:
     twice = sorted({"segment", "random", "repeat"} & set(own))
     if twice:
         raise InputError(f"{name}: {twice[0]} beside duty; name a duty cycle or write one, not both")
-    duty = duty_files.load(str(table["duty"]))
+    duty = duty_files.load(text(table["duty"], f"{name}: duty"))
     if "stop_time" in table:
         duty = replace(duty, stop_time=positive(table["stop_time"], "s", f"{name}: stop_time"))
     return duty
@@ -130,10 +146,3 @@ def _parameters(name: str, table: Any) -> dict[str, str | float]:
     if not isinstance(table, dict):
         raise InputError(f"{name}: parameters is not a table; write [parameters] above them")
     return dict(table)
-
-
-def _toml(name: str, content: bytes) -> dict[str, Any]:
-    try:
-        return tomllib.loads(content.decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{name}: not a TOML file ({fault}); mend that place") from None

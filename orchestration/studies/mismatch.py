@@ -8,14 +8,16 @@ with units), each under `instance.variable`. `draw_7` is drawn from the seed 7: 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
+from warmlink.orchestration.scenarios.toml_file import is_file, read_tables, text
+from warmlink.orchestration.studies.objective import number
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -38,6 +40,9 @@ THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03
 
 PLANT = ("duty", "motor", "link")
 """Instances that settle the true elongation."""
+
+MOST = 1e6
+"""The largest factor; beyond it, what is meant is another unit."""
 
 _DRAW = re.compile(r"draw_(\d{1,9})")
 
@@ -95,12 +100,12 @@ def load(name: str) -> Mismatch:
     path = LIBRARY / f"{name}.toml"
     if name.endswith(".toml"):
         path = Path(name)
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(
             f"{name}: no such mismatch; choose {', '.join(names())}, draw_1, draw_2 and so on, or give a "
             "TOML file"
         )
-    return _read(path)
+    return parsed(read_tables(path), path.stem)
 
 
 def draw(seed: int) -> Mismatch:
@@ -114,18 +119,18 @@ def draw(seed: int) -> Mismatch:
     return Mismatch(f"draw_{seed}", about, scale)
 
 
-def _read(path: Path) -> Mismatch:
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
+def parsed(given: Mapping[str, Any], name: str) -> Mismatch:
+    """Mismatch from the tables of its file; raises as `load`."""
     unknown = sorted(set(given) - {"about", "scale", "parameters"})
     if unknown:
-        raise InputError(f"{path.name}: {unknown[0]} is not known; use about, [scale], [parameters]")
+        raise InputError(f"{name}: {unknown[0]} is not known; use about, [scale], [parameters]")
     scale, parameters = given.get("scale", {}), given.get("parameters", {})
     if not isinstance(scale, dict) or not isinstance(parameters, dict):
-        raise InputError(f"{path.name}: scale and parameters are tables; write [scale] and [parameters]")
+        raise InputError(f"{name}: scale and parameters are tables; write [scale] and [parameters]")
     for name, factor in scale.items():
-        if isinstance(factor, bool) or not isinstance(factor, int | float) or not factor > 0:
-            raise InputError(f"{path.name}: {name}: {factor!r} is no factor; give a number above 0")
-    return Mismatch(path.stem, str(given.get("about", path.stem)), scale, parameters)
+        if not 0 < number(factor) <= MOST:
+            raise InputError(
+                f"{name}: {name}: {factor!r:.60} is no factor; give a number above 0, at most {MOST:g}"
+            )
+    about = text(given.get("about", name), f"{name}: about")
+    return Mismatch(name, about, scale, parameters)

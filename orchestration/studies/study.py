@@ -33,7 +33,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -46,11 +45,18 @@ from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.scenarios.toml_file import is_file, read_tables, text
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.axis import Axis, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.objective import Constraint, Gathered, read_constraint, read_objective
+from warmlink.orchestration.studies.objective import (
+    Constraint,
+    Gathered,
+    one_of,
+    read_constraint,
+    read_objective,
+)
 from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
 
 LIBRARY = Path(__file__).parent / "library"
@@ -58,6 +64,8 @@ LIBRARY = Path(__file__).parent / "library"
 SAMPLERS = ("tpe", "random")
 SWEEPS = ("grid", "latin_hypercube")
 MOST_POINTS = 1_000_000
+MOST_IN_A_BATCH = 1000
+"""More would be chosen knowing nothing of each other, and choosing one more takes longer with each."""
 
 Point = Mapping[str, float]
 """Start values in SI units under `instance.variable`."""
@@ -174,12 +182,9 @@ def load_study(name: str) -> Study:
         If there is none, or it asks for what does not exist or cannot be.
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{name}: no such study; give a TOML file, or {' or '.join(names())}")
-    try:
-        return read_study(path.stem, tomllib.loads(path.read_text(encoding="utf-8")), path.parent)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
+    return read_study(path.stem, read_tables(path), path.parent)
 
 
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
@@ -198,7 +203,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         raise InputError(f"{name}: constraint is not a list of tables; write [[constraint]]")
     study = Study(
         name=name,
-        title=str(given.get("title", name)),
+        title=text(given.get("title", name), f"{name}: title"),
         controller=controller,
         law=law,
         own=own,
@@ -231,15 +236,16 @@ def _scenario(duty: str, given: Mapping[str, Any], folder: Path, name: str) -> S
     if "step_size" in given:
         scenario = replace(scenario, step_size=positive(given["step_size"], "s", f"{name}: step_size"))
     if "master" in given:
-        algorithm(str(given["master"]))
-        scenario = replace(scenario, master=str(given["master"]))
+        master = text(given["master"], f"{name}: master")
+        algorithm(master)
+        scenario = replace(scenario, master=master)
     return scenario
 
 
 def _beside(place: str, folder: Path) -> str:
     """A file beside the study file, where there is one of that name."""
     near = folder / place.partition(":")[0]
-    return str(folder / place) if near.suffix and near.is_file() else place
+    return str(folder / place) if near.suffix and is_file(near) else place
 
 
 def _named(given: Mapping[str, Any], key: str, name: str, default: Sequence[str] = ()) -> list[str]:
@@ -254,29 +260,24 @@ def _named(given: Mapping[str, Any], key: str, name: str, default: Sequence[str]
 def _tune(table: Any, where: str) -> TuneSettings:
     _known(table, {"trials", "batch", "sampler", "storage"}, where)
     default = TuneSettings()
-    sampler, storage = table.get("sampler", default.sampler), table.get("storage")
-    if sampler not in SAMPLERS:
-        raise InputError(f"{where}.sampler: {sampler!r} is not known; choose {' or '.join(SAMPLERS)}")
+    storage = table.get("storage")
     if storage is not None and not (isinstance(storage, str) and "://" in storage):
         raise InputError(f"{where}.storage: {storage!r} is no URL; write sqlite:///study.db, say")
     trials = _whole(table.get("trials", default.trials), f"{where}.trials", 1)
-    batch = _whole(table.get("batch", default.batch), f"{where}.batch", 1)
+    batch = _whole(table.get("batch", default.batch), f"{where}.batch", 1, MOST_IN_A_BATCH)
+    sampler = one_of(SAMPLERS, table.get("sampler", default.sampler), f"{where}.sampler")
     return TuneSettings(trials, batch, sampler, storage)
 
 
 def _sweep(table: Any, where: str) -> SweepSettings:
     _known(table, {"kind", "points"}, where)
-    kind = table.get("kind", "grid")
-    if kind not in SWEEPS:
-        raise InputError(f"{where}.kind: {kind!r} is not known; choose {' or '.join(SWEEPS)}")
+    kind = one_of(SWEEPS, table.get("kind", "grid"), f"{where}.kind")
     return SweepSettings(kind, _whole(table.get("points", 5), f"{where}.points", 1))
 
 
-def _whole(value: Any, where: str, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= MOST_POINTS:
-        raise InputError(
-            f"{where}: {value!r} does not fit; give a whole number from {least} to {MOST_POINTS}"
-        )
+def _whole(value: Any, where: str, least: int, most: int = MOST_POINTS) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(f"{where}: {value!r:.60} does not fit; give a whole number from {least} to {most}")
     return value
 
 

@@ -49,7 +49,7 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatc
         (["run", "absent.toml"], "absent.toml: no such file"),
         (["run", "windscreen"], "windscreen: no such scenario; choose"),
         (["run", "empty.toml"], "stop_time is missing"),
-        (["run", "wrong.toml"], "not a TOML file"),
+        (["run", "wrong.toml"], "not readable as TOML"),
         (["diagnose", "wrong.toml", "run.csv"], "an experiment file stands alone"),
         (["diagnose", "absent.csv", "also.csv"], "absent.csv: there is no such file"),
         (["run", "--controller", "magic"], "magic: no such controller; choose"),

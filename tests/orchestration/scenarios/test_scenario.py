@@ -56,7 +56,7 @@ def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("title = ", "not a TOML file"),
+        ("title = ", "not readable as TOML"),
         ("title = 'x'", "stop_time is missing"),
         ("stop_time = '1 h'", r"give either \[\[segment\]\] tables or one \[random\]"),
         ("colour = 1\n[[segment]]\nduration = '1 s'", "colour is not known"),
