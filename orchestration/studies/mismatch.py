@@ -127,10 +127,10 @@ def parsed(given: Mapping[str, Any], name: str) -> Mismatch:
     scale, parameters = given.get("scale", {}), given.get("parameters", {})
     if not isinstance(scale, dict) or not isinstance(parameters, dict):
         raise InputError(f"{name}: scale and parameters are tables; write [scale] and [parameters]")
-    for name, factor in scale.items():
+    for scaled, factor in scale.items():
         if not 0 < number(factor) <= MOST:
             raise InputError(
-                f"{name}: {name}: {factor!r:.60} is no factor; give a number above 0, at most {MOST:g}"
+                f"{name}: {scaled}: {factor!r:.60} is no factor; give a number above 0, at most {MOST:g}"
             )
     about = text(given.get("about", name), f"{name}: about")
     return Mismatch(name, about, scale, parameters)
