@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Parameters, Set
 
 
 def run(
@@ -21,16 +21,8 @@ def run(
         str | None, typer.Option(help="`native` (C) or `python` FMUs. Default: native where a C compiler is.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SCENARIO.")] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", help='Another start value, as --set "motor.joint_conductance=2 W/K". Repeatable.'
-        ),
-    ] = None,
-    parameters: Annotated[
-        list[Path] | None,
-        typer.Option(help="A parameter set (SSV) of `design`, `tune` or `diagnose`. Repeatable."),
-    ] = None,
+    set_: Set = None,
+    parameters: Parameters = None,
     step: Annotated[str | None, typer.Option(help='Communication step size, as "1 s".')] = None,
     stop: Annotated[str | None, typer.Option(help='Stop time, as "2 h".')] = None,
     master: Annotated[str | None, typer.Option(help="Master algorithm (`warmlink list`).")] = None,

@@ -10,7 +10,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.commands.run import chosen_kind
+from warmlink.orchestration.commands.run import chosen_kind, start_value_sets
 from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
@@ -24,6 +24,7 @@ from warmlink.orchestration.studies.compare import (
     run_comparison,
     write_csv,
 )
+from warmlink.orchestration.studies.given import assigned, told
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.studies.own_law import load_own_law
 from warmlink.orchestration.system.shipped import WARMUP_CELL
@@ -49,6 +50,8 @@ def compare_command(
     duty_cycles: str | None,
     mismatches: str | None,
     own: Sequence[str],
+    parameter_files: list[Path],
+    settings: list[str],
     fmus: str | None,
     out: Path | None,
     jobs: int,
@@ -56,11 +59,14 @@ def compare_command(
     as_json: bool,
 ) -> int:
     """Run, write and answer; gives the exit code."""
+    sets = start_value_sets(parameter_files, settings)
     if system == ARM:
         from warmlink.orchestration.commands.compare_arm import compare_arm_command
 
         if own:
             raise InputError(f"--with {own[0]}: laws of your own run on WarmupCell; leave --system {ARM} out")
+        if sets:
+            raise InputError(f"{sets[0].origin}: compare takes no start values for {ARM}; leave it out")
         compare_arm_command(
             listed(controllers), listed(duty_cycles), listed(mismatches), chosen_kind(fmus), out, as_json
         )
@@ -74,12 +80,17 @@ def compare_command(
     distinct([*laws, *(law.name for law in owned)], "controllers")
     laws |= {law.name: law.component for law in owned}
     duties = _duties(_listed(duty_cycles, duty_files.names()))
-    cases = plan(laws, duties, _mismatches(_listed(mismatches, DEFAULT_MISMATCHES)))
+    for each in sets:
+        sentence = told(each, laws)
+        if sentence is not None:
+            remark(sentence)
+    wrong = _mismatches(_listed(mismatches, DEFAULT_MISMATCHES))
+    cases = plan(laws, duties, wrong, assigned(sets, laws))
     folder = out or DEFAULT_OUT
     try:
-        with interruptible(), means(list(laws.values()), owned, fmus, None, jobs, folder) as given:
+        with interruptible(), means(list(laws.values()), owned, fmus, None, jobs, folder) as study:
             with progress_bar(f"{len(cases)} runs") as progress:
-                comparison = run_comparison(cases, given.workers, progress)
+                comparison = run_comparison(cases, study.workers, progress)
             with results(folder) as target:
                 write_csv(comparison, target / "compare.csv")
                 if report:

@@ -13,8 +13,9 @@ from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.commands.run import settings_given
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.studies.design import plant_of, write_design
+from warmlink.orchestration.studies.design import plant_of, with_values, write_design
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
 
@@ -30,6 +31,7 @@ def design_command(
     sensor_std: str,
     camera_std: str | None,
     sample_time: str,
+    settings: list[str],
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -40,7 +42,8 @@ def design_command(
         raise InputError(f"--law {law}: {law!r} has no design; choose {', '.join(DESIGNED)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
-    plant = _plant(system)
+    given = settings_given(settings)
+    plant = with_values(_plant(system), given)
     names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
     facts: dict[str, object] = {"law": law, "sensors": names}

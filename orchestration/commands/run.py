@@ -15,6 +15,7 @@ from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.report.series import write_series
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, ClosedLoop, run_scenario
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
+from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.scenarios.parameter_files import parameters_of
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -90,9 +91,15 @@ def _scenario(
 def start_values_given(parameter_files: list[Path], settings: list[str]) -> dict[str, str | float]:
     """Start values by name from `--parameters` and from `--set`, which comes last."""
     given: dict[str, str | float] = {}
-    for path in parameter_files:
-        given |= parameters_of(path)
-    return {**given, **settings_given(settings)}
+    for each in start_value_sets(parameter_files, settings):
+        given |= each.values
+    return given
+
+
+def start_value_sets(parameter_files: list[Path], settings: list[str]) -> list[StartValueSet]:
+    """Start values of each `--parameters` and of each `--set`, which come last."""
+    sets = [StartValueSet(f"--parameters {path}", parameters_of(path)) for path in parameter_files]
+    return sets + [StartValueSet(f"--set {each}", settings_given([each])) for each in settings]
 
 
 def settings_given(settings: list[str]) -> dict[str, str]:

@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Output, Scalar
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.model import Value
+
+
+@dataclass(frozen=True)
+class StartValueSet:
+    """Start values that were given together.
+
+    Attributes
+    ----------
+    origin : the option they came with
+    values : values with units, or in SI units, under `instance.variable`
+    """
+
+    origin: str
+    values: Mapping[str, str | float]
 
 
 def start_values(
@@ -51,11 +66,16 @@ def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar
             f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
         )
     component = components[instance]
-    scalars = {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
+    scalars = settable(component)
     if variable not in scalars:
-        near = _nearest(variable, list(scalars))
+        near = nearest(variable, list(scalars))
         raise InputError(f"{where}: {name}: {component.name} has no such variable; did you mean {near}?")
     return scalars[variable]
+
+
+def settable(component: Component) -> dict[str, Scalar]:
+    """Inputs and parameters of a component by name: what has a start value."""
+    return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
 
 
 def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> None:
@@ -65,7 +85,8 @@ def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> 
         raise InputError(sentence)
 
 
-def _nearest(name: str, names: list[str]) -> str:
+def nearest(name: str, names: list[str]) -> str:
+    """The name that is most like one that does not exist."""
     from difflib import get_close_matches
 
     return (get_close_matches(name, names, n=1, cutoff=0.0) or names)[0]

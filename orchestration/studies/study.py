@@ -63,7 +63,10 @@ LIBRARY = Path(__file__).parent / "library"
 
 SAMPLERS = ("tpe", "random")
 SWEEPS = ("grid", "latin_hypercube")
-MOST_POINTS = 1_000_000
+MOST_POINTS = 100_000
+"""Their runs take hours, and a hundred times as many would not fit into memory."""
+
+MOST_SEED = 2**32 - 1
 MOST_IN_A_BATCH = 1000
 """More would be chosen knowing nothing of each other, and choosing one more takes longer with each."""
 
@@ -209,7 +212,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         own=own,
         scenarios=tuple(_scenario(each, given, folder, name) for each in duties),
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in wrong),
-        seed=_whole(given.get("seed", 1), f"{name}: seed", 0),
+        seed=_whole(given.get("seed", 1), f"{name}: seed", 0, MOST_SEED),
         axes=tuple(read_axis(key, table, declared, name) for key, table in parameters.items()),
         objective=read_objective(given.get("objective", {}), f"{name}: objective"),
         constraints=tuple(

@@ -14,6 +14,9 @@ from warmlink.orchestration.studies.points import Evaluation, evaluate, latin_hy
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
 from warmlink.orchestration.studies.workers import Workers
 
+AT_ONCE = 1000
+"""Points whose runs are laid out in memory, some 10 kB for each run."""
+
 Progress = Callable[[int], None]
 """Called with the number of points done."""
 
@@ -41,9 +44,10 @@ def points_of(study: Study) -> list[Point]:
 def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Evaluation]:
     """Run the points; gives what each came to in their order."""
     found: dict[int, Evaluation] = {}
-    for i, evaluation in evaluate(study, points, workers):
-        found[i] = evaluation
-        progress(len(found))
+    for first in range(0, len(points), AT_ONCE):
+        for i, evaluation in evaluate(study, points[first : first + AT_ONCE], workers):
+            found[first + i] = evaluation
+            progress(len(found))
     return [found[i] for i in range(len(points))]
 
 
