@@ -76,7 +76,13 @@ class LocalWorkers:
         self._idle.clear()
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Run cases; that of a worker that died is run again, by another one."""
+        """Run cases; that of a worker that died is run again, by another one.
+
+        Raises
+        ------
+        InputError
+            If a worker finds the disk full.
+        """
         waiting = longest_first(cases)[::-1]
         deaths: Counter[int] = Counter()
         try:
@@ -87,7 +93,7 @@ class LocalWorkers:
                     assert isinstance(pipe, Connection)
                     worker, place = self._busy[pipe]
                     try:
-                        outcome: Outcome = pipe.recv()
+                        outcome: Outcome | InputError = pipe.recv()
                     except (EOFError, OSError):
                         del self._busy[pipe]
                         _end(worker)
@@ -99,6 +105,8 @@ class LocalWorkers:
                     else:
                         del self._busy[pipe]
                         self._idle.append(worker)
+                    if isinstance(outcome, InputError):
+                        raise outcome
                     yield place, outcome
         finally:
             self._cut_short()
@@ -163,7 +171,12 @@ def _work(pipe: Connection, fmus: FmuSet) -> None:
     prepare_stepping()
     with suppress(EOFError, OSError):
         while True:
-            pipe.send(attempt(pipe.recv(), fmus))
+            case = pipe.recv()
+            try:
+                outcome: Outcome | InputError = attempt(case, fmus)
+            except InputError as fault:
+                outcome = fault
+            pipe.send(outcome)
 
 
 def _end_with(parent: multiprocessing.process.BaseProcess) -> None:

@@ -89,4 +89,5 @@ def write_parquet(study: Study, evaluations: list[Evaluation], path: Path) -> No
             for name, column in columns.items()
         }
     )
-    parquet.write_table(table, path)
+    with path.open("wb") as stream:
+        parquet.write_table(table, stream)
