@@ -93,17 +93,21 @@ def locked_folder(folder: Path) -> Iterator[None]:
         If another process holds the folder, or it cannot be written.
     """
     folder = folder.absolute()
-    with _made(folder):
-        handle, free = _lock(folder)
+    while True:
+        handle = None
         try:
-            if not free:
-                raise InputError(
-                    f"{folder}: another warmlink is writing there; wait until it has ended, or choose "
-                    "another --out"
-                )
-            yield
+            with _made(folder):
+                handle, free = _lock(folder)
+                if not free:
+                    raise InputError(
+                        f"{folder}: another warmlink is writing there; wait until it has ended, or choose "
+                        "another --out"
+                    )
+                if handle is None or _is_still(handle, folder):
+                    yield
+                    return
         finally:
-            _unlock(handle)
+            _unlock(handle)  # only now, so that nobody locks a folder that is about to go again
 
 
 @contextmanager
@@ -184,6 +188,14 @@ def _lock(folder: Path) -> tuple[int | None, bool]:
         _unlock(handle)
         return None, True
     return handle, True
+
+
+def _is_still(handle: int, folder: Path) -> bool:
+    """Whether a folder is the one that was locked: whoever held it before may have removed it meanwhile."""
+    try:
+        return os.path.samestat(os.fstat(handle), folder.stat())
+    except FileNotFoundError:
+        return False
 
 
 def _unlock(handle: int | None) -> None:

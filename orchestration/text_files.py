@@ -18,7 +18,7 @@ def is_file(path: Path) -> bool:
     """Whether there is such a file; a name that no file can have is none."""
     try:
         return path.is_file()
-    except OSError:
+    except (OSError, ValueError):  # too long, or with a zero byte
         return False
 
 

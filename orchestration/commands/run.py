@@ -25,6 +25,7 @@ from warmlink.orchestration.scenarios.closed_loop import (
     run_scenario,
 )
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
+from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.scenarios.parameter_files import parameters_of
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -167,9 +168,15 @@ def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
 def start_values_given(parameter_files: Sequence[Path], settings: Sequence[str]) -> dict[str, str | float]:
     """Start values by name from `--parameters` and from `--set`, which comes last."""
     given: dict[str, str | float] = {}
-    for path in parameter_files:
-        given |= parameters_of(path)
-    return {**given, **settings_given(settings)}
+    for each in start_value_sets(parameter_files, settings):
+        given |= each.values
+    return given
+
+
+def start_value_sets(parameter_files: Sequence[Path], settings: Sequence[str]) -> list[StartValueSet]:
+    """Start values of each `--parameters` and of each `--set`, which come last."""
+    sets = [StartValueSet(f"--parameters {path}", parameters_of(path)) for path in parameter_files]
+    return [*sets, *(StartValueSet(f"--set {each}", settings_given([each])) for each in settings)]
 
 
 def settings_given(settings: Sequence[str]) -> dict[str, str]:

@@ -94,6 +94,7 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
             for i, table in enumerate(given["segment"])
             for piece in _segments(table, f"{name}: segment {i + 1}")
         )
+    check_segments(len(segments), name)
     return Duty(
         name=name,
         title=text_entry(given, "title", name, name),
@@ -124,6 +125,7 @@ def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
     if end is None:
         yield segment
         return
+    _in_range(replace(segment, ambient_temperature=end), where)
     steps = whole_entry(table.get("steps", 10), 1, MOST_SEGMENTS, f"{where}.steps")
     for i in range(steps):
         share = (i + 0.5) / steps

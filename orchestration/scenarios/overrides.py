@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -10,6 +11,20 @@ from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Output, Scalar
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.model import Value
+
+
+@dataclass(frozen=True)
+class StartValueSet:
+    """Start values that were given together.
+
+    Attributes
+    ----------
+    origin : the option they came with
+    values : values with units, or in SI units, under `instance.variable`
+    """
+
+    origin: str
+    values: Mapping[str, str | float]
 
 
 def start_values(
@@ -48,14 +63,14 @@ def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar
     """The input or parameter that `instance.variable` names. Raises as `start_values`."""
     instance, _, variable = name.rpartition(".")
     if not instance:
-        full = [f"{held}.{name}" for held, component in components.items() if name in _settable(component)]
+        full = [f"{held}.{name}" for held, component in components.items() if name in settable(component)]
         known = instead(name, full or components, "with a dot and the variable after it")
         raise InputError(f"{where}: {name}: names no component; {known}")
     if instance not in components:
         raise InputError(
             f"{where}: {name}: there is no component {instance}; {instead(instance, components)}"
         )
-    scalars = _settable(components[instance])
+    scalars = settable(components[instance])
     if variable not in scalars:
         raise InputError(
             f"{where}: {name}: {components[instance].name} has no such variable; {instead(variable, scalars)}"
@@ -63,7 +78,8 @@ def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar
     return scalars[variable]
 
 
-def _settable(component: Component) -> dict[str, Scalar]:
+def settable(component: Component) -> dict[str, Scalar]:
+    """Inputs and parameters of a component by name: what has a start value."""
     return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
 
 

@@ -127,7 +127,11 @@ def read_scenario(name: str, text: str) -> Scenario:
     InputError
         If the text does not hold one.
     """
-    table = tables_of(text, name)
+    return of_tables(name, tables_of(text, name))
+
+
+def of_tables(name: str, table: Mapping[str, Any]) -> Scenario:
+    """Scenario from the tables of its file; raises as `read_scenario`."""
     known_entries(table, _SETTINGS | duty_files.KEYS, name)
     scenario = _of_duty(_duty(name, table))
     return replace(

@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -104,7 +105,7 @@ def load(name: str) -> Mismatch:
             f"{name}: no such mismatch; "
             f"{instead(name, [*names(), 'draw_1', 'draw_2'], 'or give a TOML file')}"
         )
-    return _read(path)
+    return parsed(read_toml(path), path.stem)
 
 
 def draw(seed: int) -> Mismatch:
@@ -118,17 +119,17 @@ def draw(seed: int) -> Mismatch:
     return Mismatch(f"draw_{seed}", about, scale)
 
 
-def _read(path: Path) -> Mismatch:
-    given = read_toml(path)
-    known_entries(given, {"about", "scale", "parameters"}, path.name)
-    scale, parameters = given.get("scale", {}), written_parameters(path.name, given)
+def parsed(given: Mapping[str, Any], name: str) -> Mismatch:
+    """Mismatch from the tables of its file; raises as `load`."""
+    known_entries(given, {"about", "scale", "parameters"}, name)
+    scale, parameters = given.get("scale", {}), written_parameters(name, given)
     if not isinstance(scale, dict):
-        raise InputError(f"{path.name}: scale is not a table; write [scale] above the factors")
-    for name, factor in scale.items():
+        raise InputError(f"{name}: scale is not a table; write [scale] above the factors")
+    for scaled, factor in scale.items():
         known = not isinstance(factor, bool) and isinstance(factor, int | float)
         if not known or not 0 < factor <= LARGEST_FACTOR:
             raise InputError(
-                f"{path.name}: {name}: {shown(factor)} is no factor; give a number above 0, at most "
+                f"{name}: {scaled}: {shown(factor)} is no factor; give a number above 0, at most "
                 f"{LARGEST_FACTOR:g}"
             )
-    return Mismatch(path.stem, text_entry(given, "about", path.stem, path.name), scale, parameters)
+    return Mismatch(name, text_entry(given, "about", name, name), scale, parameters)

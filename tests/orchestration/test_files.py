@@ -55,6 +55,33 @@ def test_a_lock_on_a_new_folder_leaves_nothing_behind(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+def test_a_folder_that_its_owner_removed_meanwhile_is_locked_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import fcntl
+
+    folder, really, locked = tmp_path / "a", fcntl.flock, []
+
+    def flock(handle: int, how: int) -> None:
+        really(handle, how)
+        if not locked:  # the one before ends between our opening of the folder and our lock on it
+            folder.rmdir()
+        locked.append(handle)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    with locked_folder(folder):
+        assert folder.is_dir()
+        with pytest.raises(InputError, match="is writing there"), locked_folder(folder):
+            pass
+    assert not folder.exists()
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot be written"), locked_folder(tmp_path / "file" / "folder"):
+        pass
+
+
 def test_what_a_killed_process_was_writing_is_removed_but_not_what_another_is_writing(tmp_path: Path) -> None:
     dead, left = holding(f"fresh_folder(Path({str(tmp_path)!r}))")
     alive, kept = holding(f"fresh_folder(Path({str(tmp_path)!r}))")

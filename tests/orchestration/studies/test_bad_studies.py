@@ -7,6 +7,8 @@ import pytest
 
 from warmlink.orchestration.cli import main
 
+COMPARE = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml"]
+
 
 @pytest.fixture(autouse=True)
 def _in_the_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,8 +85,7 @@ def test_a_bad_comparison_is_refused(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    given = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml", *arguments]
-    assert sentence in refused(given, capsys, monkeypatch)
+    assert sentence in refused([*COMPARE, *arguments], capsys, monkeypatch)
 
 
 def test_a_locked_storage_and_a_busy_folder_are_refused(
@@ -96,9 +97,10 @@ def test_a_locked_storage_and_a_busy_folder_are_refused(
     (folder / "busy").mkdir()
     with (folder / "busy" / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        assert "another study is at work there" in refused(
-            ["sweep", "study.toml", "--out", "busy"], capsys, monkeypatch
-        )
+        for command in (["tune", "study.toml"], ["sweep", "study.toml"], COMPARE):
+            assert "busy: another warmlink is at work there" in refused(
+                [*command, "--out", "busy"], capsys, monkeypatch
+            )
     text = (folder / "study.toml").read_text()
     (folder / "study.toml").write_text(text.replace("[tune]", '[tune]\nstorage = "sqlite:///locked.db"'))
     other = sqlite3.connect("locked.db")
@@ -108,3 +110,18 @@ def test_a_locked_storage_and_a_busy_folder_are_refused(
         assert "locked" in refused(["tune", "study.toml"], capsys, monkeypatch)
     finally:
         other.close()
+
+
+@pytest.mark.parametrize("command", [["tune", "study.toml"], ["sweep", "study.toml"], COMPARE])
+@pytest.mark.parametrize("jobs", ["0", "-3", "1000000"])
+def test_a_bad_number_of_processes_is_refused_before_fmus_are_built(
+    command: list[str],
+    jobs: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "empty"))
+    assert f"--jobs {jobs}: not a number of processes" in refused(
+        [*command, "--jobs", jobs], capsys, monkeypatch
+    )
