@@ -18,6 +18,20 @@ def diagnose(
             "experiment (TOML)."
         ),
     ],
+    assume: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Input that was not logged, as --assume torque=0, "ambient_temperature=22 degC" or '
+            "pad_temperature=off. Repeatable."
+        ),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help='Parameter of the machine that is known to differ, as --set "link.length=800 mm". Repeatable.',
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for results. Default: out/RUN, out/RUN+NEXT for two.")
     ] = None,
@@ -29,7 +43,7 @@ def diagnose(
     """
     from warmlink.orchestration.commands.diagnose import diagnose_command
 
-    diagnose_command(data, out, json)
+    diagnose_command(data, assume or [], set_ or [], out, json)
 
 
 def hide(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,15 +17,23 @@ if TYPE_CHECKING:
 NO_CONTROLLER = "none"
 
 
-def diagnose_command(paths: Sequence[Path], out: Path | None, as_json: bool) -> None:
+def diagnose_command(
+    paths: Sequence[Path], assumed: Sequence[str], settings: list[str], out: Path | None, as_json: bool
+) -> None:
     """Diagnose, write the files and print the summary."""
     from warmlink.orchestration.arm.measured import is_arm_file
+    from warmlink.orchestration.commands.run import settings_given
 
     folder = out or Path("out") / "+".join(path.stem for path in paths)
     for path in paths:
         if is_arm_file(path):
             if len(paths) > 1:
                 raise InputError(f"{path}: a run of the whole arm stands alone; diagnose it by itself")
+            if assumed or settings:
+                raise InputError(
+                    f"{path}: a run of the whole arm has every input, and is held against the shipped arm; "
+                    "leave --assume and --set out"
+                )
             _diagnose_arm(path, folder, as_json)
             return
     from warmlink.orchestration.diagnosis.diagnose import JSON, SSP, SSV, diagnose
@@ -32,17 +41,34 @@ def diagnose_command(paths: Sequence[Path], out: Path | None, as_json: bool) -> 
     from warmlink.orchestration.system.shipped import SHIPPED
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
-        diagnosis = diagnose(*paths, progress=progress)
+        diagnosis = diagnose(*paths, assumed=assumed, settings=settings_given(settings), progress=progress)
         progress("writing the extended model")
         blueprint = SHIPPED[diagnosis.experiment.rig.name]
         needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
         fmu_store = store(None, sorted(needed), remark)
-        diagnosis.write(folder, fmu_store)
+    for each in diagnosis.experiment.remarks:
+        remark(each)
     if as_json:
         answer_json(diagnosis.to_json(SSV, SSP))
-        return
-    answer(diagnosis.summary())
-    answer(f"report  {folder / 'report.html'}    figures  {folder / JSON}    extended model  {folder / SSP}")
+    else:
+        answer(diagnosis.summary())
+    with _told_what_is_lost(folder):
+        diagnosis.write(folder, fmu_store)
+    if not as_json:
+        files = f"figures  {folder / JSON}    extended model  {folder / SSP}"
+        answer(f"report  {folder / 'report.html'}    {files}")
+
+
+@contextmanager
+def _told_what_is_lost(folder: Path) -> Iterator[None]:
+    """Turn a failure to write into a sentence: what was found was printed before it."""
+    try:
+        yield
+    except OSError as fault:
+        raise InputError(
+            f"{folder}: cannot be written ({fault.strerror or fault}): the answer above is all there is, its "
+            "report and extended model are lost; make room or choose another --out, and run it again"
+        ) from None
 
 
 def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
@@ -52,13 +78,14 @@ def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
 
     with spinner(f"Diagnosing {path.name}") as progress:
         diagnosis = diagnose_arm(arm_experiments(path), progress=progress)
-        progress("writing the extended models")
-        diagnosis.write(folder)
     if as_json:
         answer_json(diagnosis.to_json())
-        return
-    answer(diagnosis.summary())
-    answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / 'report.html'} and so on")
+    else:
+        answer(diagnosis.summary())
+    with _told_what_is_lost(folder):
+        diagnosis.write(folder)
+    if not as_json:
+        answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / 'report.html'} and so on")
 
 
 GRID, FEA = "grid", "fea"

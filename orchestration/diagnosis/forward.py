@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.packaging.integrator import GAMMA
 from warmlink.orchestration.diagnosis.equations import Equations, Linearised
 from warmlink.orchestration.diagnosis.grid import Levels, Resolution, Steps
@@ -22,7 +23,8 @@ from warmlink.orchestration.diagnosis.values import is_discrete
 
 Vector = NDArray[np.float64]
 
-PAD_OFF, PAD_HELD = 0.0, 2.0
+PAD_OFF = 0
+_PAD = "motor.pad_temperature"
 
 _STALE = 0.02
 """Change of step times Jacobian beyond which the inverse is made anew."""
@@ -214,11 +216,19 @@ def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> V
         for target in rig.fed_with(name):
             if target == name or target not in spoken_for:
                 table[index[target]] = signal
-    if "motor.pad_mode" in index and "motor.pad_temperature" in run.inputs:
-        pad = run.inputs["motor.pad_temperature"]
-        table[index["motor.pad_mode"]] = np.where(np.isfinite(pad), PAD_HELD, PAD_OFF)
-        table[index["motor.pad_temperature"]] = np.where(np.isfinite(pad), pad, 0.0)
+    if _PAD in index:
+        _switch_pad(table, index, spoken_for)
     return table
+
+
+def _switch_pad(table: Vector, index: Mapping[str, int], spoken_for: set[str]) -> None:
+    """Set the pad's mode by what was said of the pad, unless the mode itself was said."""
+    temperature = table[index[_PAD]]
+    held = np.isfinite(temperature)
+    if "motor.pad_mode" not in spoken_for:
+        by_power = PAD_POWER if "motor.pad_power" in spoken_for else PAD_OFF
+        table[index["motor.pad_mode"]] = np.where(held & (_PAD in spoken_for), PAD_TEMPERATURE, by_power)
+    table[index[_PAD]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
 
 
 def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Vector]]:

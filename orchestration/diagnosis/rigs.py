@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cached_property
 
 from warmlink.controllers.interface import SENSED
@@ -31,6 +32,7 @@ class Rig:
     shared : inputs that one signal feeds unless told otherwise, as the ambient temperature of all
     columns : signal or output for each column of a bare CSV file
     readings : sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation
+    driven_by : inputs that every run should have, each with those that may stand in its place
     """
 
     name: str
@@ -39,6 +41,7 @@ class Rig:
     shared: tuple[tuple[str, ...], ...]
     columns: Mapping[str, str]
     readings: Mapping[str, str]
+    driven_by: tuple[tuple[str, ...], ...]
 
     @cached_property
     def variables(self) -> dict[str, Scalar]:
@@ -72,11 +75,13 @@ class Rig:
             The rig has no such variable.
         """
         if name not in self.variables:
-            instance = name.partition(".")[0]
-            held = [n for n in self.variables if n.startswith(f"{instance}.")]
-            known = f"{instance} has {', '.join(held)}" if held else f"it has {', '.join(self.components)}"
-            raise InputError(f"{where}: {self.name} has no variable {name}; {known}")
+            near = get_close_matches(name, self.variables, n=1, cutoff=0.0)[0]
+            raise InputError(f"{where}: {self.name} has no variable {name}; did you mean {near}?")
         return self.variables[name]
+
+    def column_of(self, variable: str) -> str:
+        """Name of a variable's column in a bare CSV file; its own where there is none."""
+        return next((column for column, named in self.columns.items() if named == variable), variable)
 
     def fed_with(self, name: str) -> tuple[str, ...]:
         """Inputs that a signal for this input feeds when nothing else is said."""
@@ -86,6 +91,13 @@ class Rig:
         """Sensor or camera that reads an output."""
         return self.readings.get(variable)
 
+
+_DEMANDS = (
+    ("motor.speed",),
+    ("motor.torque", "motor.current"),
+    ("motor.pad_temperature", "motor.pad_power"),
+    ("motor.ambient_temperature",),
+)
 
 _MIDDLE = "link.sensor_temperature[2]"
 _TEMPERATURES = (
@@ -117,6 +129,7 @@ def warmup_cell(cells: int = 40) -> Rig:
             **{variable: f"sensors[{i + 1}]" for i, variable in enumerate(_TEMPERATURES)},
             ELONGATION: "camera",
         },
+        _DEMANDS,
     )
 
 
@@ -135,6 +148,7 @@ def bench_rod(cells: int = 40) -> Rig:
             "link.tip_temperature": "sensors[3]",
             ELONGATION: "camera",
         },
+        (("heater.on",), ("link.ambient_temperature",)),
     )
 
 
@@ -147,6 +161,7 @@ def bench_motor(cells: int = 0) -> Rig:
         (),
         {},
         {"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+        _DEMANDS,
     )
 
 

@@ -91,8 +91,8 @@ def test_too_coarse_a_simulation_is_noticed_and_replaced(
 @pytest.mark.parametrize(
     ("name", "effect", "logger"),
     [
-        ("friction_level", {"friction": 1.25}, LOGGERS["a room that wanders"]),
-        ("joint_resistance", {"joint": 0.6}, LOGGERS["uneven rows"]),
+        ("friction_level", {"friction": 1.25}, Logger(jitter=3.0, room=0.4)),
+        ("joint_resistance", {"joint": 0.6}, Logger(jitter=2.4, room=0.4)),
         ("conductivity", {"conductivity": 140.0}, Logger(interval=8.0, jitter=3.0, room=0.4)),
     ],
 )
