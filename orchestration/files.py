@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -29,6 +29,7 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
     except OSError as fault:
+        _remove_empty(made)
         raise InputError(f"{folder}: cannot be written ({fault.strerror}); choose another --out") from None
     try:
         yield work
@@ -36,9 +37,35 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
             path.replace(folder / path.name)
     finally:
         shutil.rmtree(work, ignore_errors=True)
-        for path in made:
-            with suppress(OSError):  # it holds something
-                path.rmdir()
+        _remove_empty(made)
+
+
+def _remove_empty(folders: Iterable[Path]) -> None:
+    for path in folders:
+        with suppress(OSError):  # it holds something, or was never made
+            path.rmdir()
+
+
+@contextmanager
+def fresh_file(path: Path) -> Iterator[Path]:
+    """Path to write a file under; it takes its own name when it is whole.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, as where the folder is read-only or the disk is full.
+    """
+    scratch = path.with_name(f".writing-{path.name}")
+    try:
+        yield scratch
+        scratch.replace(path)
+    except OSError as fault:
+        with suppress(OSError):
+            scratch.unlink(missing_ok=True)
+        reason = fault.strerror or fault
+        raise InputError(
+            f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
+        ) from None
 
 
 def text_of(path: Path) -> str:

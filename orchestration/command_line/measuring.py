@@ -29,7 +29,7 @@ def diagnose(
         list[str] | None,
         typer.Option(
             "--set",
-            help='Parameter of the machine that is known to differ, as --set "link.length=800 mm". Repeatable.',
+            help='Parameter that is known to differ, as --set "link.length=800 mm". Repeatable.',
         ),
     ] = None,
     out: Annotated[
@@ -53,6 +53,10 @@ def hide(
             help="Effects to hide, as radiation, joint_resistance=0.3, sensor_lag:tip_temperature."
         ),
     ] = None,
+    duty: Annotated[
+        str | None,
+        typer.Option(help="Duty cycle (CSV) or scenario (TOML) as `run` takes it. Default: two rich hours."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
     seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
     noise: Annotated[
@@ -69,7 +73,7 @@ def hide(
     """Make a measured run with a hidden effect, from a solver of its own, to practise `diagnose` on."""
     from warmlink.orchestration.commands.diagnose import hide_command
 
-    hide_command(effects or [], out, seed, noise, solver, axis)
+    hide_command(effects or [], duty, out, seed, noise, solver, axis)
 
 
 def reproduce(

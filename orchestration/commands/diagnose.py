@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,10 +43,6 @@ def diagnose_command(
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         diagnosis = diagnose(*paths, assumed=assumed, settings=settings_given(settings), progress=progress)
-        progress("writing the extended model")
-        blueprint = SHIPPED[diagnosis.experiment.rig.name]
-        needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
-        fmu_store = store(None, sorted(needed), remark)
     for each in diagnosis.experiment.remarks:
         remark(each)
     if as_json:
@@ -53,7 +50,9 @@ def diagnose_command(
     else:
         answer(diagnosis.summary())
     with _told_what_is_lost(folder):
-        diagnosis.write(folder, fmu_store)
+        blueprint = SHIPPED[diagnosis.experiment.rig.name]
+        needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
+        diagnosis.write(folder, store(None, sorted(needed), remark))
     if not as_json:
         files = f"figures  {folder / JSON}    extended model  {folder / SSP}"
         answer(f"report  {folder / 'report.html'}    {files}")
@@ -93,10 +92,17 @@ GRID, FEA = "grid", "fea"
 
 
 def hide_command(
-    effects: Sequence[str], out: Path, seed: int, noise: str, solver: str, axis: int | None
+    effects: Sequence[str],
+    duty: str | None,
+    out: Path,
+    seed: int,
+    noise: str,
+    solver: str,
+    axis: int | None,
 ) -> None:
     """Write a run that hides effects."""
-    from warmlink.orchestration.diagnosis.hide import EFFECTS, REAL, WHITE, effect_of, hide, write_csv
+    from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of
+    from warmlink.orchestration.diagnosis.hide import INFORMATIVE, REAL, WHITE, duty_of, hide, write_csv
 
     if solver not in (GRID, FEA):
         raise InputError(f"--with {solver}: no such solver; choose {GRID} or {FEA}")
@@ -112,23 +118,31 @@ def hide_command(
         try:
             strengths[name] = float(size) if equals else effect.size
         except ValueError:
-            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None
+            strengths[name] = math.nan
+        if not math.isfinite(strengths[name]):
+            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
         if solver != GRID:
             raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {solver} out")
+        if duty is not None:
+            raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
         columns = _hidden_in_arm(strengths, axis, kinds[noise], seed)
         write_csv(columns, out)
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
+    segments = INFORMATIVE if duty is None else duty_of(duty)
     if solver == FEA:
         from warmlink.orchestration.diagnosis.hidden_fea import hide_with_fea
 
-        columns = hide_with_fea(strengths, noise=kinds[noise], seed=seed)
+        columns = hide_with_fea(strengths, segments, noise=kinds[noise], seed=seed)
     else:
-        columns = hide(strengths, noise=kinds[noise], seed=seed)
+        columns = hide(strengths, segments, noise=kinds[noise], seed=seed)
     write_csv(columns, out)
-    answer(f"{out}: two hours with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known")
+    hours = sum(segment.duration for segment in segments) / 3600
+    answer(
+        f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
+    )
 
 
 def _hidden_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Vector]:

@@ -124,7 +124,10 @@ def column(
     values = numbers.to_numpy(dtype=float)
     endless = np.flatnonzero(np.isinf(values))
     if endless.size:
-        raise InputError(f"{path.name}: row {endless[0] + 2}, column {header!r}: the value is not finite")
+        raise InputError(
+            f"{path.name}: row {endless[0] + 2}, column {header!r}: the value is not finite; "
+            "correct it or leave the cell empty"
+        )
     return conversion.factor * values + conversion.offset, parts[1]
 
 

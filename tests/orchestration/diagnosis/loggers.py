@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.effects import CHANNELS
 from warmlink.orchestration.diagnosis.hidden import COLD, Segment, Truth, simulate
-from warmlink.orchestration.diagnosis.hide import CHANNELS, KELVIN_ZERO, write_csv
+from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, write_csv
 from warmlink.orchestration.diagnosis.measured import Run
 
 Columns = dict[str, np.ndarray]
