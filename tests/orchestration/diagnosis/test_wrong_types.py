@@ -114,7 +114,9 @@ CSV = "time [s],speed [rad/s],torque [N.m],shaft_temperature [degC],elongation [
 ROWS = [f"{10 * i},3.43,2.5,{22 + 0.1 * i:g},{0.2 * i:g}" for i in range(30)]
 
 
-@pytest.mark.parametrize("cell", ["1" * 320, "-" + "9" * 400, "1e999", "0x12", "warm", "True", "2,5"])
+@pytest.mark.parametrize(
+    "cell", ["1" * 320, "-" + "9" * 400, "1e999", "0x12", "warm", "True", "2,5"], ids=lambda cell: cell[:6]
+)
 @pytest.mark.parametrize("column", range(5))
 def test_a_cell_that_is_no_finite_number_is_named_with_its_row(
     tmp_path: Path, cell: str, column: int
