@@ -146,8 +146,8 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
     where: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_csv(hide({}, STILL, seed=0), Path("run.csv"))
-    store = object() if where.endswith("ssp_of") else None
-    monkeypatch.setattr("warmlink.orchestration.fmu_store.store", lambda *arguments: store)
+    monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr(where, full)
     code, out, err = ended(["diagnose", "run.csv", "--out", "found"], monkeypatch, capsys)
     assert code == 2
