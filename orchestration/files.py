@@ -50,6 +50,28 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
                     ) from None
 
 
+@contextmanager
+def fresh_file(path: Path) -> Iterator[Path]:
+    """Path to write a file under; it takes its own name when it is whole.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, as where the folder is read-only or the disk is full.
+    """
+    scratch = path.with_name(f".writing-{path.name}")
+    try:
+        yield scratch
+        scratch.replace(path)
+    except OSError as fault:
+        with suppress(OSError):
+            scratch.unlink(missing_ok=True)
+        reason = fault.strerror or fault
+        raise InputError(
+            f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
+        ) from None
+
+
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
     """Write files each of which is whole or not there, whatever becomes of the others.
 
@@ -133,14 +155,16 @@ def _made(folder: Path) -> Iterator[None]:
     """Make a folder; those made go again where nothing came of it."""
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise InputError(f"{folder}: cannot be written ({fault.strerror}); choose another --out") from None
-    try:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as fault:
+            raise InputError(
+                f"{folder}: cannot be written ({fault.strerror}); choose another --out"
+            ) from None
         yield
     finally:
         for path in made:
-            with suppress(OSError):  # it holds something
+            with suppress(OSError):  # it holds something, or was never made
                 path.rmdir()
 
 

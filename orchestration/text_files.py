@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -50,6 +51,28 @@ def decoded(content: bytes, name: str) -> str:
     except UnicodeDecodeError as fault:
         line = content[: fault.start].count(b"\n") + 1
         raise InputError(f"{name}: line {line} is not text in UTF-8; save the file as UTF-8") from None
+
+
+def measured_text(path: Path) -> str:
+    """Text of a file of measurements in UTF-8, UTF-16 with its mark, or else Latin-1, as spreadsheets write.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds no text.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror}); give the path of a file") from None
+    marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        text = content.decode("utf-16" if marked else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    if "\0" in text:
+        raise InputError(f"{path.name}: is no text in UTF-8, UTF-16 or Latin-1; save it as UTF-8")
+    return text
 
 
 def read_toml(path: Path, remedy: str = "give an existing TOML file") -> dict[str, Any]:

@@ -18,7 +18,8 @@ from warmlink.orchestration.arm.run import arm_system
 from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.diagnosis.cause import Cause
 from warmlink.orchestration.diagnosis.cause import catalogue as causes
-from warmlink.orchestration.diagnosis.hide import EFFECTS, KELVIN_ZERO, WHITE, Noise, Vector, noisy
+from warmlink.orchestration.diagnosis.effects import EFFECTS
+from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, WHITE, Noise, Vector, noisy
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.jacobi import Jacobi

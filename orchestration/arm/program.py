@@ -9,7 +9,6 @@ and z, with the tool's `pitch` above the horizontal and `roll`.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +26,15 @@ from warmlink.orchestration.scenarios.duty_files import MOST_SEED, SHORTEST_DRAW
 from warmlink.orchestration.scenarios.extent import check_segments
 from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.text_files import flag_entry, known_entries, shown, text_entry, whole_entry
+from warmlink.orchestration.text_files import (
+    flag_entry,
+    is_file,
+    known_entries,
+    read_toml,
+    shown,
+    text_entry,
+    whole_entry,
+)
 
 KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random", "pose"}
 
@@ -81,10 +88,9 @@ def load_program(name: str) -> Program:
         There is none of that name.
     """
     path = PROGRAMS / f"{name}.toml"
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{name}: no such program of the arm; {instead(name, arm_scenario_names())}")
-    table = tomllib.loads(path.read_text("utf-8"))
-    return parsed({key: value for key, value in table.items() if key in KEYS}, name)
+    return parsed({key: value for key, value in read_toml(path).items() if key in KEYS}, name)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Program:

@@ -32,6 +32,7 @@ class Rig:
     shared : inputs that one signal feeds unless told otherwise, as the ambient temperature of all
     columns : signal or output for each column of a bare CSV file
     readings : sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation
+    driven_by : inputs that every run should have, each with those that may stand in its place
     """
 
     name: str
@@ -40,6 +41,7 @@ class Rig:
     shared: tuple[tuple[str, ...], ...]
     columns: Mapping[str, str]
     readings: Mapping[str, str]
+    driven_by: tuple[tuple[str, ...], ...]
 
     @cached_property
     def variables(self) -> dict[str, Scalar]:
@@ -80,6 +82,10 @@ class Rig:
             )
         return self.variables[name]
 
+    def column_of(self, variable: str) -> str:
+        """Name of a variable's column in a bare CSV file; its own where there is none."""
+        return next((column for column, named in self.columns.items() if named == variable), variable)
+
     def fed_with(self, name: str) -> tuple[str, ...]:
         """Inputs that a signal for this input feeds when nothing else is said."""
         return next((group for group in self.shared if name in group), (name,))
@@ -88,6 +94,13 @@ class Rig:
         """Sensor or camera that reads an output."""
         return self.readings.get(variable)
 
+
+_DEMANDS = (
+    ("motor.speed",),
+    ("motor.torque", "motor.current"),
+    ("motor.pad_temperature", "motor.pad_power"),
+    ("motor.ambient_temperature",),
+)
 
 _MIDDLE = "link.sensor_temperature[2]"
 _TEMPERATURES = (
@@ -119,6 +132,7 @@ def warmup_cell(cells: int = 40) -> Rig:
             **{variable: f"sensors[{i + 1}]" for i, variable in enumerate(_TEMPERATURES)},
             ELONGATION: "camera",
         },
+        _DEMANDS,
     )
 
 
@@ -137,6 +151,7 @@ def bench_rod(cells: int = 40) -> Rig:
             "link.tip_temperature": "sensors[3]",
             ELONGATION: "camera",
         },
+        (("heater.on",), ("link.ambient_temperature",)),
     )
 
 
@@ -149,6 +164,7 @@ def bench_motor(cells: int = 0) -> Rig:
         (),
         {},
         {"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+        _DEMANDS,
     )
 
 

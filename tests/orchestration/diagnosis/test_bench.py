@@ -1,7 +1,8 @@
 import numpy as np
 
 from warmlink.orchestration.diagnosis.bench import bench_diagnosis
-from warmlink.orchestration.diagnosis.hide import effect_of, hide
+from warmlink.orchestration.diagnosis.effects import effect_of
+from warmlink.orchestration.diagnosis.hide import hide
 from warmlink.orchestration.diagnosis.trials import KINDS, drawn, weakened, with_gaps
 
 
