@@ -107,7 +107,7 @@ def text_entry(table: Mapping[str, Any], key: str, default: str, where: str) -> 
     """A text of a table; raises InputError where the entry is something else."""
     value = table.get(key, default)
     if not isinstance(value, str):
-        raise InputError(f'{where}: {key}: {shown(value)} is no text; write {key} = "{default or "..."}"')
+        raise InputError(f'{where}: {key}: {shown(value)} is no text; write {key} = "..."')
     return value
 
 

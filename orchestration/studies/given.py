@@ -30,7 +30,7 @@ def takers(given: StartValueSet, controllers: Mapping[str, Component]) -> list[s
     missing = min(names - known)
     every = sorted({each for law in controllers.values() for each in settable(law)})
     raise InputError(
-        f"{given.origin}: no controller compared has {COMPENSATOR}.{missing}; {instead(missing, every)}"
+        f"{given.origin}: no controller compared has {COMPENSATOR}.{missing}; {instead(missing, every, 'or compare the controller that it is for')}"
     )
 
 

@@ -238,3 +238,8 @@ def test_two_runs_do_not_write_into_one_folder(fmu: Path, capsys: pytest.Capture
         first.kill()
     simulate(path, *options, "--resume", capsys=capsys)
     assert len(read_folder(Path("o"))) == 1001
+
+
+def test_a_single_fmu_is_sent_to_check(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert called(fmu) == 2
+    assert "is a single FMU, no system; look at it with `warmlink check" in capsys.readouterr().err

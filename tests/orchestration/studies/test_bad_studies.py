@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.files import locked_folder
 
 COMPARE = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml"]
 
@@ -91,14 +92,10 @@ def test_a_bad_comparison_is_refused(
 def test_a_locked_storage_and_a_busy_folder_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import fcntl
-
     monkeypatch.setattr("warmlink.orchestration.studies.storage.LOCK_TIMEOUT_S", 0.1)
-    (folder / "busy").mkdir()
-    with (folder / "busy" / ".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked_folder(folder / "busy"):
         for command in (["tune", "study.toml"], ["sweep", "study.toml"], COMPARE):
-            assert "busy: another warmlink is at work there" in refused(
+            assert "busy: another warmlink is writing there" in refused(
                 [*command, "--out", "busy"], capsys, monkeypatch
             )
     text = (folder / "study.toml").read_text()

@@ -176,8 +176,8 @@ def test_start_values_go_to_the_controllers_that_have_them(folder: Path) -> None
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("compensator.gian", "no controller compared has compensator.gian; did you mean compensator.gain,"),
-        ("compensator.gate", "is it for another controller"),
+        ("compensator.gian", r"no controller compared has compensator.gian; did you mean gain\?"),
+        ("compensator.gate", "or compare the controller that it is for"),
     ],
 )
 def test_start_values_that_no_controller_has_are_refused(name: str, sentence: str) -> None:

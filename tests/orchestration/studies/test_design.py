@@ -131,7 +131,7 @@ def test_set_changes_the_plant_that_is_designed_for(
         ("link.lenght=1 m", "did you mean length"),
         ("link.length=-1 m", "-1 m"),
         ("link.length=1 kg", "kg does not convert"),
-        ("sensors.seed=3", "no component sensors; there are motor, link"),
+        ("sensors.seed=3", "no component sensors; choose motor or link"),
         ("motor.torque=3 N.m", "motor.torque: is an input"),
     ],
 )
