@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.effects import CHANNELS, EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.hidden import Segment
 from warmlink.orchestration.diagnosis.hide import (
-    CHANNELS,
-    EFFECTS,
     INFORMATIVE,
     MOVING,
     REAL,
     STILL,
     WHITE,
     Noise,
-    effect_of,
     hide,
     write_csv,
 )

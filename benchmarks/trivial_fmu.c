@@ -1,13 +1,23 @@
 /* A trivial slave of plain C, for tests and benchmarks of masters:
  *     dx/dt = rate u,   y = x,   z = gain u (at once).
  * It misbehaves on request: from time fail_at on, doStep does what fail_status says
- * (2 discard, 3 error, 4 fatal, 5 crash, 6 never return, 7 NaN), and a step longer than
- * largest_step is discarded. Compiled with -DFMI3 it speaks FMI 3.0, else FMI 2.0. */
+ * (2 discard, 3 error, 4 fatal, 5 crash, 6 never return, 7 NaN, 8 exit, 9 another folder,
+ * 10 another rounding, 11 another locale, 12 print, 13 fork, 14 take all memory), and a step longer
+ * than largest_step is discarded. An FMI 2.0 instance whose label is "crash in terminate", "crash in
+ * free" or "hang in free" does so, and one named "endless" is never instantiated.
+ * Compiled with -DFMI3 it speaks FMI 3.0, else FMI 2.0. */
+#include <fenv.h>
+#include <locale.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifndef _WIN32
+#include <unistd.h>
+#else
+#include <direct.h>
+#endif
 
 #ifdef FMI3
 #include "fmi3Functions.h"
@@ -84,6 +94,15 @@ static int advance(Slave *s, double t, double h) {
         case 5: raise(SIGSEGV); break;
         case 6: for (;;) ; break;
         case 7: d->r[Y] = NAN; return OK;
+        case 8: exit(0);
+        case 9: if (chdir("/")) return ERROR; break;
+        case 10: fesetround(FE_UPWARD); break;
+        case 11: setlocale(LC_ALL, "C"); break;
+        case 12: printf("printed by the FMU\n"); break;
+#ifndef _WIN32
+        case 13: fork(); break;
+#endif
+        case 14: for (;;) { char *p = malloc(1 << 24); if (!p) abort(); memset(p, 1, 1 << 24); }
         default: complain(s, d->fail_status, "it fails from", d->r[FAIL_AT]); return d->fail_status;
         }
     }
@@ -235,17 +254,26 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
     const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
     Slave *s = callbacks->allocateMemory(1, sizeof *s);
+    while (!strcmp(name, "endless")) ;
     if (!s) return NULL;
     initial(&s->data);
     s->callbacks = *callbacks;
     snprintf(s->name, sizeof s->name, "%s", name);
     return s;
 }
-void fmi2FreeInstance(fmi2Component c) { if (c) S->callbacks.freeMemory(c); }
+void fmi2FreeInstance(fmi2Component c) {
+    if (!c) return;
+    if (!strcmp(D->label, "crash in free")) raise(SIGSEGV);
+    if (!strcmp(D->label, "hang in free")) for (;;) ;
+    S->callbacks.freeMemory(c);
+}
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real s, fmi2Boolean d, fmi2Real e) { return OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return OK; }
-fmi2Status fmi2Terminate(fmi2Component c) { return OK; }
+fmi2Status fmi2Terminate(fmi2Component c) {
+    if (!strcmp(D->label, "crash in terminate")) raise(SIGSEGV);
+    return OK;
+}
 fmi2Status fmi2Reset(fmi2Component c) { initial(D); return OK; }
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2Real x[]) {
     for (size_t k = 0; k < n; k++) if (!get_real(D, v[k], &x[k])) return ERROR;

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.catalogue import Entry, catalogue
 from warmlink.fmus.packaging.component import Component
 
@@ -41,5 +42,5 @@ def controller(name: str) -> Component:
         If there is none of that name.
     """
     if name not in controllers():
-        raise InputError(f"{name}: no such controller; choose {', '.join(controllers())}")
+        raise InputError(f"{name}: no such controller; {instead(name, controllers())}")
     return controllers()[name]

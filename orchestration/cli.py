@@ -5,18 +5,19 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from typing import Annotated
 
 import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import measuring, running, studying
+from warmlink.orchestration.master.slave import SlaveError
 
 app = typer.Typer(
     name="warmlink",
     help="How far off a robot's tool point is while its link warms up, and what a controller takes out.",
     epilog="Begin with: warmlink run",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
@@ -36,12 +37,29 @@ for command in (
     app.command()(command)
 app.command(name="list")(running.list_)
 
-BAD_INPUT = 2
+STOPPED_EARLY, BAD_INPUT = 1, 2
+
+
+def _say_version(asked: bool) -> None:
+    if asked:
+        from warmlink.fmus.packaging.release import version
+
+        print(f"warmlink {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _before_any_command(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_say_version, is_eager=True, help="Say which version this is."),
+    ] = False,
+) -> None: ...
 
 
 def main() -> None:
     """Entry point of the command."""
-    guarded(app)
+    guarded(lambda: app(prog_name="warmlink"))
 
 
 def guarded(command: Callable[[], None]) -> None:
@@ -54,6 +72,9 @@ def guarded(command: Callable[[], None]) -> None:
     except InputError as fault:
         print(f"warmlink: {fault}", file=sys.stderr)
         raise SystemExit(BAD_INPUT) from None
+    except SlaveError as fault:
+        print(f"warmlink: {fault}; there are no results", file=sys.stderr)
+        raise SystemExit(STOPPED_EARLY) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
 

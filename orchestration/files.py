@@ -1,14 +1,21 @@
-"""Files that are whole or not there: written under another name, then renamed."""
+"""Files that are whole or not there, folders with one writer, and temporary folders that do not stay."""
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
+import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+
+WRITING = ".writing-"
+TEMPORARY = "warmlink-run-"
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 
 @contextmanager
@@ -16,25 +23,205 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
     """Folder to write results into; its files move to `folder` when all are written.
 
     Files of the same names are replaced, others in `folder` are left alone. Folders made for the purpose go
-    again where nothing came of it.
+    again where nothing came of it, and so does what a process that was killed left there.
 
     Raises
     ------
     InputError
-        If the folder cannot be written.
+        If the folder cannot be written, or the disk is full.
     """
+    folder = folder.absolute()
+    with _made(folder):
+        _sweep(folder, WRITING)
+        with _owned(folder, WRITING, "choose another --out") as work:
+            try:
+                yield work
+            except OSError as fault:
+                if fault.errno not in _FULL:
+                    raise
+                told = os.strerror(fault.errno).lower()
+                raise InputError(f"{folder}: nothing was written ({told}); free space there") from None
+            for path in sorted(work.iterdir()):
+                try:
+                    path.replace(folder / path.name)
+                except OSError as fault:
+                    raise InputError(
+                        f"{folder / path.name}: cannot be replaced ({fault.strerror}); choose another --out"
+                    ) from None
+
+
+@contextmanager
+def fresh_file(path: Path) -> Iterator[Path]:
+    """Path to write a file under; it takes its own name when it is whole.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, as where the folder is read-only or the disk is full.
+    """
+    scratch = path.with_name(f".writing-{path.name}")
+    try:
+        yield scratch
+        scratch.replace(path)
+    except OSError as fault:
+        with suppress(OSError):
+            scratch.unlink(missing_ok=True)
+        reason = fault.strerror or fault
+        raise InputError(
+            f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
+        ) from None
+
+
+def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
+    """Write files each of which is whole or not there, whatever becomes of the others.
+
+    Parameters
+    ----------
+    folder : Path
+        As `fresh_folder` gives it.
+    writers : mapping
+        For each file's name what writes it, given its path.
+
+    Returns
+    -------
+    str or None
+        What could not be written and why, as a sentence; None where everything was.
+    """
+    lost, reason = [], ""
+    for name, write in writers.items():
+        try:
+            write(folder / name)
+        except OSError as fault:
+            # What Arrow says of it takes three lines.
+            reason = (os.strerror(fault.errno) if fault.errno else str(fault)).lower()
+            lost.append(name)
+            (folder / name).unlink(missing_ok=True)
+    if not lost:
+        return None
+    names = " and ".join(lost)
+    return f"lost, because it could not be written ({reason}): {names}; free space or choose another --out"
+
+
+@contextmanager
+def locked_folder(folder: Path) -> Iterator[None]:
+    """Keep other processes from writing into a folder as long as this one does; it is made where absent.
+
+    The lock ends with the process, however that ends, and leaves no file behind. On a file system without
+    locks (some network file systems) nobody is refused.
+
+    Raises
+    ------
+    InputError
+        If another process holds the folder, or it cannot be written.
+    """
+    folder = folder.absolute()
+    while True:
+        handle = None
+        try:
+            with _made(folder):
+                handle, free = _lock(folder)
+                if not free:
+                    raise InputError(
+                        f"{folder}: another warmlink is writing there; wait until it has ended, or choose "
+                        "another --out"
+                    )
+                if handle is None or _is_still(handle, folder):
+                    yield
+                    return
+        finally:
+            _unlock(handle)  # only now, so that nobody locks a folder that is about to go again
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Folder for a run's own files, gone afterwards; those that killed processes left go too.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        home = Path(tempfile.gettempdir())
+    except OSError as fault:
+        raise InputError(f"{fault.strerror}; name a folder that can be written in TMPDIR") from None
+    _sweep(home, TEMPORARY)
+    with _owned(home, TEMPORARY, "free space there, or name another folder in TMPDIR") as work:
+        yield work
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Make a folder; those made go again where nothing came of it."""
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as fault:
+            raise InputError(
+                f"{folder}: cannot be written ({fault.strerror}); choose another --out"
+            ) from None
+        yield
+    finally:
+        for path in made:
+            with suppress(OSError):  # it holds something, or was never made
+                path.rmdir()
+
+
+@contextmanager
+def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
+    """Temporary folder that is locked as long as its owner lives, so that `_sweep` can tell."""
+    try:
+        made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
     except OSError as fault:
-        raise InputError(f"{folder}: cannot be written ({fault.strerror}); choose another --out") from None
+        raise InputError(f"{parent}: cannot be written ({fault.strerror}); {remedy}") from None
+    handle, _ = _lock(made)
+    # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
+    work = made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1)))
     try:
         yield work
-        for path in sorted(work.iterdir()):
-            path.replace(folder / path.name)
     finally:
         shutil.rmtree(work, ignore_errors=True)
-        for path in made:
-            with suppress(OSError):  # it holds something
-                path.rmdir()
+        _unlock(handle)
+
+
+def _sweep(parent: Path, prefix: str) -> None:
+    """Remove what killed processes left: temporary folders that nobody holds."""
+    for path in parent.glob(f"{prefix}*"):
+        if path.name.startswith(f"{prefix}new-"):
+            continue
+        handle, free = _lock(path)
+        if handle is not None and free:
+            shutil.rmtree(path, ignore_errors=True)
+        _unlock(handle)
+
+
+def _lock(folder: Path) -> tuple[int | None, bool]:
+    """Lock a folder: give a handle, None where there are no locks, and whether nobody else holds it."""
+    if sys.platform == "win32":
+        return None, True
+    import fcntl
+
+    handle = None
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return handle, False
+    except OSError:
+        _unlock(handle)
+        return None, True
+    return handle, True
+
+
+def _is_still(handle: int, folder: Path) -> bool:
+    """Whether a folder is the one that was locked: whoever held it before may have removed it meanwhile."""
+    try:
+        return os.path.samestat(os.fstat(handle), folder.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _unlock(handle: int | None) -> None:
+    if handle is not None:
+        os.close(handle)

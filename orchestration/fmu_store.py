@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import os
+import tempfile
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata, resources
@@ -64,6 +66,11 @@ class FmuStore:
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
     """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
+    if cache_folder() != wanted_cache_folder():
+        remark(
+            f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
+            f"to keep them, name a folder in {CACHE_VARIABLE}"
+        )
     if kind is not None:
         return FmuStore(kind)
     native = FmuStore("native")
@@ -76,6 +83,29 @@ def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStor
 
 
 def cache_folder() -> Path:
+    """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
+
+    Raises
+    ------
+    InputError
+        If the other folder cannot be made either, or belongs to somebody else.
+    """
+    wanted = wanted_cache_folder()
+    with suppress(OSError):
+        wanted.mkdir(parents=True, exist_ok=True)
+    # A cache that was filled before may be read-only.
+    if os.access(wanted, os.W_OK) or (wanted / source_digest()).is_dir():
+        return wanted
+    own = os.getuid() if hasattr(os, "getuid") else 0
+    other = Path(tempfile.gettempdir()) / f"warmlink-cache-{own}"
+    with suppress(OSError):
+        other.mkdir(mode=0o700, exist_ok=True)
+        if not other.is_symlink() and other.stat().st_uid == own:
+            return other
+    raise InputError(f"{wanted}: cannot be written; name a folder for built FMUs in {CACHE_VARIABLE}")
+
+
+def wanted_cache_folder() -> Path:
     """Folder for built FMUs: `WARMLINK_CACHE`, or warmlink's place in the user's cache."""
     named = os.environ.get(CACHE_VARIABLE)
     if named:

@@ -1,6 +1,7 @@
 """The house as it is meant to be: what is installed, what imports what, what loads when."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -38,6 +39,13 @@ def test_the_list_of_packages_is_the_tree() -> None:
     assert {path.parent for path in SOURCES} == {p.parent for p in SOURCES if p.name == "__init__.py"}
 
 
+def test_warmlink_is_a_namespace_that_can_be_run() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
+    assert declared["py-modules"] == ["warmlink.__main__"]
+    assert declared["package-dir"]["warmlink"] == "."
+    assert not (ROOT / "__init__.py").exists()
+
+
 @pytest.mark.parametrize("floor", FLOORS)
 def test_imports_point_one_way(floor: str) -> None:
     above = FLOORS[FLOORS.index(floor) + 1 :]
@@ -50,6 +58,16 @@ def test_imports_point_one_way(floor: str) -> None:
 @pytest.mark.parametrize("path", LAWS, ids=str)
 def test_equations_know_neither_fmi_nor_tables_nor_plots(path: Path) -> None:
     assert not {name.partition(".")[0] for name in imports(path)} & {*HEAVY, "pythonfmu", "matplotlib"}
+
+
+def test_names_to_choose_from_are_listed_in_one_place() -> None:
+    # `warmlink.fmus.names.instead` names the nearest, and cuts what would fill the screen.
+    listing = re.compile(
+        r"(choose|choose among|choose one of|it has|there are|known are|use|may have) \{.*join\("
+    )
+    for path in SOURCES:
+        found = [line.strip() for line in path.read_text("utf-8").splitlines() if listing.search(line)]
+        assert not found, f"{path.relative_to(ROOT)}: {found[0]}"
 
 
 def test_help_loads_nothing_heavy() -> None:

@@ -17,6 +17,7 @@ from warmlink.controllers.observer.model import LOSSES, MODES
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.names import instead
 
 Array = NDArray[np.float64]
 
@@ -194,8 +195,8 @@ def _sensor(name: str) -> str:
     for full in (name, f"{name}_temperature"):
         if full in SENSED:
             return full
-    short = ", ".join(each.removesuffix("_temperature") for each in SENSED)
-    raise InputError(f"sensors: {name!r} is not measured in the cell; choose from {short}")
+    short = [each.removesuffix("_temperature") for each in SENSED]
+    raise InputError(f"sensors: {name!r} is not measured in the cell; {instead(name, short)}")
 
 
 def _std(name: str, given: float | Mapping[str, float]) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from warmlink.controllers.design.gains import design_controller
+from warmlink.controllers.design.gains import design_controller, plant_parameters
+from warmlink.controllers.design.plant import Plant, plant_model
+from warmlink.controllers.design.reduction import reduce_plant
 from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.observer.model import MODES
 from warmlink.controllers.start_values import Values
 
 _CONTROLLERS = Path(__file__).resolve().parent.parent
@@ -16,6 +19,20 @@ _HEAD = '''"""The parameter set that ships, written by `python -m warmlink.contr
 from __future__ import annotations
 
 '''
+
+
+def observer_facts(plant: Plant) -> Values:
+    """What the observers know of a plant."""
+    return plant_parameters(reduce_plant(plant_model(plant), MODES), plant)
+
+
+PLANT_FACTS: Mapping[str, Callable[[Plant], Values]] = {
+    "regression": lambda plant: {"moments": fit_regression(training_run(plant))["moments"]},
+    "observer": observer_facts,
+    "observer_drift": observer_facts,
+}
+"""What each law that can be designed knows of the plant: that part of its parameter set which follows from
+the plant alone, whatever sensors it goes by."""
 
 
 def shipped_values() -> dict[str, Values]:

@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.universal_binary import universal_binary
 
 
@@ -162,7 +163,7 @@ def platforms_named(names: str | None) -> tuple[Platform, ...]:
         return tuple(PLATFORMS.values())
     unknown = [name for name in names.split(",") if name not in PLATFORMS]
     if unknown:
-        raise InputError(f"{unknown[0]}: no such platform; choose among {', '.join(PLATFORMS)}, or all")
+        raise InputError(f"{unknown[0]}: no such platform; {instead(unknown[0], [*PLATFORMS, 'all'])}")
     return tuple(PLATFORMS[name] for name in dict.fromkeys(names.split(",")))
 
 

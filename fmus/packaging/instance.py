@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.arithmetic import Number, stack
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Input, Parameter
 from warmlink.fmus.packaging.integrator import ComplexStepJacobian, Vector, rosenbrock_step
@@ -56,7 +57,7 @@ class Instance:
             if name not in self._references:
                 raise InputError(
                     f"{self.name}.{name}: {self.component.name} has no such variable; "
-                    f"its parameters are {', '.join(v.name for v in self.component.parameters)}"
+                    f"{instead(name, self._references)}"
                 )
             self.set_reference(self._references[name], value)
 

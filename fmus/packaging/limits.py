@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import FIELD, Component, Input, Parameter, Scalar
 
 
@@ -40,8 +41,8 @@ def unknown(component: Component, instance: str, name: str) -> str:
     part, dot, rest = name.rpartition(".")
     if component.joint is not None and part in component.joint.parts:
         return unknown(component.joint.parts[part], f"{instance}{dot}{part}".lstrip("."), rest)
-    known = ", ".join(v.name for v in component.parameters)
-    return f"{instance}.{name}: {component.name} has no such variable; its parameters are {known}".lstrip(".")
+    known = [v.name for v in component.parameters]
+    return f"{instance}.{name}: {component.name} has no such variable; {instead(name, known)}".lstrip(".")
 
 
 def problem(scalar: Scalar, value: float) -> str | None:

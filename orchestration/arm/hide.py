@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import arm_values, axis_name
 from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
@@ -17,8 +18,10 @@ from warmlink.orchestration.arm.run import arm_system
 from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.diagnosis.cause import Cause
 from warmlink.orchestration.diagnosis.cause import catalogue as causes
-from warmlink.orchestration.diagnosis.hide import EFFECTS, KELVIN_ZERO, WHITE, Noise, Vector, noisy
+from warmlink.orchestration.diagnosis.effects import EFFECTS
+from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, WHITE, Noise, Vector, noisy
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -86,7 +89,7 @@ def _set(number: int, effect: str, size: float) -> list[tuple[str, float]]:
     if cause is None:
         raise InputError(
             f"effect: {effect!r} cannot be hidden in an axis of the arm; "
-            f"choose {', '.join(possible_effects())}"
+            f"{instead(effect, possible_effects())}"
         )
     found = []
     for name in cause.frees:
@@ -106,7 +109,8 @@ def _run(scenario: ArmScenario, store: FmuStore) -> Result:
     record.append(f"{axis_name(1)}.duty.ambient_temperature")
     system = arm_system(scenario, None, store)
     # By Jacobi a step goes by what the duty cycle says at its beginning, as the row there says it.
-    result = simulate(system, scenario.stop_time, scenario.step_size, Jacobi(), record=record)
+    stop, step = scenario.stop_time, scenario.step_size
+    result = guarded(lambda line: simulate(system, stop, step, Jacobi(), record=record, line=line))
     if result.status != "completed":
         raise InputError(f"{scenario.name}: stopped early: {result.reason}")
     return result

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.text_files import read_toml
 
 NAME = "SixAxisArm"
 SYSTEM = "system"
@@ -23,9 +25,9 @@ def is_arm_scenario(name: str) -> bool:
 
 def table_of(path: Path) -> dict[str, Any]:
     """Content of a TOML file; nothing where there is none that can be read."""
-    if path.suffix != ".toml" or not path.is_file():
+    if path.suffix != ".toml":
         return {}
     try:
-        return tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return read_toml(path)
+    except InputError:  # told by whoever needs it
         return {}

@@ -22,6 +22,7 @@ from warmlink.orchestration.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
+from warmlink.orchestration.text_files import measured_text
 
 RIG = "WarmupCell"
 
@@ -46,8 +47,7 @@ def is_arm_file(path: Path) -> bool:
     """Whether a file is a CSV file of the whole arm, by its header row."""
     if path.suffix.lower() != ".csv" or not path.is_file():
         return False
-    with path.open(encoding="utf-8", errors="replace") as stream:
-        return f"{axis_name(1)}." in stream.readline()
+    return f"{axis_name(1)}." in measured_text(path).partition("\n")[0]
 
 
 def arm_experiments(path: Path) -> dict[int, Experiment]:

@@ -9,7 +9,6 @@ and z, with the tool's `pitch` above the horizontal and `roll`.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,14 +16,25 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.arm.library import PROGRAMS, arm_scenario_names
 from warmlink.orchestration.scenarios.duty import Duty, Segment
-from warmlink.orchestration.scenarios.duty_files import known_entries
+from warmlink.orchestration.scenarios.duty_files import MOST_SEED, SHORTEST_DRAWN
+from warmlink.orchestration.scenarios.extent import check_segments
 from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.text_files import (
+    flag_entry,
+    is_file,
+    known_entries,
+    read_toml,
+    shown,
+    text_entry,
+    whole_entry,
+)
 
 KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random", "pose"}
 
@@ -78,10 +88,9 @@ def load_program(name: str) -> Program:
         There is none of that name.
     """
     path = PROGRAMS / f"{name}.toml"
-    if not path.is_file():
-        raise InputError(f"{name}: no such program of the arm; choose {', '.join(arm_scenario_names())}")
-    table = tomllib.loads(path.read_text("utf-8"))
-    return parsed({key: value for key, value in table.items() if key in KEYS}, name)
+    if not is_file(path):
+        raise InputError(f"{name}: no such program of the arm; {instead(name, arm_scenario_names())}")
+    return parsed({key: value for key, value in read_toml(path).items() if key in KEYS}, name)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Program:
@@ -103,8 +112,8 @@ def parsed(given: Mapping[str, Any], name: str) -> Program:
             _segment(table, f"{name}: segment {i}")
             for i, table in enumerate(_tables(given, "segment", name), 1)
         ]
-    title, reason = str(given.get("title", name)), str(given.get("reason", "")).strip()
-    repeat = bool(given.get("repeat", False))
+    title, reason = text_entry(given, "title", name, name), text_entry(given, "reason", "", name).strip()
+    repeat = flag_entry(given, "repeat", False, name)
     duties = tuple(
         Duty(
             f"{name}, joint {joint + 1}", title, reason, stop_time, tuple(row[joint] for row in rows), repeat
@@ -148,16 +157,16 @@ def _pose(table: Mapping[str, Any], where: str) -> Pose:
 def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[tuple[Segment, ...]]:
     """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
     known_entries(table, {"seed", "shortest", "longest", "speed", "torque", "pause_share"}, where)
-    seed = table.get("seed")
-    if not isinstance(seed, int) or seed < 0:
-        raise InputError(f"{where}.seed: {seed!r} is no seed; give a whole number, 0 or above")
+    seed = whole_entry(table.get("seed"), 0, MOST_SEED, f"{where}.seed")
     shortest, longest = (
         positive(_required(table, key, where), "s", f"{where}.{key}") for key in ("shortest", "longest")
     )
-    if shortest > longest:
+    if not SHORTEST_DRAWN <= shortest <= longest:
         raise InputError(
-            f"{where}.shortest: {shortest:g} s lies above longest ({longest:g} s); mend the bounds"
+            f"{where}.shortest: {shortest:g} s does not lie between {SHORTEST_DRAWN:g} s and longest "
+            f"({longest:g} s); mend the bounds"
         )
+    check_segments(stop_time / shortest, f"{where}.shortest")
     speed, torque = _six(table, "speed", "rad/s", where), _six(table, "torque", "N.m", where)
     pause = quantity(table.get("pause_share", 0.0), "1", f"{where}.pause_share")
     generator = np.random.default_rng(seed)
@@ -185,7 +194,9 @@ def _six(table: Mapping[str, Any], key: str, unit: str, where: str) -> list[floa
 
 def _listed(values: Any, count: int, unit: str, where: str) -> list[float]:
     if not isinstance(values, list) or len(values) != count:
-        raise InputError(f"{where}: {values!r} is no list of {count}; give {count} values with their units")
+        raise InputError(
+            f"{where}: {shown(values)} is no list of {count}; give {count} values with their units"
+        )
     return [quantity(each, unit, f"{where}[{i}]") for i, each in enumerate(values, start=1)]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -11,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from warmlink.fmus.arm_kinematics.equations import AXES
-from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import POSES, arm_blueprint, arm_values, axis_name, merged
@@ -22,8 +20,9 @@ from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.scenario import ArmScenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms import algorithm
-from warmlink.orchestration.master.compiled import prepare
+from warmlink.orchestration.master.compiled import try_to_prepare
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import Progress as MasterProgress
 from warmlink.orchestration.master.run import simulate
@@ -57,8 +56,7 @@ def run_arm(
         component refuses.
     """
     began = time.perf_counter()
-    with contextlib.suppress(InputError):  # without it, or where it is too late, steps take longer
-        prepare()
+    try_to_prepare()
     report = progress or (lambda share: None)
     system, plain = arm_system(scenario, controller, store), arm_system(scenario, None, store)
     chosen = algorithm(scenario.master)
@@ -67,14 +65,11 @@ def run_arm(
     def part(done: float, whole: float) -> MasterProgress:
         return lambda at, count: report(done + whole * at / count)
 
-    result = simulate(
-        system,
-        scenario.stop_time,
-        scenario.step_size,
-        chosen,
-        record=(*RECORDED, *readings),
-        progress=part(0.0, 0.3),
+    record, stop, step = (*RECORDED, *readings), scenario.stop_time, scenario.step_size
+    result = guarded(
+        lambda line: simulate(system, stop, step, chosen, record=record, line=line), part(0.0, 0.3)
     )
+    bounded = bounded and result.reason is None  # after a Ctrl-C nobody waits for another run
     coupling = _coupling_error(plain, result, scenario, part(0.3, 0.5)) if bounded else np.inf
     compensations = [Compensation(controller, columns(result, f"{COMPENSATOR}.correction"))]
     compensations.append(Compensation(CENTRALISED, centralised(scenario, result)))
@@ -93,7 +88,9 @@ def _coupling_error(plain: System, result: Result, scenario: ArmScenario, progre
     """Bound in um on what the communication step costs any elongation; infinite where a run stopped early."""
     chosen = algorithm(scenario.master)
     bounds = estimate_coupling_error(
-        lambda until, half: simulate(plain, until, half, chosen, record=_ELONGATIONS, progress=progress),
+        lambda until, half: guarded(
+            lambda line: simulate(plain, until, half, chosen, record=_ELONGATIONS, line=line), progress
+        ),
         result,
         scenario.step_size,
         chosen.order,

@@ -14,11 +14,15 @@ from typing import Any
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.pose_sequence.equations import AXES
 from warmlink.orchestration.arm import program as programs
 from warmlink.orchestration.arm.library import PROGRAMS, SYSTEM, arm_scenario_names, table_of
 from warmlink.orchestration.arm.program import Program
+from warmlink.orchestration.scenarios.extent import MOST_POINTS, check_extent
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, DEFAULT_STEP
+from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, DEFAULT_STEP, written_parameters
+from warmlink.orchestration.text_files import text_entry
 
 SENSORS = tuple(name.removesuffix("_temperature") for name in SENSED)
 
@@ -56,6 +60,9 @@ class ArmScenario:
     sensor_noise: float = DEFAULT_NOISE
     parameters: dict[str, str | float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        check_extent(self.name, self.stop_time, self.step_size, MOST_POINTS // AXES)
+
     @property
     def name(self) -> str:
         """Name of the program."""
@@ -86,29 +93,26 @@ def load_arm_scenario(name: str) -> ArmScenario:
         If there is none, or the file does not hold one.
     """
     shipped = PROGRAMS / f"{name}.toml"
-    path = shipped if shipped.is_file() else Path(name)
+    path = shipped if name in arm_scenario_names() else Path(name)
     table = table_of(path)
     if not table:
-        raise InputError(f"{name}: no such scenario of the arm; choose {', '.join(arm_scenario_names())}")
+        raise InputError(f"{name}: no such scenario of the arm; {instead(name, arm_scenario_names())}")
     return read_arm_scenario(path.stem, table)
 
 
 def read_arm_scenario(name: str, table: Mapping[str, Any]) -> ArmScenario:
     """Scenario from the tables of its file."""
-    sensor = str(table.get("sensor", DEFAULT_SENSOR))
+    sensor = text_entry(table, "sensor", DEFAULT_SENSOR, name)
     if sensor not in SENSORS:
-        raise InputError(f"{name}: sensor {sensor!r} is none of the axis's; choose {', '.join(SENSORS)}")
-    parameters = table.get("parameters", {})
-    if not isinstance(parameters, dict):
-        raise InputError(f"{name}: parameters is not a table; write [parameters] above them")
+        raise InputError(f"{name}: sensor {sensor!r} is none of the axis's; {instead(sensor, SENSORS)}")
     own = {key: value for key, value in table.items() if key not in _SETTINGS}
     return ArmScenario(
         program=programs.parsed(own, name),
         step_size=positive(table.get("step_size", DEFAULT_STEP), "s", f"{name}: step_size"),
-        master=str(table.get("master", DEFAULT_MASTER)),
-        controller=str(table.get("controller", DEFAULT_CONTROLLER)),
+        master=text_entry(table, "master", DEFAULT_MASTER, name),
+        controller=text_entry(table, "controller", DEFAULT_CONTROLLER, name),
         tolerance=positive(table.get("tolerance", DEFAULT_TOLERANCE), "m", f"{name}: tolerance"),
         sensor=sensor,
         sensor_noise=positive(table.get("sensor_noise", DEFAULT_NOISE), "K", f"{name}: sensor_noise"),
-        parameters=dict(parameters),
+        parameters=written_parameters(name, table),
     )

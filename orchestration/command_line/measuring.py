@@ -18,6 +18,20 @@ def diagnose(
             "experiment (TOML)."
         ),
     ],
+    assume: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Input that was not logged, as --assume torque=0, "ambient_temperature=22 degC" or '
+            "pad_temperature=off. Repeatable."
+        ),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help='Parameter that is known to differ, as --set "link.length=800 mm". Repeatable.',
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for results. Default: out/RUN, out/RUN+NEXT for two.")
     ] = None,
@@ -29,7 +43,7 @@ def diagnose(
     """
     from warmlink.orchestration.commands.diagnose import diagnose_command
 
-    diagnose_command(data, out, json)
+    diagnose_command(data, assume or [], set_ or [], out, json)
 
 
 def hide(
@@ -38,6 +52,10 @@ def hide(
         typer.Argument(
             help="Effects to hide, as radiation, joint_resistance=0.3, sensor_lag:tip_temperature."
         ),
+    ] = None,
+    duty: Annotated[
+        str | None,
+        typer.Option(help="Duty cycle (CSV) or scenario (TOML) as `run` takes it. Default: two rich hours."),
     ] = None,
     out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
     seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
@@ -55,7 +73,7 @@ def hide(
     """Make a measured run with a hidden effect, from a solver of its own, to practise `diagnose` on."""
     from warmlink.orchestration.commands.diagnose import hide_command
 
-    hide_command(effects or [], out, seed, noise, solver, axis)
+    hide_command(effects or [], duty, out, seed, noise, solver, axis)
 
 
 def reproduce(

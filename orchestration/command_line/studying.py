@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Parameters, Set
 
 
 def compare(
@@ -32,6 +32,8 @@ def compare(
         list[str] | None,
         typer.Option("--with", help="A law of your own, as `my_law.py:MyLaw`. Repeatable."),
     ] = None,
+    parameters: Parameters = None,
+    set_: Set = None,
     fmus: Annotated[
         str | None, typer.Option(help="`native` (C) or `python` FMUs. Default: native where a C compiler is.")
     ] = None,
@@ -45,8 +47,9 @@ def compare(
 ) -> None:
     """Hold controllers against each other and against none, over duty cycles and mismatches.
 
-    Writes compare.csv and report.html. Differences within the error budget count as equal; where a duty cycle
-    defeats a law, the table says so.
+    What is set of the compensator goes to the controllers that have it; mismatches come on top of it all.
+    Writes compare.csv and report.html. Interrupted or killed, the same command goes on. Differences within
+    the error budget count as equal; where a duty cycle defeats a law, the table says so.
 
     Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
     """
@@ -54,7 +57,18 @@ def compare(
 
     raise SystemExit(
         compare_command(
-            system, controllers, duty_cycles, mismatch, with_ or [], fmus, out, jobs, report, as_json=json
+            system,
+            controllers,
+            duty_cycles,
+            mismatch,
+            with_ or [],
+            parameters or [],
+            set_ or [],
+            fmus,
+            out,
+            jobs,
+            report,
+            as_json=json,
         )
     )
 
@@ -68,7 +82,6 @@ _Jobs = Annotated[int, typer.Option(help="Processes that run at once.")]
 _Fmus = Annotated[
     str | None, typer.Option(help="`native` (C) or `python` FMUs. Default: native where a C compiler is.")
 ]
-_StudyOut = Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY.")]
 _Report = Annotated[bool, typer.Option(help="Write report.html.")]
 
 
@@ -78,7 +91,7 @@ def tune(
     scheduler: _Scheduler = None,
     jobs: _Jobs = 2,
     fmus: _Fmus = None,
-    out: _StudyOut = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/tune.")] = None,
     report: _Report = True,
     json: Json = False,
 ) -> None:
@@ -108,7 +121,7 @@ def sweep(
     scheduler: _Scheduler = None,
     jobs: _Jobs = 2,
     fmus: _Fmus = None,
-    out: _StudyOut = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/sweep.")] = None,
     report: _Report = True,
     json: Json = False,
 ) -> None:
@@ -135,15 +148,16 @@ def design(
         str | None, typer.Option(help='That of the camera, as "0.2 um". Default: the DriftCamera\'s own.')
     ] = None,
     sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
+    set_: Set = None,
     out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
     json: Json = False,
 ) -> None:
     """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
 
-    The plant's parameters are those of the system's motor and link.
+    The plant's parameters are those of the system's motor and link, and what --set says of these.
 
     Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
     """
     from warmlink.orchestration.commands.design import design_command
 
-    design_command(system, law, sensors, sensor_std, camera_std, sample_time, out, json)
+    design_command(system, law, sensors, sensor_std, camera_std, sample_time, set_ or [], out, json)

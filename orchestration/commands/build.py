@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.build import build_python_fmus
 from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.orchestration.catalogue import controller, entries
@@ -26,7 +27,23 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) -> None:
     """Build, validate and list what was built."""
     if kind not in KINDS:
-        raise InputError(f"--fmus {kind}: no such kind; choose {', '.join(KINDS)}")
+        raise InputError(f"--fmus {kind}: no such kind; {instead(kind, KINDS)}")
+    try:
+        built = _build(kind, platforms, out)
+    except OSError as fault:
+        place = Path(fault.filename or out)
+        shown = out if place.is_relative_to(out) else place
+        raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
+    _validate(built)
+    if as_json:
+        answer_json([str(path) for path in built])
+    else:
+        for path in built:
+            answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+
+
+def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
+    """Build everything; each file is whole or not there."""
     built: list[Path] = []
     everything = list(entries().values())
     if kind in ("python", "all"):
@@ -38,13 +55,7 @@ def build_command(kind: str, platforms: str | None, out: Path, as_json: bool) ->
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         built.append(_write_system(blueprint, fmus, out))
-    built += _write_arm(fmus, out)
-    _validate(built)
-    if as_json:
-        answer_json([str(path) for path in built])
-    else:
-        for path in built:
-            answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+    return built + _write_arm(fmus, out)
 
 
 def _build_joined(platforms: str | None, out: Path) -> list[Path]:

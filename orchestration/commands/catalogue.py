@@ -8,6 +8,7 @@ from warmlink.orchestration.arm.library import arm_scenario_names
 from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
+from warmlink.orchestration.diagnosis.effects import about_effects
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about
 from warmlink.orchestration.scenarios.scenario import load_scenario, scenario_names
 from warmlink.orchestration.studies import mismatch
@@ -26,6 +27,7 @@ def list_command(as_json: bool) -> None:
         "components": {name: component.description for name, component in components().items()},
         "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
         "studies": {name: load_study(name).title for name in study_names()},
+        "effects to hide": about_effects(),
         "masters": {name: about(name) for name in ALGORITHMS},
     }
     if as_json:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,6 +9,12 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.check import CheckResult, check_fmu
 from warmlink.orchestration.commands.console import answer, answer_json
+from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.master.guard import guarded
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.read import read_system
 
 FAILED = 1
 _SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]skip[/]"}
@@ -33,12 +38,9 @@ def check_system_file(path: Path) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
     from fmpy.validation import validate_fmu
 
-    from warmlink.orchestration.master.run import simulate
-    from warmlink.orchestration.system.read import read_system
-
     results = []
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        system = read_system(path, Path(work))
+    with temporary_folder() as work:
+        system = read_system(path, work)
         detail = f"{len(system.components)} components, {len(system.connections)} connections"
         results.append(CheckResult("reads and fits together", "pass", detail))
         for name, held in system.components.items():
@@ -50,10 +52,17 @@ def check_system_file(path: Path) -> list[CheckResult]:
             results.append(CheckResult("runs", "skip", "the system proposes no stop time"))
             return results
         step = experiment.step_size or experiment.stop_time / 500
-        run = simulate(system, experiment.stop_time, step, start_time=experiment.start_time)
-        done = f"{experiment.stop_time:g} s in steps of {step:g} s"
-        results.append(CheckResult("runs", "fail" if run.reason else "pass", run.reason or done))
+        results.append(_run(system, experiment.start_time, experiment.stop_time, step))
     return results
+
+
+def _run(system: System, start: float, stop: float, step: float) -> CheckResult:
+    try:
+        run = guarded(lambda line: simulate(system, stop, step, start_time=start, line=line))
+    except SlaveError as fault:
+        return CheckResult("runs", "fail", str(fault))
+    done = "; ".join((f"{stop:g} s in steps of {step:g} s", *run.remarks))
+    return CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)
 
 
 def _print_table(path: Path, results: Sequence[CheckResult]) -> None:

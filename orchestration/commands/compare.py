@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.commands.run import chosen_kind
-from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.commands.run import chosen_kind, start_value_sets
+from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+from warmlink.orchestration.own_law import load_own_law
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -25,10 +26,8 @@ from warmlink.orchestration.studies.compare import (
     run_comparison,
     write_csv,
 )
-from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.given import assigned, told
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DEFAULT_OUT = Path("out") / "compare"
@@ -52,6 +51,8 @@ def compare_command(
     duty_cycles: str | None,
     mismatches: str | None,
     own: Sequence[str],
+    parameter_files: list[Path],
+    settings: list[str],
     fmus: str | None,
     out: Path | None,
     jobs: int,
@@ -59,35 +60,47 @@ def compare_command(
     as_json: bool,
 ) -> int:
     """Run, write and answer; gives the exit code."""
+    sets = start_value_sets(parameter_files, settings)
     if system == ARM:
         from warmlink.orchestration.commands.compare_arm import compare_arm_command
 
         if own:
             raise InputError(f"--with {own[0]}: laws of your own run on WarmupCell; leave --system {ARM} out")
+        if sets:
+            raise InputError(f"{sets[0].origin}: compare takes no start values for {ARM}; leave it out")
         compare_arm_command(
             listed(controllers), listed(duty_cycles), listed(mismatches), chosen_kind(fmus), out, as_json
         )
         return 0
     if system != WARMUP_CELL.name:
         raise InputError(
-            f"--system {system}: no such system to compare on; choose {WARMUP_CELL.name} or {ARM}"
+            f"--system {system}: no such system to compare on; {instead(system, (WARMUP_CELL.name, ARM))}"
         )
     laws = chosen_controllers(_listed(controllers, list(catalogue.controllers())))
     owned = [load_own_law(place) for place in own]
     distinct([*laws, *(law.name for law in owned)], "controllers")
     laws |= {law.name: law.component for law in owned}
     duties = _duties(_listed(duty_cycles, duty_files.names()))
-    cases = plan(laws, duties, _mismatches(_listed(mismatches, DEFAULT_MISMATCHES)))
+    for each in sets:
+        sentence = told(each, laws)
+        if sentence is not None:
+            remark(sentence)
+    wrong = _mismatches(_listed(mismatches, DEFAULT_MISMATCHES))
+    cases = plan(laws, duties, wrong, assigned(sets, laws))
     folder = out or DEFAULT_OUT
-    with fresh_folder(folder) as target:
-        workers = LocalWorkers(_fmu_set([laws[name].name for name in laws], owned, fmus), jobs)
-        with workers, progress_bar(f"{len(cases)} runs") as progress:
-            comparison = run_comparison(cases, workers, progress)
-        write_csv(comparison, target / "compare.csv")
-        if report:
-            from warmlink.orchestration.report.comparison import write_report
+    try:
+        with interruptible(), means(list(laws.values()), owned, fmus, None, jobs, folder) as study:
+            with progress_bar(f"{len(cases)} runs") as progress:
+                comparison = run_comparison(cases, study.workers, progress)
+            with results(folder) as target:
+                write_csv(comparison, target / "compare.csv")
+                if report:
+                    from warmlink.orchestration.report.comparison import write_report
 
-            write_report(comparison, target / "report.html")
+                    write_report(comparison, target / "report.html")
+    except KeyboardInterrupt:
+        remark(KEPT)
+        return INTERRUPTED
     if as_json:
         answer_json(_figures(comparison))
     else:
@@ -133,17 +146,6 @@ def _mismatches(names: Sequence[str]) -> list[Mismatch]:
     found = [mismatches_.load(name) for name in names]
     distinct([mismatch.name for mismatch in found], "mismatches")
     return found
-
-
-def _fmu_set(kinds: Sequence[str], owned: Sequence[OwnLaw], fmus: str | None) -> FmuSet:
-    own_kinds = {law.component.name for law in owned}
-    shipped = [kind for kind in kinds if kind not in own_kinds]
-    needed = sorted({kind for law in shipped for kind in WARMUP_CELL.components_with(law).values()})
-    chosen = store(chosen_kind(fmus), needed, remark)
-    files = chosen.files(needed, remark)
-    for law in owned:
-        files[law.component.name] = law.fmu(chosen)
-    return FmuSet.read(chosen.kind, files)
 
 
 def _figures(comparison: Comparison) -> list[dict[str, Any]]:

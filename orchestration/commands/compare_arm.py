@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.arm.compare import ArmRow, compare_arm, write_csv
 from warmlink.orchestration.arm.compensation import DESIGNED
 from warmlink.orchestration.arm.library import NAME, arm_scenario_names
@@ -35,7 +36,7 @@ def compare_arm_command(
         raise InputError("--controllers: names none; give some, as --controllers lag,observer")
     for law in laws:
         if law not in DESIGNED:
-            raise InputError(f"{law}: has no design for the arm's axes; choose {', '.join(DESIGNED)}")
+            raise InputError(f"{law}: has no design for the arm's axes; {instead(law, DESIGNED)}")
     kinds = {kind for law in laws for kind in arm_kinds(law)}
     chosen = store(fmus, sorted(kinds), remark)
     folder = out or Path("out") / f"compare_{NAME}"

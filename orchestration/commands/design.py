@@ -10,18 +10,20 @@ from typing import Any
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME
 from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.commands.run import settings_given
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.studies.design import plant_of, write_design
+from warmlink.orchestration.studies.design import plant_of, with_values, write_design
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
 
 WITH_CAMERA = "observer_drift"
-DESIGNED = ("regression", "observer", WITH_CAMERA)
-"""The laws whose parameters come from a design, and the one that goes by the camera."""
+"""The law that goes by the camera."""
 
 
 def design_command(
@@ -31,17 +33,19 @@ def design_command(
     sensor_std: str,
     camera_std: str | None,
     sample_time: str,
+    settings: list[str],
     out: Path | None,
     as_json: bool,
 ) -> None:
     """Design, write and answer."""
     if out is not None and out.suffix != ".ssv":
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
-    if law not in DESIGNED:
-        raise InputError(f"--law {law}: {law!r} has no design; choose {', '.join(DESIGNED)}")
+    if law not in PLANT_FACTS:
+        raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
-    plant = _plant(system)
+    given = settings_given(settings)
+    plant = with_values(_plant(system), given)
     names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
     if period < SHORTEST_SAMPLE_TIME:

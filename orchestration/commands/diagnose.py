@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json, remark, spinner
 
@@ -16,15 +19,23 @@ if TYPE_CHECKING:
 NO_CONTROLLER = "none"
 
 
-def diagnose_command(paths: Sequence[Path], out: Path | None, as_json: bool) -> None:
+def diagnose_command(
+    paths: Sequence[Path], assumed: Sequence[str], settings: list[str], out: Path | None, as_json: bool
+) -> None:
     """Diagnose, write the files and print the summary."""
     from warmlink.orchestration.arm.measured import is_arm_file
+    from warmlink.orchestration.commands.run import settings_given
 
     folder = out or Path("out") / "+".join(path.stem for path in paths)
     for path in paths:
         if is_arm_file(path):
             if len(paths) > 1:
                 raise InputError(f"{path}: a run of the whole arm stands alone; diagnose it by itself")
+            if assumed or settings:
+                raise InputError(
+                    f"{path}: a run of the whole arm has every input, and is held against the shipped arm; "
+                    "leave --assume and --set out"
+                )
             _diagnose_arm(path, folder, as_json)
             return
     from warmlink.orchestration.diagnosis.diagnose import JSON, SSP, SSV, diagnose
@@ -32,17 +43,32 @@ def diagnose_command(paths: Sequence[Path], out: Path | None, as_json: bool) -> 
     from warmlink.orchestration.system.shipped import SHIPPED
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
-        diagnosis = diagnose(*paths, progress=progress)
-        progress("writing the extended model")
-        blueprint = SHIPPED[diagnosis.experiment.rig.name]
-        needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
-        fmu_store = store(None, sorted(needed), remark)
-        diagnosis.write(folder, fmu_store)
+        diagnosis = diagnose(*paths, assumed=assumed, settings=settings_given(settings), progress=progress)
+    for each in diagnosis.experiment.remarks:
+        remark(each)
     if as_json:
         answer_json(diagnosis.to_json(SSV, SSP))
-        return
-    answer(diagnosis.summary())
-    answer(f"report  {folder / 'report.html'}    figures  {folder / JSON}    extended model  {folder / SSP}")
+    else:
+        answer(diagnosis.summary())
+    with _told_what_is_lost(folder):
+        blueprint = SHIPPED[diagnosis.experiment.rig.name]
+        needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
+        diagnosis.write(folder, store(None, sorted(needed), remark))
+    if not as_json:
+        files = f"figures  {folder / JSON}    extended model  {folder / SSP}"
+        answer(f"report  {folder / 'report.html'}    {files}")
+
+
+@contextmanager
+def _told_what_is_lost(folder: Path) -> Iterator[None]:
+    """Turn a failure to write into a sentence: what was found was printed before it."""
+    try:
+        yield
+    except OSError as fault:
+        raise InputError(
+            f"{folder}: cannot be written ({fault.strerror or fault}): the answer above is all there is, its "
+            "report and extended model are lost; make room or choose another --out, and run it again"
+        ) from None
 
 
 def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
@@ -52,13 +78,14 @@ def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
 
     with spinner(f"Diagnosing {path.name}") as progress:
         diagnosis = diagnose_arm(arm_experiments(path), progress=progress)
-        progress("writing the extended models")
-        diagnosis.write(folder)
     if as_json:
         answer_json(diagnosis.to_json())
-        return
-    answer(diagnosis.summary())
-    answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / 'report.html'} and so on")
+    else:
+        answer(diagnosis.summary())
+    with _told_what_is_lost(folder):
+        diagnosis.write(folder)
+    if not as_json:
+        answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / 'report.html'} and so on")
 
 
 GRID, FEA = "grid", "fea"
@@ -66,16 +93,23 @@ GRID, FEA = "grid", "fea"
 
 
 def hide_command(
-    effects: Sequence[str], out: Path, seed: int, noise: str, solver: str, axis: int | None
+    effects: Sequence[str],
+    duty: str | None,
+    out: Path,
+    seed: int,
+    noise: str,
+    solver: str,
+    axis: int | None,
 ) -> None:
     """Write a run that hides effects."""
-    from warmlink.orchestration.diagnosis.hide import EFFECTS, REAL, WHITE, effect_of, hide, write_csv
+    from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of
+    from warmlink.orchestration.diagnosis.hide import INFORMATIVE, REAL, WHITE, duty_of, hide, write_csv
 
     if solver not in (GRID, FEA):
-        raise InputError(f"--with {solver}: no such solver; choose {GRID} or {FEA}")
+        raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
     kinds = {"white": WHITE, "real": REAL}
     if noise not in kinds:
-        raise InputError(f"--noise {noise}: no such noise; choose {' or '.join(kinds)}")
+        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
     strengths = {}
@@ -85,23 +119,31 @@ def hide_command(
         try:
             strengths[name] = float(size) if equals else effect.size
         except ValueError:
-            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None
+            strengths[name] = math.nan
+        if not math.isfinite(strengths[name]):
+            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
         if solver != GRID:
             raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {solver} out")
+        if duty is not None:
+            raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
         columns = _hidden_in_arm(strengths, axis, kinds[noise], seed)
         write_csv(columns, out)
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
+    segments = INFORMATIVE if duty is None else duty_of(duty)
     if solver == FEA:
         from warmlink.orchestration.diagnosis.hidden_fea import hide_with_fea
 
-        columns = hide_with_fea(strengths, noise=kinds[noise], seed=seed)
+        columns = hide_with_fea(strengths, segments, noise=kinds[noise], seed=seed)
     else:
-        columns = hide(strengths, noise=kinds[noise], seed=seed)
+        columns = hide(strengths, segments, noise=kinds[noise], seed=seed)
     write_csv(columns, out)
-    answer(f"{out}: two hours with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known")
+    hours = sum(segment.duration for segment in segments) / 3600
+    answer(
+        f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
+    )
 
 
 def _hidden_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Vector]:

@@ -3,105 +3,190 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import is_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
-from warmlink.orchestration.report.series import write_series
-from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, ClosedLoop, run_scenario
+from warmlink.orchestration.master.pacing import Interruption
+from warmlink.orchestration.own_law import is_own_law, load_own_law
+from warmlink.orchestration.report.series import series_writers
+from warmlink.orchestration.scenarios.closed_loop import (
+    NO_CONTROLLER,
+    ClosedLoop,
+    cell_components,
+    run_scenario,
+)
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
+from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.scenarios.parameter_files import parameters_of
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.studies import mismatch
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 STOPPED_EARLY = 1
 
 
-def run_command(
-    name: str,
-    controller: str | None,
-    fmus: str | None,
-    out: Path | None,
-    settings: list[str],
-    parameter_files: list[Path],
-    step: str | None,
-    stop: str | None,
-    master: str | None,
-    report: bool,
-    as_json: bool,
-) -> int:
-    """Run, write and answer; gives the exit code."""
-    given = start_values_given(parameter_files, settings)
-    if is_arm_scenario(name):
-        from warmlink.orchestration.commands.run_arm import run_arm_command
+@dataclass(frozen=True)
+class RunOptions:
+    """What the command line says; times as written, as `"1 h"`, None for what the scenario says.
 
-        kind = chosen_kind(fmus)
-        return run_arm_command(name, controller, kind, out, given, step, stop, master, report, as_json)
-    scenario = _scenario(name, given, step, stop, master)
-    controller = controller or scenario.controller
-    laws = {catalogue.controller(law).name for law in (controller, NO_CONTROLLER)}
-    needed = {kind for law in laws for kind in WARMUP_CELL.components_with(law).values()}
-    fmu_store = store(chosen_kind(fmus), sorted(needed), remark)
-    folder = out or Path("out") / scenario.name
+    Attributes
+    ----------
+    scenario : name or file
+    controller : name, or the place of a law of one's own, as `my_law.py:MyLaw`
+    fmus : kind of FMU
+    out : folder for results; None for one under `out`
+    settings : start values, as `motor.joint_conductance=2 W/K`
+    parameter_files : parameter sets (SSV)
+    mismatches : names or files, one on top of the other
+    master : name of the algorithm
+    report : whether to write the page
+    """
+
+    scenario: str
+    controller: str | None = None
+    fmus: str | None = None
+    out: Path | None = None
+    settings: tuple[str, ...] = ()
+    parameter_files: tuple[Path, ...] = ()
+    mismatches: tuple[str, ...] = ()
+    step: str | None = None
+    stop: str | None = None
+    master: str | None = None
+    report: bool = True
+
+
+def run_command(options: RunOptions, as_json: bool) -> int:
+    """Run, write and answer; gives the exit code."""
+    given = start_values_given(options.parameter_files, options.settings)
+    if is_arm_scenario(options.scenario):
+        return _run_arm(options, given, as_json)
+    scenario = _scenario(options, given)
+    own = load_own_law(scenario.controller) if is_own_law(scenario.controller) else None
+    law = catalogue.controller(scenario.controller) if own is None else own.component
+    scenario = _mismatched(scenario, law, options.mismatches)
+    needed = set(WARMUP_CELL.components_with(law.name).values()) - ({law.name} if own else set())
+    fmu_store = store(chosen_kind(options.fmus), sorted(needed), remark)
+    folder = options.out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
         with progress_bar(scenario.title) as progress:
-            outcome = run_scenario(scenario, controller, fmu_store, progress)
-        (target / "metrics.json").write_text(json.dumps(outcome.to_dict(), indent=2) + "\n")
-        write_series(outcome.compensated, target)
-        if report:
-            from warmlink.orchestration.report.closed_loop import write_report
-
-            write_report(outcome, target / "report.html")
+            name = scenario.controller if own is None else own.name
+            outcome = run_scenario(scenario, name, fmu_store, progress, own)
+        if outcome.time.size == 0:
+            remark(f"{outcome.cut_short}; there are no results")
+            return STOPPED_EARLY
+        with Interruption():  # a Ctrl-C now does not cost what was computed
+            lost = _write(outcome, target, options.report)
     if as_json:
         answer_json(outcome.to_dict())
     else:
         answer(_answer(outcome))
-        answer(f"{'report' if report else 'results'}  {folder / 'report.html' if report else folder}")
-    if outcome.stopped is not None:
-        remark(f"stopped early: {outcome.stopped}; what was computed up to there is kept")
-        return STOPPED_EARLY
-    return 0
+        answer(f"report  {folder / 'report.html'}" if options.report else f"results  {folder}")
+    if lost is not None:
+        remark(f"{folder}: {lost}")
+    if outcome.cut_short is not None:
+        remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
+    return 0 if lost is None and outcome.cut_short is None else STOPPED_EARLY
 
 
-def _scenario(
-    name: str,
-    given: dict[str, str | float],
-    step: str | None,
-    stop: str | None,
-    master: str | None,
-) -> Scenario:
-    scenario = load_scenario(name)
-    if step is not None:
-        scenario = replace(scenario, step_size=positive(step, "s", "--step"))
-    if stop is not None:
-        duty = replace(scenario.duty, stop_time=positive(stop, "s", "--stop"))
-        scenario = replace(scenario, duty=duty)
-    if master is not None:
-        scenario = replace(scenario, master=master)
-    return replace(scenario, parameters={**scenario.parameters, **given})
+def _run_arm(options: RunOptions, given: dict[str, str | float], as_json: bool) -> int:
+    from warmlink.orchestration.commands.run_arm import run_arm_command
+
+    if options.mismatches:
+        raise InputError(
+            f"--mismatch {options.mismatches[0]}: is for the warm-up cell; for the arm there is "
+            f"warmlink compare --system SixAxisArm --mismatch {options.mismatches[0]}"
+        )
+    if options.controller is not None and is_own_law(options.controller):
+        raise InputError(f"--controller {options.controller}: laws of your own run in the warm-up cell alone")
+    return run_arm_command(
+        options.scenario,
+        options.controller,
+        chosen_kind(options.fmus),
+        options.out,
+        given,
+        options.step,
+        options.stop,
+        options.master,
+        options.report,
+        as_json,
+    )
 
 
-def start_values_given(parameter_files: list[Path], settings: list[str]) -> dict[str, str | float]:
+def _scenario(options: RunOptions, given: dict[str, str | float]) -> Scenario:
+    scenario = load_scenario(options.scenario)
+    duty = scenario.duty
+    if options.stop is not None:
+        duty = replace(duty, stop_time=positive(options.stop, "s", "--stop"))
+    return replace(
+        scenario,
+        duty=duty,
+        step_size=scenario.step_size if options.step is None else positive(options.step, "s", "--step"),
+        master=options.master or scenario.master,
+        controller=options.controller or scenario.controller,
+        parameters={**scenario.parameters, **given},
+    )
+
+
+def _mismatched(scenario: Scenario, law: Component, names: Sequence[str]) -> Scenario:
+    """The scenario in a cell that differs from what the law may know of it."""
+    parameters: dict[str, str | float] = scenario.parameters
+    found = [mismatch.load(name) for name in names]
+    for each in found:
+        parameters = each.applied(parameters, cell_components(law))
+    return replace(
+        scenario,
+        parameters=parameters,
+        mismatches=tuple(each.name for each in found),
+        believed=scenario.parameters,
+    )
+
+
+def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
+    """Write what came of the run; give what could not be written and why."""
+    metrics = json.dumps(outcome.to_dict(), indent=2) + "\n"
+    writers = {
+        "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
+        **series_writers(outcome.result),
+    }
+    if report:
+        from warmlink.orchestration.report.closed_loop import write_report
+
+        writers["report.html"] = lambda path: write_report(outcome, path)
+    return write_files(target, writers)
+
+
+def start_values_given(parameter_files: Sequence[Path], settings: Sequence[str]) -> dict[str, str | float]:
     """Start values by name from `--parameters` and from `--set`, which comes last."""
     given: dict[str, str | float] = {}
-    for path in parameter_files:
-        given |= parameters_of(path)
-    return {**given, **settings_given(settings)}
+    for each in start_value_sets(parameter_files, settings):
+        given |= each.values
+    return given
 
 
-def settings_given(settings: list[str]) -> dict[str, str]:
+def start_value_sets(parameter_files: Sequence[Path], settings: Sequence[str]) -> list[StartValueSet]:
+    """Start values of each `--parameters` and of each `--set`, which come last."""
+    sets = [StartValueSet(f"--parameters {path}", parameters_of(path)) for path in parameter_files]
+    return [*sets, *(StartValueSet(f"--set {each}", settings_given([each])) for each in settings)]
+
+
+def settings_given(settings: Sequence[str]) -> dict[str, str]:
     """Start values by name, as `--set` has them; raises InputError where one has no value."""
     parameters = {}
     for setting in settings:
         variable, equals, value = setting.partition("=")
-        if not equals:
-            raise InputError(f'--set {setting}: no value; write --set "motor.joint_conductance=2 W/K"')
+        if not equals or not variable.strip():
+            missing = "no name" if equals else "no value"
+            raise InputError(f'--set {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
         parameters[variable.strip()] = value.strip()
     return parameters
 
@@ -112,14 +197,14 @@ def chosen_kind(name: str | None) -> FmuKind | None:
         if kind == name:
             return kind
     if name is not None:
-        raise InputError(f"--fmus {name}: no such kind; choose {' or '.join(FMU_KINDS)}")
+        raise InputError(f"--fmus {name}: no such kind; {instead(name, FMU_KINDS)}")
     return None
 
 
 def _answer(outcome: ClosedLoop) -> str:
     scenario, before, after = outcome.scenario, outcome.uncompensated, outcome.metrics
     tolerance = 1e6 * scenario.tolerance
-    removed = outcome.to_dict()["reduction_percent"]
+    removed = outcome.reduction_percent
     share = "" if removed is None else _removed(removed)
     coupling = "unknown" if outcome.coupling_error_um is None else f"±{outcome.coupling_error_um:.2g} µm"
     rows = [
@@ -128,11 +213,17 @@ def _answer(outcome: ClosedLoop) -> str:
         (f"within ±{tolerance:g} µm from", _settled(before), _settled(after), ""),
         ("coupling error", coupling, coupling, ""),
     ]
-    head = (
-        f"{scenario.name} · {_duration(scenario.stop_time)} · {outcome.fmus} FMUs · "
-        f"{scenario.step_size:g} s steps · {scenario.master}"
+    done, whole = float(outcome.time[-1]), _duration(scenario.stop_time)
+    parts = (
+        scenario.name,
+        *scenario.mismatches,
+        whole if done >= scenario.stop_time else f"{_duration(done)} of {whole}",
+        f"{outcome.fmus} FMUs",
+        f"{scenario.step_size:g} s steps",
+        scenario.master,
     )
-    return "\n".join([head, *(f"{a:<20}{b:>14}{c:>15}     {d}".rstrip() for a, b, c, d in rows)])
+    lines = [f"{a:<20}{b:>14}{c:>15}     {d}".rstrip() for a, b, c, d in rows]
+    return "\n".join([" · ".join(parts), *lines, *(f"note  {text}" for text in outcome.remarks)])
 
 
 def _removed(percent: float) -> str:

@@ -13,9 +13,9 @@ from warmlink.orchestration.arm.outcome import ArmOutcome
 from warmlink.orchestration.arm.run import arm_kinds, run_arm
 from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FmuKind, store
-from warmlink.orchestration.report.series import write_series
+from warmlink.orchestration.report.series import series_writers
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, reduction_percent
 from warmlink.orchestration.scenarios.quantity import positive
@@ -48,21 +48,24 @@ def run_arm_command(
     with fresh_folder(folder) as target:
         with progress_bar(scenario.title) as progress:
             outcome = run_arm(scenario, controller, fmu_store, progress)
-        (target / "metrics.json").write_text(json.dumps(outcome.to_dict(), indent=2) + "\n")
-        write_series(outcome.result, target)
+        metrics = json.dumps(outcome.to_dict(), indent=2) + "\n"
+        writers = series_writers(outcome.result)
+        writers["metrics.json"] = lambda path: path.write_text(metrics)
         if report:
             from warmlink.orchestration.report.arm import write_report
 
-            write_report(outcome, target / "report.html")
+            writers["report.html"] = lambda path: write_report(outcome, path)
+        lost = write_files(target, writers)
     if as_json:
         answer_json(outcome.to_dict())
     else:
         answer(_answer(outcome))
         answer(f"{'report' if report else 'results'}  {folder / 'report.html' if report else folder}")
+    if lost is not None:
+        remark(f"{folder}: {lost}")
     if outcome.stopped is not None:
         remark(f"stopped early: {outcome.stopped}; what was computed up to there is kept")
-        return STOPPED_EARLY
-    return 0
+    return 0 if lost is None and outcome.stopped is None else STOPPED_EARLY
 
 
 def _scenario(

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.commands.console import progress_bar, remark
 from warmlink.orchestration.commands.simulate_answer import give_answer
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.checkpoint import LongRun
 from warmlink.orchestration.master.compiled import Stepping
 from warmlink.orchestration.master.error_budget import CouplingError, estimate_coupling_error
+from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.isolation import Isolation
 from warmlink.orchestration.master.pacing import Pacing
 from warmlink.orchestration.master.recorder import is_recorded
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import Progress, simulate
-from warmlink.orchestration.master.slave import SlaveError
-from warmlink.orchestration.report.series import write_series
+from warmlink.orchestration.report.series import series_writers
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -42,7 +43,7 @@ class SimulateOptions:
     stop, step : None for what the system proposes
     master, stepping : names
     out : folder for results; None for one under `out`
-    time_limit : for one call of an isolated FMU
+    time_limit, memory_limit : for one call of an isolated FMU, and for its process
     checkpoint : communication steps between checkpoints; None for a run kept in memory
     real_time : simulated seconds a second of wall time; None for as fast as it goes
     error_budget : whether to repeat the run with half the step; None where that costs no more than time
@@ -57,6 +58,7 @@ class SimulateOptions:
     out: Path | None = None
     isolate: bool = False
     time_limit: str | None = None
+    memory_limit: str | None = None
     checkpoint: int | None = None
     resume: bool = False
     real_time: float | None = None
@@ -71,13 +73,17 @@ class SimulateOptions:
     @property
     def isolation(self) -> Isolation | None:
         """One process for each FMU, where asked for."""
+        for option, given in (("--time-limit", self.time_limit), ("--memory-limit", self.memory_limit)):
+            if given is not None and not self.isolate:
+                raise InputError(f"{option}: holds for FMUs in processes of their own; add --isolate")
         if not self.isolate:
-            if self.time_limit is not None:
-                raise InputError("--time-limit: holds for FMUs in processes of their own; add --isolate")
             return None
-        if self.time_limit is None:
-            return Isolation()
-        return Isolation(positive(self.time_limit, "s", "--time-limit"))
+        usual = Isolation()
+        seconds, size = self.time_limit, self.memory_limit
+        return Isolation(
+            usual.time_limit if seconds is None else positive(seconds, "s", "--time-limit"),
+            usual.memory_limit if size is None else positive(size, "B", "--memory-limit"),
+        )
 
     @property
     def pacing(self) -> Pacing | None:
@@ -96,15 +102,17 @@ class SimulateOptions:
         if self.checkpoint is None and not self.resume:
             return None
         every = DEFAULT_CHECKPOINT if self.checkpoint is None else self.checkpoint
-        return LongRun(self.folder, every, self.resume)
+        # Absolute, for an FMU may change the folder.
+        return LongRun(self.folder.absolute(), every, self.resume)
 
     @property
     def loop(self) -> Stepping:
         """How to step."""
-        for known in ("auto", "plain", "compiled"):
+        kinds: tuple[Stepping, ...] = get_args(Stepping)
+        for known in kinds:
             if self.stepping == known:
                 return known
-        raise InputError(f"--stepping {self.stepping}: not known; choose auto, plain or compiled")
+        raise InputError(f"--stepping {self.stepping}: not known; {instead(self.stepping, kinds)}")
 
     @property
     def bounds_coupling(self) -> bool:
@@ -117,30 +125,25 @@ class SimulateOptions:
 def simulate_command(options: SimulateOptions, as_json: bool) -> int:
     """Run, write and answer; gives the exit code."""
     chosen = algorithm(options.master)
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        system = read_system(options.system, Path(work))
+    with temporary_folder() as work, locked_folder(options.folder):
+        system = read_system(options.system, work)
         for told in system.remarks:
             remark(told)
         times = _experiment(system.default_experiment, options)
-        runs = _Runs(system, chosen, options, times, Path(work))
-        try:
-            with progress_bar(system.name) as progress:
-                result = runs.first(lambda done, count: progress(done / count / (1 + 2 * runs.repeats)))
-                bounds = runs.bounds(result, lambda done, count: progress((1 + 2 * done / count) / 3))
-        except SlaveError as fault:
-            # It did not even get to a first value.
-            remark(f"{fault}; there are no results")
-            return STOPPED_EARLY
-        with fresh_folder(options.folder) as target:
-            write_series(result, target)
+        runs = _Runs(system, chosen, options, times, work)
+        with fresh_folder(options.folder) as target, progress_bar(system.name) as progress:
+            result = runs.first(lambda done, count: progress(done / count / (1 + 2 * runs.repeats)))
+            lost = write_files(target, series_writers(result))
+            bounds = runs.bounds(result, lambda done, count: progress((1 + 2 * done / count) / 3))
     head = f"{system.name} · {times.step_size:g} s steps · {options.master}"
     give_answer(result, bounds, head, options.folder, as_json=as_json)
     for told in result.remarks:
         remark(told)
+    if lost is not None:
+        remark(f"{options.folder}: {lost}")
     if result.reason is not None:
         remark(f"stopped early: {result.reason}; what was computed up to there is kept")
-        return STOPPED_EARLY
-    return 0
+    return 0 if lost is None and result.reason is None else STOPPED_EARLY
 
 
 @dataclass(frozen=True)
@@ -168,19 +171,24 @@ class _Runs:
 
     def first(self, progress: Progress) -> Result:
         """Do what was asked for."""
-        options, times = self.options, self.times
-        return simulate(
-            self.system,
-            times.stop,
-            times.step_size,
-            self.algorithm,
-            start_time=times.start,
-            record=self._recorded(),
-            isolation=options.isolation,
-            stepping=options.loop,
-            long_run=options.long_run,
-            pacing=options.pacing,
-            progress=progress,
+        options, times, record = self.options, self.times, self._recorded()
+        return guarded(
+            lambda line: simulate(
+                self.system,
+                times.stop,
+                times.step_size,
+                self.algorithm,
+                start_time=times.start,
+                record=record,
+                isolation=options.isolation,
+                unpacked=self.work,
+                stepping=options.loop,
+                long_run=options.long_run,
+                pacing=options.pacing,
+                line=line,
+            ),
+            progress,
+            remark,
         )
 
     def bounds(self, result: Result, progress: Progress) -> tuple[CouplingError, ...]:
@@ -193,18 +201,23 @@ class _Runs:
             options = self.options
             # Values of a run that is streamed may not fit into the memory.
             streamed = None if options.long_run is None else LongRun(self.work / "half", every=None)
-            return simulate(
-                self.system,
-                stop,
-                step_size,
-                self.algorithm,
-                start_time=self.times.start,
-                record=names,
-                isolation=options.isolation,
-                stepping=options.loop,
-                long_run=streamed,
-                check_stability=False,
-                progress=progress,
+            return guarded(
+                lambda line: simulate(
+                    self.system,
+                    stop,
+                    step_size,
+                    self.algorithm,
+                    start_time=self.times.start,
+                    record=names,
+                    isolation=options.isolation,
+                    unpacked=self.work,
+                    stepping=options.loop,
+                    long_run=streamed,
+                    check_stability=False,
+                    line=line,
+                ),
+                progress,
+                remark,
             )
 
         return estimate_coupling_error(again, result, self.times.step_size, self.algorithm.order, names)

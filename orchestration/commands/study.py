@@ -1,25 +1,30 @@
-"""What `warmlink tune` and `warmlink sweep` have in common: the study, its FMUs, its workers, its folder."""
+"""What `compare`, `tune` and `sweep` share: FMUs, workers, the folder, and what Ctrl-C does."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.commands.console import remark
 from warmlink.orchestration.commands.run import chosen_kind
-from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.files import fresh_folder, locked_folder
+from warmlink.orchestration.fmu_store import FmuKind, store
+from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.ledger import Ledger
-from warmlink.orchestration.studies.study import Study
+from warmlink.orchestration.studies.ledger import FILE, Ledger
+from warmlink.orchestration.studies.local import LocalWorkers, check_jobs
 from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 INTERRUPTED = 130
 KEPT = "interrupted; what is finished is kept, the same command goes on"
-LOCK = ".lock"
 
 
 @dataclass(frozen=True)
@@ -27,22 +32,82 @@ class Means:
     """What a study is run with."""
 
     fmus: FmuSet
-    folder: Path
     workers: Workers
 
 
 @contextmanager
-def means(study: Study, fmus: str | None, scheduler: str | None, jobs: int, out: Path) -> Iterator[Means]:
-    """FMUs, folder and workers of a study; a folder made for the purpose goes again if nothing came of it.
+def means(
+    laws: Sequence[Component],
+    own: Sequence[OwnLaw],
+    fmus: str | None,
+    scheduler: str | None,
+    jobs: int,
+    out: Path,
+) -> Iterator[Means]:
+    """FMUs of the laws, and workers that keep what they finish in a folder, which is theirs alone.
+
+    A folder made for the purpose goes again where no run was finished.
 
     Raises
     ------
     InputError
         If there are no workers to be had, the folder cannot be written, or another study is at work in it.
     """
-    chosen = _fmu_set(study, fmus)
-    with _workers(chosen, scheduler, jobs) as workers, _folder(out):
-        yield Means(chosen, out, Ledger(out, chosen.digest, workers))
+    kind = chosen_kind(fmus)
+    if scheduler is None:
+        check_jobs(jobs)
+    fresh = not out.exists()
+    with locked_folder(out):
+        try:
+            chosen = _fmu_set(laws, own, kind)
+            with _workers(chosen, scheduler, jobs) as workers:
+                yield Means(chosen, Ledger(out, chosen.digest, workers, remark))
+        except InputError:
+            if fresh and not (out / FILE).exists():
+                _clear(out)
+            raise
+
+
+@contextmanager
+def results(folder: Path) -> Iterator[Path]:
+    """Folder to write the results of finished runs into; its files move to `folder` when all are written.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written; the sentence says that the runs are kept.
+    """
+    kept = "every finished run is kept, and the same command writes the results"
+    try:
+        with fresh_folder(folder) as target:
+            yield target
+    except OSError as fault:
+        raise InputError(
+            f"{folder}: the results cannot be written ({fault.strerror or fault}); make room: {kept}"
+        ) from None
+    except InputError as fault:
+        raise InputError(f"{fault}; {kept}") from None
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt; pressed again, while things end in order, it ends the process at once.
+
+    Workers end with the process.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def first(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, first)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager
@@ -53,61 +118,19 @@ def _workers(fmus: FmuSet, scheduler: str | None, jobs: int) -> Iterator[Workers
         with ClusterWorkers(fmus, scheduler) as cluster:
             yield cluster
         return
-    from warmlink.orchestration.studies.local import LocalWorkers
-
     with LocalWorkers(fmus, jobs) as local:
         yield local
 
 
-def _fmu_set(study: Study, fmus: str | None) -> FmuSet:
-    own = study.own
-    kinds = WARMUP_CELL.components_with(study.law.name).values()
-    needed = sorted(kind for kind in kinds if own is None or kind != study.law.name)
-    chosen = store(chosen_kind(fmus), needed, remark)
+def _fmu_set(laws: Sequence[Component], own: Sequence[OwnLaw], kind: FmuKind | None) -> FmuSet:
+    owned = {law.component.name for law in own}
+    kinds = {each for law in laws for each in WARMUP_CELL.components_with(law.name).values()}
+    needed = sorted(kinds - owned)
+    chosen = store(kind, needed, remark)
     files = chosen.files(needed, remark)
-    if own is not None:
-        files[study.law.name] = own.fmu(chosen)
+    for law in own:
+        files[law.component.name] = law.fmu(chosen)
     return FmuSet.read(chosen.kind, files)
-
-
-@contextmanager
-def _folder(folder: Path) -> Iterator[None]:
-    made = [path for path in (folder, *folder.parents) if not path.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        stream = (folder / LOCK).open("w")
-    except OSError as fault:
-        raise InputError(f"{folder}: cannot be written ({fault.strerror}); choose another --out") from None
-    try:
-        with stream:
-            _lock(stream.fileno(), folder)
-            try:
-                yield
-            except InputError:
-                if made:
-                    _clear(folder)
-                raise
-            finally:
-                with suppress(OSError):
-                    (folder / LOCK).unlink()
-    finally:
-        for path in made:
-            with suppress(OSError):  # it holds something
-                path.rmdir()
-
-
-def _lock(handle: int, folder: Path) -> None:
-    """Keep others out until the process ends, be it by a kill."""
-    try:
-        import fcntl
-    except ImportError:  # Windows, where the file itself is held open
-        return
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise InputError(
-            f"{folder}: another study is at work there; wait for it, or choose another --out"
-        ) from None
 
 
 def _clear(folder: Path) -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, means
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
 from warmlink.orchestration.studies.points import Evaluation
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.sweep import points_of, sweep, write_parquet
@@ -26,12 +25,13 @@ def sweep_command(
     """Sweep, write and answer; gives the exit code."""
     study = load_study(place)
     points = points_of(study)
-    folder = out or Path("out") / study.name
+    folder = out or Path("out") / study.name / "sweep"
     try:
-        with means(study, fmus, scheduler, jobs, folder) as given:
+        own = () if study.own is None else (study.own,)
+        with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:
             with progress_bar(study.title) as progress:
                 found = sweep(study, points, given.workers, lambda done: progress(done / len(points)))
-            with fresh_folder(folder) as target:
+            with results(folder) as target:
                 write_parquet(study, found, target / "sweep.parquet")
                 if report:
                     from warmlink.orchestration.report.sweep import write_report

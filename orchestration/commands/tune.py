@@ -10,8 +10,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.console import answer, answer_json, noted_progress_bar, remark
-from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, means
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.tune import Trial, best, tune
@@ -35,9 +34,10 @@ def tune_command(
         if trials < 1:
             raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
         study = replace(study, tune=replace(study.tune, trials=trials))
-    folder = out or Path("out") / study.name
+    folder = out or Path("out") / study.name / "tune"
     try:
-        with means(study, fmus, scheduler, jobs, folder) as given:
+        own = () if study.own is None else (study.own,)
+        with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:
             url = study.tune.storage or default_url(folder)
             storage = Storage(study, given.fmus.digest, url)
             with noted_progress_bar(study.title) as show:
@@ -48,7 +48,7 @@ def tune_command(
                     lambda done, leader: show(done / study.tune.trials, _note(study, leader)),
                 )
             winner = best(found)
-            with fresh_folder(folder) as target:
+            with results(folder) as target:
                 _write_trials(study, found, target / "trials.csv")
                 if winner is not None:
                     write_winner(study, winner.point, target)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,9 @@ from warmlink.orchestration.diagnosis.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.fitting import Fit
 from warmlink.orchestration.diagnosis.gain import Predicted, Scores
+from warmlink.orchestration.diagnosis.inputs import with_inputs
 from warmlink.orchestration.diagnosis.next_experiment import Proposed, next_experiment
+from warmlink.orchestration.diagnosis.nominal import with_nominal
 from warmlink.orchestration.diagnosis.problem import Item
 from warmlink.orchestration.diagnosis.residuals import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.sensible import refuse_senseless
@@ -32,12 +35,19 @@ Progress = Callable[[str], None]
 SSV, SSP, JSON = "extended.ssv", "extended.ssp", "diagnosis.json"
 
 
-def diagnose(*paths: Path | str, progress: Progress = lambda text: None) -> Diagnosis:
+def diagnose(
+    *paths: Path | str,
+    assumed: Sequence[str] = (),
+    settings: Mapping[str, str] = MappingProxyType({}),
+    progress: Progress = lambda text: None,
+) -> Diagnosis:
     """Diagnose an experiment, or measured runs together.
 
     Parameters
     ----------
     paths : an experiment file (TOML), or CSV files of one warm-up cell
+    assumed : `NAME=VALUE` of inputs that were not logged
+    settings : values with units of parameters by which the system differs from the nominal one
     progress : told in a few words what is being done
 
     Raises
@@ -46,7 +56,8 @@ def diagnose(*paths: Path | str, progress: Progress = lambda text: None) -> Diag
         A file, or something in it, cannot be used.
     """
     progress("reading")
-    return diagnose_experiment(read_runs([Path(path) for path in paths]), progress)
+    experiment = with_nominal(read_runs([Path(path) for path in paths]), settings)
+    return diagnose_experiment(with_inputs(experiment, assumed), progress)
 
 
 def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text: None) -> Diagnosis:
@@ -185,6 +196,7 @@ class Diagnosis:
             "hint": None if self.hint is None else self.hint.to_json(),
             "gain": self._gain(),
             "extended": {"ssv": ssv, "ssp": ssp},
+            "remarks": list(self.experiment.remarks),
         }
 
     def summary(self) -> str:

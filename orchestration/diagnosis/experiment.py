@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -12,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Input, Parameter
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import Rig, rig
 from warmlink.orchestration.diagnosis.values import seconds, to_si
+from warmlink.orchestration.text_files import measured_text, tables_of
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
@@ -60,6 +61,7 @@ class Experiment:
     cause_labels : labels by which a cause's parameters may differ from run to run
     noise : 1 sigma by output, where it is given
     initial_measured : whether the states start from the first minute of measurements
+    remarks : what the reader should know of how the files were read
     """
 
     title: str
@@ -71,6 +73,7 @@ class Experiment:
     cause_labels: tuple[str, ...] = ()
     noise: Mapping[str, float] = field(default_factory=dict)
     initial_measured: bool = False
+    remarks: tuple[str, ...] = ()
 
 
 def read_experiment(path: Path) -> Experiment:
@@ -86,11 +89,7 @@ def read_experiment(path: Path) -> Experiment:
         return _bare(path)
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; give the path of a .csv or .toml file")
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: cannot be read as TOML: {fault}") from fault
-    return _Reader(path, content).experiment()
+    return _Reader(path, tables_of(measured_text(path), path.name)).experiment()
 
 
 def _bare(path: Path) -> Experiment:
@@ -150,10 +149,9 @@ class _Reader:
         self.rig = rig(self._text("system"))
 
     def experiment(self) -> Experiment:
-        channels = {h: str(v) for h, v in self._table("channels").items()}
-        covariates = {h: str(v) for h, v in self._table("covariates").items()}
+        channels, covariates = self._names("channels"), self._names("covariates")
         given = self.content.get("run")
-        if not isinstance(given, list) or not given:
+        if not isinstance(given, list) or not given or not all(isinstance(entry, dict) for entry in given):
             raise InputError(f"{self.name}: there is no [[run]]; give at least one with data = 'FILE.csv'")
         runs: list[Run] = []
         columns: tuple[Column, ...] = ()
@@ -163,14 +161,21 @@ class _Reader:
         if all(run.heldout for run in runs):
             raise InputError(f"{self.name}: every run is held out; leave at least one to fit")
         self._unique([run.name for run in runs])
+        title = self.content.get("title", self.name)
+        if not isinstance(title, str):
+            raise InputError(f'{self.name}: title = {title!r} is not text; write title = "..."')
         initial = self.content.get("initial", "nominal")
         if initial not in ("nominal", "measured"):
             raise InputError(f'{self.name}: initial = {initial!r} is not "nominal" or "measured"')
-        labels = self._table("causes").get("per", [])
+        causes = self._table("causes")
+        self._refuse_unknown(causes, {"per"}, "causes.")
+        labels = causes.get("per", [])
+        if not isinstance(labels, list):
+            raise InputError(f'{self.name}: causes.per = {labels!r} is not a list; write per = ["LABEL"]')
         for label in labels:
             self._check_label(label, runs, "causes.per")
         return Experiment(
-            str(self.content.get("title", self.name)),
+            title,
             self.rig,
             tuple(runs),
             columns,
@@ -188,16 +193,21 @@ class _Reader:
         self._refuse_unknown(entry, _RUN, f"[[{where}]] ")
         if not isinstance(entry.get("data"), str):
             raise InputError(f"{self.name}: {where} has no data; write data = 'FILE.csv'")
-        run, columns = read_run(self.folder / entry["data"], self.rig, channels or None, covariates)
-        labels = {str(k): str(v) for k, v in entry.get("labels", {}).items()}
+        run, columns = read_run(self.folder / entry["data"], self.rig, channels, covariates)
+        labels = self._table("labels", entry, f"{where}.")
+        for label, value in labels.items():
+            if not isinstance(value, str | int | float):
+                raise InputError(
+                    f"{self.name}: {where}.labels.{label} = {value!r} is not a name; write it as text"
+                )
         heldout = entry.get("heldout", False)
         if not isinstance(heldout, bool):
             raise InputError(f"{self.name}: {where}: heldout = {heldout!r} is not true or false")
         return (
             replace(
                 run,
-                labels=labels,
-                known=self._known(entry.get("known", {}), f"{where}.known"),
+                labels={label: str(value) for label, value in labels.items()},
+                known=self._known(self._table("known", entry, f"{where}."), f"{where}.known"),
                 heldout=heldout,
                 adapt=seconds(entry.get("adapt", 0), f"{self.name}: {where}.adapt"),
             ),
@@ -244,23 +254,38 @@ class _Reader:
                 raise InputError(f"{place}: {text!r} is not a standard deviation above 0")
         return noise
 
-    def _check_label(self, label: str, runs: list[Run], where: str) -> None:
+    def _check_label(self, label: object, runs: list[Run], where: str) -> None:
+        if not isinstance(label, str):
+            raise InputError(
+                f'{self.name}: {where}: {label!r} is not the name of a label; write it as "NAME"'
+            )
         for run in runs:
             if label not in run.labels:
                 raise InputError(
                     f"{self.name}: {where}: run {run.name} has no label {label!r}; add it to its labels"
                 )
 
-    def _table(self, key: str) -> dict[str, Any]:
-        table = self.content.get(key, {})
+    def _table(self, key: str, within: dict[str, Any] | None = None, where: str = "") -> dict[str, Any]:
+        table = (self.content if within is None else within).get(key, {})
         if not isinstance(table, dict):
-            raise InputError(f"{self.name}: {key} is not a table; write [{key}]")
+            raise InputError(
+                f"{self.name}: {where}{key} = {table!r} is not a table; write {key} = {{ NAME = VALUE }}"
+            )
+        return table
+
+    def _names(self, key: str) -> dict[str, str]:
+        """Variable by header."""
+        table = self._table(key)
+        for header, name in table.items():
+            if not isinstance(name, str):
+                raise InputError(f'{self.name}: {key}."{header}" = {name!r} is not a name; write it as text')
         return table
 
     def _text(self, key: str) -> str:
         value = self.content.get(key)
         if not isinstance(value, str):
-            raise InputError(f"{self.name}: {key} is missing; write {key} = '...'")
+            missing = "is missing" if value is None else f"= {value!r} is not text"
+            raise InputError(f"{self.name}: {key} {missing}; write {key} = '...'")
         return value
 
     def _unique(self, names: list[str]) -> None:
@@ -271,6 +296,4 @@ class _Reader:
     def _refuse_unknown(self, table: Mapping[str, object], known: set[str], where: str) -> None:
         for key in table:
             if key not in known:
-                raise InputError(
-                    f"{self.name}: {where}{key} is not known; known are {', '.join(sorted(known))}"
-                )
+                raise InputError(f"{self.name}: {where}{key} is not known; {instead(key, sorted(known))}")

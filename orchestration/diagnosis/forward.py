@@ -13,17 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.packaging.integrator import GAMMA
 from warmlink.orchestration.diagnosis.equations import Equations, Linearised
-from warmlink.orchestration.diagnosis.grid import Resolution, Steps, steps_for
+from warmlink.orchestration.diagnosis.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.step_control import controlled
+from warmlink.orchestration.diagnosis.values import is_discrete
 
 Vector = NDArray[np.float64]
 
-PAD_OFF, PAD_HELD = 0.0, 2.0
-
-_BENT = 0.05
-"""Curvature over an input's range, as a share of its effect, up to which it acts in proportion."""
+PAD_OFF = 0
+_PAD = "motor.pad_temperature"
 
 _STALE = 0.02
 """Change of step times Jacobian beyond which the inverse is made anew."""
@@ -53,8 +54,12 @@ class Forward:
     equations : the compiled rig
     run : the measured run: its times and inputs
     known : value by parameter or input, as far as it differs from the nominal
-    resolution : how finely
+    grid : how finely, or another simulation of the run: each of its steps is halved
     derivatives : whether they are wanted beside the values
+
+    Attributes
+    ----------
+    steps : what they are in time
     """
 
     def __init__(
@@ -62,7 +67,7 @@ class Forward:
         equations: Equations,
         run: Run,
         known: Mapping[str, float],
-        resolution: Resolution,
+        grid: Resolution | Forward,
         derivatives: bool = True,
     ) -> None:
         self.equations = equations
@@ -74,7 +79,12 @@ class Forward:
             if name in index:
                 self._p[index[name]] = value
         self._w = input_table(equations, run, known)
-        self.steps: Steps = steps_for(run.time, self._w, resolution, self._proportional())
+        discrete = np.array([is_discrete(rig.variables[name]) for name in rig.externals], dtype=bool)
+        levels = Levels(run.time, self._w, discrete)
+        if isinstance(grid, Forward):
+            self.steps: Steps = levels.halved(grid.steps.time)
+        else:
+            self.steps = self._controlled(levels, grid)
 
     def start_values(self) -> Vector:
         """Values of the freed variables as the experiment has them, shape (slots,)."""
@@ -85,32 +95,11 @@ class Forward:
             [self._p[place[s]] if s in place else self._w[outside[s], 0] for s in self.equations.slots]
         )
 
-    def _proportional(self) -> NDArray[np.bool_]:
-        """Inputs in which rates and their derivatives are all but linear over the range that was logged.
-
-        Of such an input, as an ambient temperature, the mean over a step does what its course does.
-        """
+    def _controlled(self, levels: Levels, resolution: Resolution) -> Steps:
         rates = self.equations.stepper()
-        z = self.start_values()
-        rates.z[:], rates.p[:] = z, self._p
-        rates.x[:] = self.equations.begin(z, self._p, self._w[:, 0])[0]
-
-        def at(column: Vector) -> Vector:
-            rates.w[:] = column
-            rates.evaluate()
-            return np.column_stack([rates.rates, rates.by_state, rates.by_slot])
-
-        low, high = self._w.min(axis=1), self._w.max(axis=1)
-        found = np.ones(low.size, dtype=bool)
-        for i in np.flatnonzero(high > low):
-            ends = []
-            for level in (low[i], (low[i] + high[i]) / 2, high[i]):
-                column = self._w[:, 0].copy()
-                column[i] = level
-                ends.append(at(column))
-            bend = np.abs(ends[0] + ends[2] - 2 * ends[1])
-            found[i] = bool(np.all(bend <= _BENT * np.abs(ends[2] - ends[0]) + 1e-12 * np.abs(ends[1])))
-        return found
+        rates.z[:], rates.p[:] = self.start_values(), self._p
+        begun, _ = self.equations.begin(rates.z, self._p, self._w[:, 0])
+        return controlled(rates, levels, begun, resolution)
 
     def __call__(self, z: Vector, times: Vector) -> Trajectory:
         """Simulate.
@@ -227,11 +216,19 @@ def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> V
         for target in rig.fed_with(name):
             if target == name or target not in spoken_for:
                 table[index[target]] = signal
-    if "motor.pad_mode" in index and "motor.pad_temperature" in run.inputs:
-        pad = run.inputs["motor.pad_temperature"]
-        table[index["motor.pad_mode"]] = np.where(np.isfinite(pad), PAD_HELD, PAD_OFF)
-        table[index["motor.pad_temperature"]] = np.where(np.isfinite(pad), pad, 0.0)
+    if _PAD in index:
+        _switch_pad(table, index, spoken_for)
     return table
+
+
+def _switch_pad(table: Vector, index: Mapping[str, int], spoken_for: set[str]) -> None:
+    """Set the pad's mode by what was said of the pad, unless the mode itself was said."""
+    temperature = table[index[_PAD]]
+    held = np.isfinite(temperature)
+    if "motor.pad_mode" not in spoken_for:
+        by_power = PAD_POWER if "motor.pad_power" in spoken_for else PAD_OFF
+        table[index["motor.pad_mode"]] = np.where(held & (_PAD in spoken_for), PAD_TEMPERATURE, by_power)
+    table[index[_PAD]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
 
 
 def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Vector]]:

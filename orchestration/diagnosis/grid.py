@@ -1,13 +1,16 @@
-"""Time steps for a measured run: short after the inputs change, growing while they stay."""
+"""Time steps laid out from a run's inputs: short after they change, growing while they stay."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
+Shares = tuple[tuple[int, float], ...]
+"""Levels that act in a step, and their shares of its length."""
 
 SIGNIFICANT = 0.1
 """Share of an input's range by which it must change for the steps to begin anew."""
@@ -17,27 +20,33 @@ MOST_EVENTS = 150
 
 MOST_LEVELS = 20_000
 
-ALIKE = 0.05
-"""Share of an input's range within which its values in a step are replaced by their mean."""
-
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely to integrate: cells of the link, first step in s, its growth, longest step in s."""
+    """How finely to integrate.
+
+    Attributes
+    ----------
+    cells : of the link
+    first, longest : steps in s after a change of the inputs, and at most
+    growth : of the steps, in s for each s since the change
+    tolerance : K, error of one step beyond which it is cut in two
+    """
 
     cells: int
     first: float
     growth: float
     longest: float
+    tolerance: float
 
 
-SEARCH = Resolution(20, 3.0, 0.2, 60.0)
+SEARCH = Resolution(20, 3.0, 0.2, 60.0, 0.03)
 """For comparing models: its error is made up for by one run at `FINAL` resolution."""
 
-FINAL = Resolution(40, 1.0, 0.08, 20.0)
+FINAL = Resolution(40, 1.0, 0.08, 20.0, 0.003)
 
-CHECK = Resolution(80, 0.5, 0.04, 10.0)
-"""To see whether `FINAL` is fine enough."""
+CHECK_CELLS = 80
+"""With half of each `FINAL` step and every input as it was logged, to see whether `FINAL` is fine enough."""
 
 
 @dataclass(frozen=True)
@@ -53,103 +62,96 @@ class Steps:
 
     time: Vector
     inputs: Vector
-    shares: tuple[tuple[tuple[int, float], ...], ...]
+    shares: tuple[Shares, ...]
 
 
-def steps_for(
-    time: Vector, inputs: Vector, resolution: Resolution, proportional: NDArray[np.bool_] | None = None
-) -> Steps:
-    """Steps over a run.
+class Levels:
+    """What the inputs are from row to row.
 
     Parameters
     ----------
     time : rows in s, rising from 0, shape (rows,)
     inputs : held from each row to the next, shape (inputs, rows)
-    resolution : how finely
-    proportional : inputs that act in proportion, so that their mean over a step serves, shape (inputs,)
+    discrete : inputs whose values are names, not amounts: 0 off, 2 held; shape (inputs,)
+
+    Attributes
+    ----------
+    starts : s at which a level begins, shape (levels,)
+    values : shape (inputs, levels)
+    end : s at which the last one ends
     """
-    starts = _levels(time, inputs)
-    events = _events(inputs[:, starts])
-    ends = np.append(time[starts[1:]], time[-1])
-    builder = _Builder(resolution, inputs, proportional)
-    for start, end, column, event in zip(time[starts], ends, starts, events, strict=True):
-        if event:
-            builder.flush()
-            builder.since = 0.0
-        builder.add(int(column), float(end - start))
-    builder.flush()
-    times = np.concatenate([[0.0], np.cumsum(builder.lengths)])
-    return Steps(times, np.column_stack(builder.levels), tuple(builder.shares))
+
+    def __init__(self, time: Vector, inputs: Vector, discrete: NDArray[np.bool_]) -> None:
+        rows = _changes(inputs, discrete)
+        self.starts, self.values, self.end = time[rows], inputs[:, rows], float(time[-1])
+        self._discrete = discrete
+
+    def within(self, start: float, end: float) -> Shares:
+        """Levels that act from one time in s to another, in order, with their shares of it."""
+        first = int(np.searchsorted(self.starts, start, side="right")) - 1
+        last = int(np.searchsorted(self.starts, end, side="left"))
+        edges = np.concatenate([[start], self.starts[first + 1 : last], [end]])
+        shares = np.diff(edges) / (end - start)
+        return tuple(zip(range(first, last), shares.tolist(), strict=True))
+
+    def mean(self, shares: Shares) -> Vector | None:
+        """One level in place of several; None where they differ in an input that has no mean."""
+        columns, weights = zip(*shares, strict=True)
+        values = self.values[:, list(columns)]
+        if np.any(values[self._discrete] != values[self._discrete, :1]):
+            return None
+        level = values @ np.array(weights)
+        level[self._discrete] = values[self._discrete, 0]
+        return level
+
+    def cut(self, start: float, end: float) -> float:
+        """Time in s at which to cut a step in two: the change of level nearest its middle, or that itself."""
+        inside = self.starts[np.searchsorted(self.starts, start, "right") : np.searchsorted(self.starts, end)]
+        middle = (start + end) / 2
+        return float(inside[np.argmin(np.abs(inside - middle))]) if inside.size else middle
+
+    def events(self) -> Vector:
+        """Times in s at which an input that is not noisy changes by much, shape (events,)."""
+        return self.starts[1:][_large(self.values)]
+
+    def halved(self, points: Vector) -> Steps:
+        """Two steps for each between points in s, and every level as it is."""
+        time = np.insert(points, np.arange(1, points.size), (points[:-1] + points[1:]) / 2)
+        shares = tuple(self.within(a, b) for a, b in pairwise(time.tolist()))
+        return Steps(time, self.values, shares)
 
 
-def _levels(time: Vector, inputs: Vector) -> NDArray[np.int64]:
-    """Rows at which any input changes; thinned where there are too many to step through."""
+def layout(levels: Levels, resolution: Resolution) -> Vector:
+    """Points in s between steps that begin anew with each event, shape (steps + 1,)."""
+    points = [0.0]
+    events = levels.events()
+    for start, end in zip([0.0, *events], [*events, levels.end], strict=True):
+        while end - points[-1] > 1e-9:
+            left = end - points[-1]
+            limit = min(resolution.longest, resolution.first + resolution.growth * (points[-1] - start))
+            points.append(points[-1] + left / np.ceil(left / limit) if left > limit else end)
+    return np.array(points)
+
+
+def _large(levels: Vector) -> NDArray[np.bool_]:
+    """Whether the next level brings an event, shape (levels - 1,)."""
+    span = np.ptp(levels, axis=1, keepdims=True)
+    large = np.abs(np.diff(levels, axis=1)) > SIGNIFICANT * span
+    large[large.sum(axis=1) > MOST_EVENTS] = False
+    return np.asarray(large.any(axis=0))
+
+
+def _changes(inputs: Vector, discrete: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Rows at which any input changes; thinned where there are too many to step through.
+
+    An event, or another value of a discrete input, is kept with the row that it came in.
+    """
     changed = np.any(np.diff(inputs, axis=1) != 0, axis=0)
     changed[-1:] = False  # what the last row brings acts on nothing
-    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    if starts.size <= MOST_LEVELS:
-        return starts
-    return np.unique(starts[:: -(-starts.size // MOST_LEVELS)])
-
-
-def _events(levels: Vector) -> NDArray[np.bool_]:
-    if levels.shape[1] == 1:
-        return np.zeros(1, dtype=bool)
-    span = np.ptp(levels, axis=1, keepdims=True)
-    change = np.abs(np.diff(levels, axis=1)) / np.where(span > 0, span, 1.0)
-    large = change > SIGNIFICANT
-    large[large.sum(axis=1) > MOST_EVENTS] = False
-    return np.concatenate([[False], np.any(large, axis=0)])
-
-
-class _Builder:
-    def __init__(
-        self, resolution: Resolution, inputs: Vector, proportional: NDArray[np.bool_] | None
-    ) -> None:
-        self.resolution, self._inputs = resolution, inputs
-        self._close = ALIKE * np.ptp(inputs, axis=1)
-        if proportional is not None:
-            self._close[proportional] = np.inf
-        self._level: dict[int, int] = {}
-        self.levels: list[Vector] = []
-        self.since = 0.0
-        self.lengths: list[float] = []
-        self.shares: list[tuple[tuple[int, float], ...]] = []
-        self._pending: list[tuple[int, float]] = []
-        self._length = 0.0
-
-    def add(self, column: int, duration: float) -> None:
-        """Add a stretch of constant inputs, cut into steps where it is long."""
-        left = duration
-        while left > 1e-9:
-            limit = min(self.resolution.longest, self.resolution.first + self.resolution.growth * self.since)
-            room = limit - self._length
-            take = left if left <= room else min(left, max(room, left / np.ceil(left / room)))
-            self._pending.append((column, take))
-            self._length += take
-            left -= take
-            if self._length >= limit * (1 - 1e-9):
-                self.flush()
-
-    def flush(self) -> None:
-        """Close the step that is being filled."""
-        if not self._pending:
-            return
-        total = self._length
-        self.lengths.append(total)
-        self.shares.append(self._shares(total))
-        self.since += total
-        self._pending, self._length = [], 0.0
-
-    def _shares(self, total: float) -> tuple[tuple[int, float], ...]:
-        columns = [column for column, _ in self._pending]
-        values = self._inputs[:, columns]
-        if len(columns) > 1 and np.all(np.ptp(values, axis=1) <= self._close):
-            weights = np.array([length for _, length in self._pending]) / total
-            self.levels.append(values @ weights)
-            return ((len(self.levels) - 1, 1.0),)
-        for column in columns:
-            if column not in self._level:
-                self._level[column] = len(self.levels)
-                self.levels.append(self._inputs[:, column])
-        return tuple((self._level[column], length / total) for column, length in self._pending)
+    rows = np.concatenate([[0], np.flatnonzero(changed) + 1])
+    if rows.size <= MOST_LEVELS:
+        return rows
+    levels = inputs[:, rows]
+    kept = np.arange(rows.size) % -(-rows.size // MOST_LEVELS) == 0
+    kept[1:] |= _large(levels) | np.any(np.diff(levels[discrete], axis=1) != 0, axis=0)
+    return rows[kept]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.hidden import (
     BASE,
     COLD,
@@ -28,7 +29,7 @@ from warmlink.orchestration.diagnosis.hidden import (
     motor_rates,
     surroundings,
 )
-from warmlink.orchestration.diagnosis.hide import EFFECTS, INFORMATIVE, WHITE, Noise, effect_of, hide
+from warmlink.orchestration.diagnosis.hide import INFORMATIVE, WHITE, Noise, hide
 from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import Drive
 from warmlink.orchestration.paper.fea.mesh import Body, bare_link

@@ -1,21 +1,30 @@
-"""A measured run from a CSV file: columns headed `name [unit]`, in SI.
-
-Cells may be empty, times uneven. What does not fit is refused with its row (the line of the file) and
-column.
-"""
+"""A measured run from a CSV file: which column is which input or output."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.values import column_parts, converter, is_temperature
+from warmlink.fmus.names import instead
+from warmlink.orchestration.diagnosis.table import (
+    FEWEST_ROWS,
+    TIME,
+    column,
+    held,
+    is_time,
+    read_table,
+    refuse_implausible,
+    refuse_nameless,
+    require,
+    times,
+)
+from warmlink.orchestration.diagnosis.values import column_parts, is_discrete, is_temperature
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,15 +33,8 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-TIME = "time"
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
-
-FEWEST_ROWS = 20
-"""Rows with a reading; fewer say nothing about noise."""
-
-MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
-"""Range of a credible reading by SI unit, to catch a wrong unit in the header."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Run:
     heldout : whether it is kept from fitting and choosing
     fit_until : s; rows from here on are held out
     adapt : s; the opening part of a held-out run from which its own unknowns may be estimated
+    unused : headers of columns that nothing is made of
     """
 
     name: str
@@ -70,6 +73,7 @@ class Run:
     heldout: bool = False
     fit_until: float = np.inf
     adapt: float = 0.0
+    unused: tuple[str, ...] = ()
 
     @property
     def fitted(self) -> NDArray[np.bool_]:
@@ -97,7 +101,8 @@ def read_run(
     ----------
     path : the CSV file
     rig : the system it was measured on
-    channels : variable by column header; None: the columns that the rig names, and no others
+    channels : variable by column header, beside the columns that the rig names; without any, a column that
+        the rig does not name is refused
     covariates : input by header of a column that only causes may use
 
     Returns
@@ -110,19 +115,24 @@ def read_run(
     InputError
         The file, a header or a cell does not fit.
     """
-    table = _read_table(path)
-    time = _times(path, table)
+    table = read_table(path)
+    time = times(path, table)
     inputs: dict[str, Vector] = {}
     readings: dict[str, Vector] = {}
     extra: dict[str, Vector] = {}
     columns: list[Column] = []
-    for header, variable in _wanted(path, table, rig, channels).items():
+    discrete: list[str] = []
+    wanted = _wanted(path, table, rig, channels or {}, covariates or {})
+    for header, variable in wanted.items():
         scalar = rig.scalar(variable, f"{path.name}: column {header!r}")
-        values, unit = _column(path, table, header, scalar.variable.unit, is_temperature(scalar))
+        values, unit = column(path, table, header, scalar.variable.unit, is_temperature(scalar))
         if variable in rig.externals:
-            inputs[variable] = _held(path, header, values, empty_is_off=variable.endswith("pad_temperature"))
+            if is_discrete(scalar):
+                refuse_nameless(path, header, values, scalar)
+                discrete.append(variable)
+            inputs[variable] = held(path, header, values, empty_is_off=variable.endswith("pad_temperature"))
         elif scalar.start is None:
-            _refuse_implausible(path, header, values, scalar.variable.unit)
+            refuse_implausible(path, header, values, scalar.variable.unit)
             readings[variable] = values
             columns.append(Column((column_parts(header) or (header,))[0], unit, variable))
         else:
@@ -131,17 +141,20 @@ def read_run(
                 "give a constant under [known]"
             )
     for header, variable in (covariates or {}).items():
-        _require(path, table, header)
-        values, _ = _column(path, table, header, "K", True)
-        extra[variable] = _held(path, header, values, empty_is_off=False)
+        require(path, table, header)
+        values, _ = column(path, table, header, "K", True)
+        extra[variable] = held(path, header, values, empty_is_off=False)
     _refuse_empty(path, readings)
-    return condensed(Run(path.stem, time, inputs, readings, extra)), tuple(columns)
+    used = {*wanted, *(covariates or {})}
+    unused = tuple(h for h in map(str, table.columns) if h not in used and not is_time(h))
+    run = Run(path.stem, time, inputs, readings, extra, unused=unused)
+    return condensed(run, discrete), tuple(columns)
 
 
-def condensed(run: Run, most: int = MOST_ROWS) -> Run:
+def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> Run:
     """Average a run's rows in groups of equal size where there are more than can be used.
 
-    A pad that is off in the first row of a group is off in the group.
+    A discrete input is throughout a group what it is in its first row, and so is a pad that is off.
     """
     if run.time.size <= most:
         return run
@@ -153,135 +166,49 @@ def condensed(run: Run, most: int = MOST_ROWS) -> Run:
         sums = np.add.reduceat(np.where(full, values, 0.0), starts)
         return np.where(count > 0, sums / np.maximum(count, 1.0), np.nan)
 
-    def held(values: Vector) -> Vector:
+    def steady(values: Vector) -> Vector:
         return np.where(np.isfinite(values[starts]), mean(values), np.nan)
 
     return replace(
         run,
         time=run.time[starts],
-        inputs={name: held(values) for name, values in run.inputs.items()},
+        inputs={
+            name: values[starts] if name in discrete else steady(values)
+            for name, values in run.inputs.items()
+        },
         readings={name: mean(values) for name, values in run.readings.items()},
-        covariates={name: held(values) for name, values in run.covariates.items()},
+        covariates={name: steady(values) for name, values in run.covariates.items()},
     )
 
 
-def _read_table(path: Path) -> pd.DataFrame:
-    import pandas as pd
-
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; give the path of a CSV file")
-    try:
-        table = pd.read_csv(path, skipinitialspace=True, skip_blank_lines=False, low_memory=False)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as fault:
-        reason = str(fault).strip().splitlines()[-1]
-        raise InputError(
-            f"{path.name}: cannot be read as CSV ({reason}); give commas and a header row"
-        ) from fault
-    twice = [name for name in table.columns if name.rpartition(".")[0] in table.columns]
-    if twice:
-        raise InputError(f"{path.name}: column {twice[0].rpartition('.')[0]!r} stands twice; keep one")
-    return table
-
-
 def _wanted(
-    path: Path, table: pd.DataFrame, rig: Rig, channels: Mapping[str, str] | None
+    path: Path, table: pd.DataFrame, rig: Rig, channels: Mapping[str, str], covariates: Mapping[str, str]
 ) -> Mapping[str, str]:
-    if channels is not None:
-        for header in channels:
-            _require(path, table, header)
-        return channels
-    wanted = {}
+    """Variable by header: as the channels have it, and by the names that the rig has for columns."""
+    for header in channels:
+        require(path, table, header)
+    wanted = dict(channels)
     for header in map(str, table.columns):
-        parts = column_parts(header)
-        if parts is None:
+        name, unit = column_parts(header) or (header.strip(), None)
+        if header in channels or header in covariates or is_time(header):
+            continue
+        if unit is None and (name in rig.columns or not channels):
             raise InputError(
                 f"{path.name}: column {header!r} has no unit; head it as `name [unit]`, e.g. 'time [s]'"
             )
-        if parts[0] == TIME:
-            continue
-        if parts[0] not in rig.columns:
+        if name not in rig.columns and not channels:
             raise InputError(
-                f"{path.name}: column {header!r} is not known; {rig.name} knows "
-                f"{', '.join((TIME, *rig.columns))} (an experiment file may name other columns)"
+                f"{path.name}: column {header!r} is not known; "
+                f"{instead(name, (TIME, *rig.columns), 'or name it in an experiment file')}"
             )
-        wanted[header] = rig.columns[parts[0]]
+        if name in rig.columns and rig.columns[name] not in channels.values():
+            wanted[header] = rig.columns[name]
+    headers = list(wanted)
+    for i, (header, variable) in enumerate(wanted.items()):
+        other = next((h for h in headers[:i] if wanted[h] == variable), None)
+        if other is not None:
+            raise InputError(f"{path.name}: columns {other!r} and {header!r} are both {variable}; keep one")
     return wanted
-
-
-def _require(path: Path, table: pd.DataFrame, header: str) -> None:
-    if header not in table.columns:
-        raise InputError(f"{path.name}: there is no column {header!r}; it has {', '.join(table.columns)}")
-
-
-def _times(path: Path, table: pd.DataFrame) -> Vector:
-    headers = [h for h in map(str, table.columns) if (column_parts(h) or ("",))[0] == TIME]
-    if not headers:
-        raise InputError(f"{path.name}: there is no time column; head it as 'time [s]'")
-    values, _ = _column(path, table, headers[0], "s", False)
-    empty = np.flatnonzero(~np.isfinite(values))
-    if empty.size:
-        raise InputError(f"{path.name}: row {empty[0] + 2}, column {headers[0]!r}: the time is missing")
-    back = np.flatnonzero(np.diff(values) <= 0)
-    if back.size:
-        row = int(back[0]) + 1
-        raise InputError(
-            f"{path.name}: row {row + 2}, column {headers[0]!r}: {values[row]:g} s comes after "
-            f"{values[row - 1]:g} s; times must increase"
-        )
-    if values.size < FEWEST_ROWS:
-        raise InputError(f"{path.name}: only {values.size} rows; a diagnosis needs at least {FEWEST_ROWS}")
-    return values - values[0]
-
-
-def _column(
-    path: Path, table: pd.DataFrame, header: str, si_unit: str, temperature: bool
-) -> tuple[Vector, str]:
-    """Values of a column in SI, and the unit that the file has them in."""
-    import pandas as pd
-
-    parts = column_parts(header)
-    if parts is None:
-        raise InputError(f"{path.name}: column {header!r} has no unit; head it as `name [unit]`")
-    conversion = converter(parts[1], si_unit, not temperature, f"{path.name}: column {header!r}")
-    cells: Any = table[header]
-    numbers = pd.to_numeric(cells, errors="coerce")
-    wrong = np.flatnonzero((numbers.isna() & cells.notna()).to_numpy())
-    wrong = np.array([i for i in wrong[:100] if str(cells.iloc[i]).strip()], dtype=int)
-    if wrong.size:
-        raise InputError(
-            f"{path.name}: row {wrong[0] + 2}, column {header!r}: {str(cells.iloc[wrong[0]])!r} is not a "
-            "number; correct it or leave the cell empty"
-        )
-    values = numbers.to_numpy(dtype=float)
-    endless = np.flatnonzero(np.isinf(values))
-    if endless.size:
-        raise InputError(f"{path.name}: row {endless[0] + 2}, column {header!r}: the value is not finite")
-    return conversion.factor * values + conversion.offset, parts[1]
-
-
-def _held(path: Path, header: str, values: Vector, empty_is_off: bool) -> Vector:
-    """Fill empty cells with the last value; those of a pad stay empty, which is off."""
-    if empty_is_off:
-        return values
-    filled = np.isfinite(values)
-    if not filled.any():
-        raise InputError(f"{path.name}: column {header!r} is empty; give the input or leave the column out")
-    if not filled[0]:
-        raise InputError(f"{path.name}: row 2, column {header!r}: an input needs a value in the first row")
-    last = np.maximum.accumulate(np.where(filled, np.arange(values.size), 0))
-    return values[last]
-
-
-def _refuse_implausible(path: Path, header: str, values: Vector, unit: str) -> None:
-    low, high = MOST_PLAUSIBLE.get(unit, (-np.inf, np.inf))
-    with np.errstate(invalid="ignore"):
-        share = float(np.mean((values < low) | (values > high)))
-    if share > 0.5:
-        middle = float(np.nanmedian(values))
-        raise InputError(
-            f"{path.name}: column {header!r}: half of the values lie about {middle:.4g} {unit}, outside "
-            f"{low:g} to {high:g} {unit}; the unit in the header seems wrong"
-        )
 
 
 def _refuse_empty(path: Path, readings: Mapping[str, Vector]) -> None:

@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.cause import Cause, catalogue
 from warmlink.orchestration.diagnosis.equations import equations
 from warmlink.orchestration.diagnosis.experiment import PER_RUN, Calibrated, Experiment
 from warmlink.orchestration.diagnosis.forward import Forward
-from warmlink.orchestration.diagnosis.grid import CHECK, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.initial import initial_values
 from warmlink.orchestration.diagnosis.instruments import NEUTRAL, Readings, channel_of
 from warmlink.orchestration.diagnosis.measured import Run, names_of
@@ -69,7 +69,7 @@ class Item:
 
 
 class Problem:
-    """Everything that fits need, at one resolution.
+    """Everything that fits need.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Problem:
     items : candidates
     """
 
-    def __init__(self, experiment: Experiment, resolution: Resolution = SEARCH) -> None:
+    def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
         self.variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
         self.names = names_of(experiment.columns)
@@ -88,7 +88,7 @@ class Problem:
         inner, outer = self._slots()
         self.slots = (*inner, *outer)
         self._inner, self._outer = inner, outer
-        self._readings = self._at(resolution, derivatives=True)
+        self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
         self._corrections: list[Vector] = [np.zeros((d.time.size, len(self.variables))) for d in self.data]
 
     def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
@@ -98,7 +98,7 @@ class Problem:
 
     def finest(self, run: int, z: Vector) -> Vector:
         """Readings of a run without the grid's error, shape (rows, outputs)."""
-        return self._means(self._finer(self._finest), run, z)[0]
+        return self._means(self._finest, run, z)[0]
 
     @property
     def averaging(self) -> Averaging:
@@ -112,18 +112,18 @@ class Problem:
     def artefact(self, values: Sequence[Vector], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.
 
-        From a simulation with half the cells' size and half the steps. Where it might be taken for an
-        effect, that finer one serves from here on.
+        From a simulation of half the cells' size and half the steps, on the inputs as they were logged. Where
+        the error might be taken for an effect, that finer one serves from here on.
         """
         total = 0.0
-        finer = self._at(CHECK)
+        finer = self._simulated(CHECK_CELLS, [each.forward for each in self._finest])
         for i, z in enumerate(values):
             error = self._means(finer, i, z)[0] - self.finest(i, z)
             sigma = np.array([each.white for each in self.noise_in(i, noise)])
             error = error[self.data[i].fitted] / sigma
             total += float(np.sum(error**2))
         if total > 1.0:
-            self._finest = CHECK
+            self._finest = finer
         return float(np.sqrt(total))
 
     def refine(self, values: Sequence[Vector]) -> float:
@@ -276,26 +276,25 @@ class Problem:
                 (inner if cause.kind == "plant" else outer).extend(variables)
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
-    def _at(self, resolution: Resolution, derivatives: bool = False) -> list[Readings]:
-        compiled = equations(self.experiment.rig.name, resolution.cells, self._inner, self.variables)
+    @cached_property
+    def _finest(self) -> list[Readings]:
+        return self._simulated(FINAL.cells, [FINAL] * len(self.data))
+
+    def _simulated(
+        self, cells: int, grids: Sequence[Resolution | Forward], derivatives: bool = False
+    ) -> list[Readings]:
+        """Readings of each run, on a grid of its own."""
+        compiled = equations(self.experiment.rig.name, cells, self._inner, self.variables)
         return [
             Readings(
-                Forward(compiled, run, self.known_of(run), resolution, derivatives),
+                Forward(compiled, run, self.known_of(run), grid, derivatives),
                 self.variables,
                 self._outer,
                 data.within.ravel(),
                 _ambient(run, self.known_of(run)),
             )
-            for run, data in zip(self.experiment.runs, self.data, strict=True)
+            for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
         ]
-
-    def _finer(self, resolution: Resolution) -> list[Readings]:
-        if self._fine is None or self._fine[0] != resolution:
-            self._fine = (resolution, self._at(resolution))
-        return self._fine[1]
-
-    _finest: Resolution = FINAL
-    _fine: tuple[Resolution, list[Readings]] | None = None
 
     def known(self, run: int) -> Mapping[str, float]:
         """What the experiment gives of a run, and the states that it starts from, in SI."""

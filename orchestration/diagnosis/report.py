@@ -25,6 +25,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
     lines = diagnosis.summary().splitlines()
     sections = [
         Section("In short", "\n".join(lines[2:])),
+        *_remarks(diagnosis),
         *_causes(diagnosis),
         *_figures(diagnosis),
         Section(
@@ -52,6 +53,11 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         Section("Made with", table=versions()),
     ]
     write_page(path, lines[0], lines[1], sections)
+
+
+def _remarks(diagnosis: Diagnosis) -> list[Section]:
+    remarks = diagnosis.experiment.remarks
+    return [Section("How the measurements were read", "\n".join(remarks))] if remarks else []
 
 
 def _causes(diagnosis: Diagnosis) -> list[Section]:

@@ -14,6 +14,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component, Scalar
 from warmlink.fmus.packaging.join import join
 from warmlink.fmus.plant import ROD_WIRES, plant
@@ -32,6 +33,7 @@ class Rig:
     shared : inputs that one signal feeds unless told otherwise, as the ambient temperature of all
     columns : signal or output for each column of a bare CSV file
     readings : sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation
+    driven_by : inputs that every run should have, each with those that may stand in its place
     """
 
     name: str
@@ -39,6 +41,7 @@ class Rig:
     shared: tuple[tuple[str, ...], ...]
     columns: Mapping[str, str]
     readings: Mapping[str, str]
+    driven_by: tuple[tuple[str, ...], ...]
 
     @cached_property
     def components(self) -> Mapping[str, Component]:
@@ -72,9 +75,14 @@ class Rig:
         if name not in self.variables:
             instance = name.partition(".")[0]
             held = [n for n in self.variables if n.startswith(f"{instance}.")]
-            known = f"{instance} has {', '.join(held)}" if held else f"it has {', '.join(self.components)}"
-            raise InputError(f"{where}: {self.name} has no variable {name}; {known}")
+            raise InputError(
+                f"{where}: {self.name} has no variable {name}; {instead(name, held or self.variables)}"
+            )
         return self.variables[name]
+
+    def column_of(self, variable: str) -> str:
+        """Name of a variable's column in a bare CSV file; its own where there is none."""
+        return next((column for column, named in self.columns.items() if named == variable), variable)
 
     def fed_with(self, name: str) -> tuple[str, ...]:
         """Inputs that a signal for this input feeds when nothing else is said."""
@@ -84,6 +92,13 @@ class Rig:
         """Sensor or camera that reads an output."""
         return self.readings.get(variable)
 
+
+_DEMANDS = (
+    ("motor.speed",),
+    ("motor.torque", "motor.current"),
+    ("motor.pad_temperature", "motor.pad_power"),
+    ("motor.ambient_temperature",),
+)
 
 _MIDDLE = "link.sensor_temperature[2]"
 _TEMPERATURES = (
@@ -114,6 +129,7 @@ def warmup_cell(cells: int = 40) -> Rig:
             **{variable: f"sensors[{i + 1}]" for i, variable in enumerate(_TEMPERATURES)},
             ELONGATION: "camera",
         },
+        _DEMANDS,
     )
 
 
@@ -131,6 +147,7 @@ def bench_rod(cells: int = 40) -> Rig:
             "link.tip_temperature": "sensors[3]",
             ELONGATION: "camera",
         },
+        (("heater.on",), ("link.ambient_temperature",)),
     )
 
 
@@ -142,6 +159,7 @@ def bench_motor(cells: int = 0) -> Rig:
         (),
         {},
         {"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+        _DEMANDS,
     )
 
 
@@ -157,5 +175,5 @@ def rig(name: str, cells: int = 40) -> Rig:
         There is no such system.
     """
     if name not in RIGS:
-        raise InputError(f"system: {name!r} is not one that can be diagnosed; choose {', '.join(RIGS)}")
+        raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, RIGS)}")
     return RIGS[name](cells)

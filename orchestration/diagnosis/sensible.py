@@ -6,9 +6,10 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.experiment import Experiment
-from warmlink.orchestration.diagnosis.measured import FEWEST_ROWS, Run
+from warmlink.orchestration.diagnosis.measured import Run
 from warmlink.orchestration.diagnosis.noise import FEWEST
 from warmlink.orchestration.diagnosis.problem import Problem
+from warmlink.orchestration.diagnosis.table import FEWEST_ROWS
 from warmlink.orchestration.diagnosis.thinning import SHORTEST
 
 _MOVES = {"K": 1.0, "m": 2e-6}

@@ -10,6 +10,7 @@ import re
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.component import Input
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.units import Conversion, Unit, conversion, parse_unit
 
@@ -22,6 +23,12 @@ _HEADER = re.compile(r"\s*(.+?)\s*\[(.*)\]\s*$")
 def is_temperature(scalar: Scalar) -> bool:
     """Whether a variable in K is a temperature rather than a difference of two."""
     return scalar.variable.unit == "K" and scalar.variable.display == "degC"
+
+
+def is_discrete(scalar: Scalar) -> bool:
+    """Whether the values of an input are names, as 0 for off and 2 for held, of which there is no mean."""
+    variable = scalar.variable
+    return isinstance(variable, Input) and (variable.discrete or variable.type != "Real")
 
 
 def column_parts(header: str) -> tuple[str, str] | None:

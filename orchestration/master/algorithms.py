@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.fixed_point import FixedPoint
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -53,7 +54,7 @@ def algorithm(name: str) -> Algorithm:
         Where there is none of that name.
     """
     if name not in ALGORITHMS:
-        raise InputError(f"master: {name!r} is not known; choose one of {', '.join(ALGORITHMS)}")
+        raise InputError(f"master: {name!r} is not known; {instead(name, ALGORITHMS)}")
     return ALGORITHMS[name]()
 
 

@@ -35,6 +35,8 @@ class Assembly:
         From outputs to inputs.
     values : mapping
         Start values by slave and variable, in the variables' own units.
+    files : mapping
+        FMU file of each slave that comes from one.
     folder : Path or None
         Where FMUs were unpacked; removed on closing.
     """
@@ -42,6 +44,7 @@ class Assembly:
     slaves: Sequence[Slave]
     connections: Sequence[Connection] = ()
     values: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
     folder: Path | None = None
 
     def close(self) -> None:
@@ -88,7 +91,8 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
             shutil.rmtree(own, ignore_errors=True)
         raise
     values = {name: component.parameters.values for name, component in system.components.items()}
-    return Assembly(slaves, system.connections, values, own)
+    files = {name: component.fmu for name, component in system.components.items()}
+    return Assembly(slaves, system.connections, values, files, own)
 
 
 def isolate(name: str, opener: Callable[[], Slave], isolation: Isolation) -> Slave:

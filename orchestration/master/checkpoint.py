@@ -7,6 +7,7 @@ import io
 import os
 import pickle
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,9 +18,13 @@ from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recorder import Recorder
+from warmlink.orchestration.master.stores import StoreError
+from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
 
 FILE = "checkpoint"
+_HEAD = b"warmlink checkpoint 2\n"
+_DIGEST_BYTES = hashlib.sha256().digest_size
 
 
 @dataclass(frozen=True)
@@ -43,10 +48,11 @@ class LongRun:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Everything that a later process needs beside the system itself."""
+    """Everything that a later process needs beside the system itself; `digest` is that of the values."""
 
     fingerprint: str
     rows: int
+    digest: str
     states: list[bytes]
     outputs: list[list[Value]]
     inputs: list[list[Value]]
@@ -87,13 +93,20 @@ class Checkpoints:
         return self.every is not None and point % self.every == 0
 
     def save(self, recorder: Recorder, stepper: Stepper, sweeps: int) -> None:
-        """Write a checkpoint of the present communication point, the values first."""
+        """Write a checkpoint of the present communication point, the values first.
+
+        Raises
+        ------
+        StoreError
+            Where it cannot be written; the one before stays.
+        """
         recorder.flush()
-        recorder.store.secure()
+        digest = recorder.store.secure()
         network = self._network
         kept = Checkpoint(
             self._fingerprint,
             recorder.rows,
+            digest,
             [slave.serialize() for slave in network.slaves],
             network.outputs,
             network.inputs,
@@ -101,11 +114,17 @@ class Checkpoints:
             (network.steps, network.rejected, sweeps),
         )
         scratch = self.path.with_suffix(".new")
-        with scratch.open("wb") as file:
-            pickle.dump(vars(kept), file)
-            file.flush()
-            os.fsync(file.fileno())
-        scratch.replace(self.path)
+        data = pickle.dumps(vars(kept))
+        try:
+            with scratch.open("wb") as file:
+                file.write(_HEAD + hashlib.sha256(data).digest() + data)
+                file.flush()
+                os.fsync(file.fileno())
+            scratch.replace(self.path)
+        except OSError as fault:
+            with suppress(OSError):
+                scratch.unlink(missing_ok=True)
+            raise StoreError(self.path, fault) from None
 
     def forget(self) -> None:
         """Remove what an earlier run left, so that nobody takes it for this one's."""
@@ -121,16 +140,23 @@ class Checkpoints:
         """
         if not self.path.exists():
             return None
+        content = self.path.read_bytes()
+        head, data = content[: len(_HEAD) + _DIGEST_BYTES], content[len(_HEAD) + _DIGEST_BYTES :]
+        if head != _HEAD + hashlib.sha256(data).digest():
+            raise InputError(
+                f"{self.path}: is not a checkpoint that can be read (it is damaged, or of another version); "
+                "start anew"
+            )
         try:
-            found = Checkpoint(**_PlainUnpickler(io.BytesIO(self.path.read_bytes())).load())
-        except Exception as error:
+            found = Checkpoint(**_PlainUnpickler(io.BytesIO(data)).load())
+        except (pickle.UnpicklingError, TypeError) as error:
             raise InputError(
                 f"{self.path}: is not a checkpoint that can be read ({error}); start anew"
             ) from error
         if found.fingerprint != self._fingerprint:
             raise InputError(
-                f"{self.path}: belongs to another run (system, start values, times, algorithm or recorded "
-                "variables differ); resume with what it was started with, or start anew"
+                f"{self.path}: belongs to another run (system, FMU files, start values, times, algorithm or "
+                "recorded variables differ); resume with what it was started with, or start anew"
             )
         return found
 
@@ -152,9 +178,13 @@ def fingerprint(
 ) -> str:
     """Give a digest of all that decides a run's values, and of what is recorded.
 
-    The stop time is among it, for slaves are told it and may keep it in their state.
+    The stop time is among it, for slaves are told it and may keep it in their state; so are the FMUs' bytes,
+    for an FMU that was built anew may keep its GUID.
     """
-    slaves = [(s.name, getattr(getattr(s, "info", None), "guid", "")) for s in assembly.slaves]
+    slaves = [
+        (s.name, file_digest(assembly.files[s.name]) if s.name in assembly.files else "")
+        for s in assembly.slaves
+    ]
     values = {name: sorted(given.items()) for name, given in assembly.values.items()}
     parts: Sequence[Any] = (
         slaves,

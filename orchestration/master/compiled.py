@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
-from warmlink.orchestration.master import fmi
+from warmlink.orchestration.master import fmi, under_way
 from warmlink.orchestration.master.algorithm import Algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -45,10 +45,23 @@ def prepare() -> None:
         raise MissingExtraError("compiled stepping", "studies")
     if fmi.LOADED:
         raise InputError(
-            "compiled stepping: an FMU was loaded in this process before the loop was compiled; call "
-            "warmlink.orchestration.master.compiled.prepare() first"
+            "compiled stepping: is no longer possible in this process, in which FMUs were loaded before it "
+            "was prepared; choose auto"
         )
-    importlib.import_module(_KERNEL)
+    try:
+        importlib.import_module(_KERNEL)
+    except (ImportError, RuntimeError, OSError) as fault:  # half installed, or its cache cannot be written
+        sys.modules.pop(_KERNEL, None)
+        raise InputError(f"compiled stepping: Numba does not work here ({fault}); choose auto") from None
+
+
+def try_to_prepare() -> bool:
+    """Do as `prepare`, where that can be done; tell whether the compiled loop is there."""
+    try:
+        prepare()
+    except InputError:  # which steps plainly, and gives the same values
+        return False
+    return True
 
 
 def is_loaded() -> bool:
@@ -86,12 +99,8 @@ def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints
             )
         prepare()
         return True
-    loaded = is_loaded()
-    pays = points.count * slaves >= (PAYS_WHEN_LOADED_FROM if loaded else PAYS_FROM_SLAVE_STEPS)
-    if not (possible and pays) or (not loaded and (fmi.LOADED or importlib.util.find_spec("numba") is None)):
-        return False
-    prepare()
-    return True
+    pays = points.count * slaves >= (PAYS_WHEN_LOADED_FROM if is_loaded() else PAYS_FROM_SLAVE_STEPS)
+    return possible and pays and try_to_prepare()
 
 
 class CompiledLoop:
@@ -127,6 +136,7 @@ class CompiledLoop:
         self._points = points
         self._restores = not network.unable_to_restore()
         self._keyframe: Snapshot | None = None
+        self._cells = np.frombuffer(under_way.here.cells, dtype=np.int64)
         self._chunk = 256
 
     def advance(self, last: int) -> bool:
@@ -148,7 +158,8 @@ class CompiledLoop:
         last = min(last, first + self._chunk, first + recorder.room())
         if self._restores:
             self._keyframe = network.snapshot(reuse=self._keyframe)
-        failure = np.zeros(3, dtype=np.int64)
+        failure = self._cells
+        failure[:3] = 0
         began = time.perf_counter()
         reached = self._kernel.advance(
             self._jacobi,
@@ -175,7 +186,7 @@ class CompiledLoop:
         network.steps += (reached - first) * len(network.slaves)
         recorder.filled(reached)
         if failure[0]:
-            self._raise(reached, *(int(f) for f in failure))
+            self._raise(reached, *(int(f) for f in failure[:3]))
         return True
 
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:

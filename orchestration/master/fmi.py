@@ -13,13 +13,21 @@ from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.master import under_way
 from warmlink.orchestration.master.journal import Journal
 from warmlink.orchestration.master.slave import Names, SlaveError, Status
+from warmlink.orchestration.master.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo, Variable
 from warmlink.orchestration.system.model import Value
 
 _STATUS: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
 # Not all logging, which may be much: what the standard's categories say of failures.
+_CALLS = {
+    "SetupExperiment": under_way.INITIALIZING,
+    "EnterInitializationMode": under_way.INITIALIZING,
+    "ExitInitializationMode": under_way.INITIALIZING,
+}
 _CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"logStatusFatal")
 
 
@@ -96,6 +104,11 @@ class FmiSlave(ABC):
         The FMU's functions, declared.
     component : ctypes pointer
         The instance.
+    number : int
+        By which `under_way` names it.
+    watched : bool
+        Whether the process is looked at after each of its steps: after the first, and always where a step
+        has changed what FMUs share.
 
     Raises
     ------
@@ -122,6 +135,14 @@ class FmiSlave(ABC):
         self._batches: dict[Names, list[Batch]] = {}
         self._orders: dict[Names, list[int] | None] = {}
         self._worst = 0
+        self.number = under_way.here.register(name)
+        self._under_way = under_way.here.cells
+        self._exchanging = 16 * self.number + under_way.EXCHANGING
+        self.stepping = 16 * self.number + under_way.STEPPING
+        self.remarks: list[str] = []
+        self.watched = True
+        self._surroundings = Surroundings()
+        self._note(under_way.LOADING)
         self._library = self._load(folder)
         try:
             self.instantiate(self._library)
@@ -131,6 +152,7 @@ class FmiSlave(ABC):
         self.component = c_void_p(self._library.component)
         count = len(_CATEGORIES)
         self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*_CATEGORIES))
+        self._look_around("when it was loaded")
 
     @abstractmethod
     def load_class(self) -> tuple[Any, str]:
@@ -154,9 +176,25 @@ class FmiSlave(ABC):
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function and raise unless it answers ok or warning."""
+        self._note(_CALLS.get(name, under_way.COPYING))
         status = self.function(name)(*arguments)
         if status > 1:
             self.fail(name, status)
+
+    def look_around(self) -> None:
+        """After a step, put back what the FMU changed for others."""
+        self.watched = self._look_around("in a step")
+
+    def _look_around(self, when: str) -> bool:
+        changed = self._surroundings.put_back()
+        if changed:
+            told = f"{self.name}: {when} it changed {' and '.join(changed)}, which others share; put back"
+            if told not in self.remarks:
+                self.remarks.append(told)
+        return bool(changed)
+
+    def _note(self, call: int) -> None:
+        self._under_way[under_way.CALL] = 16 * self.number + call
 
     def fail(self, name: str, status: int, variable: str | None = None) -> NoReturn:
         """Raise for a bad status, with what the FMU logged."""
@@ -174,10 +212,12 @@ class FmiSlave(ABC):
     def exit_initialization(self) -> None:
         """Leave initialization mode."""
         self.call("ExitInitializationMode", self.component)
+        self._look_around("during initialization")
 
     def get(self, names: Names) -> list[Value]:
         """Give the values of variables."""
         values: list[Value] = []
+        self._under_way[under_way.CALL] = self._exchanging
         for batch in self._batches.get(names) or self._prepare(names):
             status = batch.get(*batch.arguments)
             if status > 1:
@@ -190,6 +230,7 @@ class FmiSlave(ABC):
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables."""
+        self._under_way[under_way.CALL] = self._exchanging
         for batch in self._batches.get(names) or self._prepare(names):
             if batch.plain and batch.count == len(values):
                 batch.values[:] = values
@@ -254,6 +295,7 @@ class FmiSlave(ABC):
         if self._library is None:
             return
         library, self._library = self._library, None
+        self._note(under_way.ENDING)
         # After error only freeing is allowed, after fatal nothing at all (FMI 2.0 section 2.1.3).
         if self._worst < 3:
             self.function("Terminate")(self.component)
@@ -291,7 +333,9 @@ class FmiSlave(ABC):
         for position, name in enumerate(names):
             variable = self.variables.get(name)
             if variable is None:
-                raise InputError(f"{self.name}.{name}: the FMU has no such variable; correct the name")
+                raise InputError(
+                    f"{self.name}.{name}: the FMU has no such variable; {instead(name, self.variables)}"
+                )
             base = None if variable.dimensions else self.base_type(variable)
             if base is None:
                 raise InputError(

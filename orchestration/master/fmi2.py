@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from ctypes import byref, c_char_p, c_double, c_int
 from typing import Any, ClassVar
 
+from warmlink.orchestration.master import under_way
 from warmlink.orchestration.master.fmi import Batch, FmiSlave
 from warmlink.orchestration.master.journal import fmi2_callbacks
 from warmlink.orchestration.master.slave import Names
@@ -74,11 +75,14 @@ class Fmi2Slave(FmiSlave):
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
         self.time = time
+        self._under_way[under_way.CALL] = self.stepping
         status = self.functions.fmi2DoStep(self.component, time, step_size, 0)
         if status > 1:
             if status == 2 and self._wants_to_end():
                 self.end("DoStep answered discard and")
             self.fail("DoStep", status)
+        if self.watched:
+            self.look_around()
 
     def _wants_to_end(self) -> bool:
         wanted = c_int(0)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from ctypes import POINTER, byref, c_bool, c_double, c_int32, c_uint, c_uint8, cast
 from typing import Any, ClassVar
 
+from warmlink.orchestration.master import under_way
 from warmlink.orchestration.master.fmi import Batch, FmiSlave
 from warmlink.orchestration.master.slave import Names
 from warmlink.orchestration.system.description import Variable
@@ -95,11 +96,14 @@ class Fmi3Slave(FmiSlave):
         self.time = time
         event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
         flags = (byref(event), byref(terminate), byref(early), byref(last))
+        self._under_way[under_way.CALL] = self.stepping
         status = self.functions.fmi3DoStep(self.component, time, step_size, False, *flags)
         if status > 1:
             self.fail("DoStep", status)
         if terminate.value:
             self.end("DoStep")
+        if self.watched:
+            self.look_around()
         if self._varying:
             status = self._vary(step_size)
             self._varying.clear()

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
+import os
 import signal
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import Connection as Pipe
+from pathlib import Path
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.line import die_with_parent, print_to_standard_error
 from warmlink.orchestration.master.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.description import Capabilities, Variable
 from warmlink.orchestration.system.model import Value
@@ -19,18 +25,22 @@ Opener = Callable[[], Slave]
 
 @dataclass(frozen=True)
 class Isolation:
-    """How long an isolated slave may take.
+    """What an isolated slave may take.
 
     Attributes
     ----------
     time_limit : float
-        For one call (a step, say), in s of wall time.
-    start_limit : float
-        For starting the process and instantiating, in s.
+        For one call (instantiating it, or a step, say), in s of wall time.
+    memory_limit : float
+        For its process, beyond what that has before the FMU is loaded, in bytes; kept on Linux.
     """
 
     time_limit: float = 60.0
-    start_limit: float = 60.0
+    memory_limit: float = 4e9
+
+
+START_LIMIT = 60.0
+"""For starting the process, before there is an FMU in it, in s."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +78,20 @@ class IsolatedSlave:
         self._failure: SlaveError | None = None
         context = multiprocessing.get_context("spawn")
         self._pipe, other = context.Pipe()
-        self._process = context.Process(target=_serve, args=(other, opener), daemon=True, name=name)
+        self._process = context.Process(
+            target=_serve, args=(name, other, opener, isolation.memory_limit), daemon=True, name=name
+        )
         self._process.start()
         other.close()
         self._face: _Face | None = None
+        self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
 
     @property
     def _known(self) -> _Face:
         """Wait for the other process to be ready, so that many can start at once."""
         if self._face is None:
-            self._face = self._answer("starting", self.isolation.start_limit)
+            self._answer("starting", START_LIMIT)
+            self._face = self._answer("instantiating", self.isolation.time_limit)
         return self._face
 
     @property
@@ -199,6 +213,8 @@ class IsolatedSlave:
         self._process.join(5.0)
         code = self._process.exitcode
         how = f"signal {signal.Signals(-code).name}" if code is not None and code < 0 else f"exit code {code}"
+        if code in (-signal.SIGABRT, -signal.SIGKILL):  # as where there is no more memory
+            how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
         self._fail("crash", f"its process died in {method} ({how})")
 
     def _fail(self, status: Any, message: str) -> NoReturn:
@@ -206,30 +222,57 @@ class IsolatedSlave:
         raise self._failure
 
 
-def _serve(pipe: Pipe, opener: Opener) -> None:
+def _serve(name: str, pipe: Pipe, opener: Opener, memory_limit: float) -> None:
     """Answer calls until the other end is gone or asks to terminate."""
     # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    states: dict[int, object] = {}
-    try:
-        slave = opener()
-    except (SlaveError, InputError) as error:
-        pipe.send(error)
+    die_with_parent()
+    print_to_standard_error()
+    # Before the time limit begins, which is the FMU's.
+    for module in ("fmpy.fmi2", "fmpy.fmi3"):
+        importlib.import_module(module)
+    pipe.send(None)
+    _limit_memory(memory_limit)
+    own, states = os.getpid(), dict[int, object]()
+
+    def answer(action: Callable[[], Any]) -> Any:
+        try:
+            found = action()
+        except (SlaveError, InputError) as error:
+            found = error
+        except MemoryError:
+            told = f"it needs more memory than its limit of {memory_limit / 1e6:g} MB"
+            found = SlaveError(name, "error", 0.0, told)
+        if os.getpid() != own:
+            os._exit(0)  # a copy of this process, which the FMU made
+        return found
+
+    slave = answer(opener)
+    if isinstance(slave, Exception):
+        pipe.send(slave)
         return
     variables = dict(slave.variables)
     pipe.send(_Face(variables, slave.capabilities, dict(slave.dependencies), slave.accepts_nan))
-    while True:
+    method = ""
+    while method != "terminate":
         try:
             method, arguments = pipe.recv()
         except (EOFError, OSError):
             return
-        try:
-            answer = _perform(slave, states, method, arguments)
-        except (SlaveError, InputError) as error:
-            answer = error
-        pipe.send(answer)
-        if method == "terminate":
-            return
+        pipe.send(answer(partial(_perform, slave, states, method, arguments)))
+
+
+def _limit_memory(more: float) -> None:
+    """Let this process take so many bytes more than it has; beyond, it is told that there is no memory."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limit = pages * resource.getpagesize() + int(more)
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    if hard == resource.RLIM_INFINITY or limit < hard:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
 def _perform(slave: Slave, states: dict[int, object], method: str, arguments: tuple[Any, ...]) -> Any:

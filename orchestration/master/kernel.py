@@ -20,7 +20,7 @@ _intrinsic: Any = intrinsic
 FLOAT64, INT32, UINT8 = 0, 1, 2
 # Only `advance` is cached; the functions it is made of are compiled with it, when it is.
 
-# What failed, as `failure[0]` says.
+# What failed, as `cells[0]` says.
 NOTHING, STEP, GET, SET, NOT_FINITE, TERMINATE = 0, 1, 2, 3, 4, 5
 
 _POINTER = ir.IntType(8).as_pointer()
@@ -183,7 +183,7 @@ def advance(
     ranges: Any,
     rows: Any,
     row: int,
-    failure: Any,
+    cells: Any,
 ) -> int:
     """Step from communication point `first` to `last`; give the point reached.
 
@@ -202,8 +202,9 @@ def advance(
         As `layout.Layout` lays them out.
     rows : ndarray, shape (more than last - first, columns)
         Filled from index `row` on, a row for each point.
-    failure : ndarray of int64
-        What, which slave, which status, filled where something fails.
+    cells : ndarray of int64
+        Those of `under_way`: what, which slave, which status, filled where something fails; then the call
+        under way and the rows recorded.
     """
     slaves, reads, writes, wires, checks, columns = tables
     doubles, ints, octets = buffers
@@ -217,33 +218,35 @@ def advance(
                 k, deed = job % n, job // n
             else:
                 k, deed = sequence[job // 3], (job % 3 + 2) % 3
+            cells[3] = slaves[k, 5] + (deed != 0)
             if deed == 0:
                 status = _do_step(slaves, k, time, times[1])
                 if status > 1:
-                    failure[0], failure[1], failure[2] = STEP, k, status
+                    cells[0], cells[1], cells[2] = STEP, k, status
                     return point - 1
                 if slaves[k, 2] == 3 and octets[1] != 0:
-                    failure[0], failure[1], failure[2] = TERMINATE, k, status
+                    cells[0], cells[1], cells[2] = TERMINATE, k, status
                     return point - 1
             elif deed == 1:
                 status = _exchange(reads, ranges[0, k], ranges[0, k + 1])
                 if status > 1:
-                    failure[0], failure[1], failure[2] = GET, k, status
+                    cells[0], cells[1], cells[2] = GET, k, status
                     return point - 1
                 bad = _first_not_finite(checks, doubles, ranges[3, k], ranges[3, k + 1])
                 if bad >= 0:
-                    failure[0], failure[1], failure[2] = NOT_FINITE, k, bad
+                    cells[0], cells[1], cells[2] = NOT_FINITE, k, bad
                     return point - 1
             else:
                 _gather(wires, factors, doubles, ints, octets, ranges[2, k], ranges[2, k + 1])
                 status = _exchange(writes, ranges[1, k], ranges[1, k + 1])
                 if status > 1:
-                    failure[0], failure[1], failure[2] = SET, k, status
+                    cells[0], cells[1], cells[2] = SET, k, status
                     return point - 1
         if _exchange(reads, late, len(reads)) > 1:
-            failure[0], failure[1], failure[2] = GET, -1, 3
+            cells[0], cells[1], cells[2] = GET, -1, 3
             return point - 1
         for c in range(len(columns)):
             rows[row, c] = _value(doubles, ints, octets, columns[c, 0], columns[c, 1])
         row += 1
+        cells[4] = point + 1
     return last

@@ -79,7 +79,7 @@ class Layout:
         late_rows = [row for batches, _ in late for row in batches]
         write_rows = [row for batches, _ in writes for row in batches]
         self.tables = (
-            _table([self._row(k) for k in range(count)], 5),
+            _table([self._row(k) for k in range(count)], 6),
             self._finish(rows + late_rows),
             self._finish(write_rows),
             _table(self.wire_rows, 4),
@@ -130,6 +130,7 @@ class Layout:
             int(slave.prefix[-1]),
             self.buffers[2].ctypes.data,
             last,
+            slave.stepping,
         ]
 
     def _plan(self, k: int, names: Names, verb: str) -> tuple[list[list[int]], list[Place]]:

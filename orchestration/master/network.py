@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
@@ -62,6 +63,8 @@ class Network:
         For each slave the values last read and last written, in those orders.
     wires : list of list of Wire
         For each slave the sources of its inputs, as `writes`.
+    process : int
+        That the slaves were made in; a copy of it, made by an FMU that forks, ends itself.
     """
 
     def __init__(
@@ -93,6 +96,7 @@ class Network:
         self.outputs: list[list[Value]] = [[] for _ in self.slaves]
         self.inputs: list[list[Value]] = [[] for _ in self.slaves]
         self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
+        self.process = os.getpid()
         self.time = 0.0
         self.steps = 0
         self.rejected = 0
@@ -231,8 +235,14 @@ class Network:
         """Advance one slave; its outputs are then those of `time + step_size`."""
         self.time = time
         self.slaves[k].step(time, step_size)
+        self.end_copies()
         self.time = time + step_size
         self.steps += 1
+
+    def end_copies(self) -> None:
+        """End this process if it is a copy that an FMU made; the other one goes on."""
+        if os.getpid() != self.process:
+            os._exit(0)
 
     def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:
         """Copy the states of some slaves (default: all) and all exchanged values.

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from types import FrameType, TracebackType
 from typing import Any
 
+from warmlink.orchestration.master import under_way
+
 
 @dataclass(frozen=True)
 class Pacing:
@@ -48,9 +50,14 @@ class Interruption:
     """
 
     def __init__(self) -> None:
-        self.asked = False
+        self._cells = under_way.here.cells
         self._old: Any = None
         self._active = False
+
+    @property
+    def asked(self) -> bool:
+        """Whether to stop; a process that guards this one may ask for it too."""
+        return bool(self._cells[under_way.ASKED])
 
     def __enter__(self) -> Interruption:
         """Take over SIGINT, where this is the main thread."""
@@ -65,8 +72,9 @@ class Interruption:
         """Give SIGINT back."""
         if self._active:
             signal.signal(signal.SIGINT, self._old)
+        self._cells[under_way.ASKED] = 0
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self.asked:
             raise KeyboardInterrupt
-        self.asked = True
+        self._cells[under_way.ASKED] = 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master import under_way
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.slave import Names, Slave
@@ -60,6 +61,7 @@ class Recorder:
         self.names = tuple(dict.fromkeys(names))
         self.points = points
         self.rows = 0
+        self._cells = under_way.here.cells
         self.units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
         self._network = network
@@ -102,7 +104,7 @@ class Recorder:
 
     def filled(self, point: int) -> None:
         """Note that all rows up to a point are filled; hand a full block to the store."""
-        self.rows = point + 1
+        self.rows = self._cells[under_way.ROWS] = point + 1
         if self.room() == 0 and self.rows <= self.points.count:
             self.flush()
 
@@ -113,7 +115,7 @@ class Recorder:
 
     def resume(self, rows: int) -> None:
         """Go on behind rows that the store holds already."""
-        self.rows = self._base = rows
+        self.rows = self._base = self._cells[under_way.ROWS] = rows
 
     def table(self) -> Table:
         """Give everything recorded."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,10 +17,12 @@ from warmlink.orchestration.master.audit import Balance, audit, heat_balances
 from warmlink.orchestration.master.checkpoint import Checkpoint, Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled import CompiledLoop, Stepping, choose, is_loaded
+from warmlink.orchestration.master.fmi import FmiSlave
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.layout import obstacle
+from warmlink.orchestration.master.line import Line, Sketch
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption, Pacing
 from warmlink.orchestration.master.recorder import Recorder, outputs_of
@@ -28,7 +31,7 @@ from warmlink.orchestration.master.retry import Retry
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.master.stability import GROWS_FROM, growth
 from warmlink.orchestration.master.step_doubling import StepDoubling
-from warmlink.orchestration.master.stores import Folder, Memory
+from warmlink.orchestration.master.stores import VALUES, Folder, Memory, Store, StoreError
 from warmlink.orchestration.system.model import System
 
 if TYPE_CHECKING:
@@ -53,6 +56,7 @@ def simulate(
     pacing: Pacing | None = None,
     check_stability: bool = True,
     progress: Progress | None = None,
+    line: Line | None = None,
 ) -> Result:
     """Run a system from start to stop time.
 
@@ -84,6 +88,8 @@ def simulate(
         and look whether a small disturbance grows; not done in a paced run.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
+    line : Line, optional
+        To the process that guards this one: gets the result before the slaves are ended and freed.
 
     Returns
     -------
@@ -95,6 +101,7 @@ def simulate(
     InputError
         Where what was asked for cannot be run.
     """
+    process = os.getpid()
     points = CommunicationPoints.between(start_time, stop_time, step_size)
     algorithm = algorithm or Jacobi()
     if isolation is not None or pacing is not None:
@@ -110,15 +117,21 @@ def simulate(
     try:
         if isinstance(system, Assembly) and (stepping == "compiled" or is_loaded()):
             compiled = choose(stepping, plain, points, len(assembly.slaves))
-        run = _prepare(assembly, points, algorithm, record, balances, long_run)
+        run = _prepare(assembly, points, algorithm, record, balances, long_run, line)
+        run.network.process = process
         run.clock = None if pacing is None else Clock(pacing)
-        run.progress = progress
+        run.progress = progress if line is None else line.progress
         run.check_stability = check_stability and pacing is None
         hindrance = obstacle(run.network, run.recorder) if compiled else None
         if hindrance is not None and stepping == "compiled":
             raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
         run.compiled = compiled and hindrance is None
-        return run.result(assembly, balances)
+        result = run.result(assembly)
+        run.network.end_copies()
+        if line is not None:
+            line.keep(result)
+        run.network.release()
+        return result
     finally:
         for slave in assembly.slaves:
             # A slave that fails to end changes nothing about the run that lies behind.
@@ -134,29 +147,35 @@ def _prepare(
     record: Sequence[str] | None,
     balances: Sequence[Balance] | None,
     long_run: LongRun | None,
+    line: Line | None,
 ) -> Run:
     outputs = outputs_of(assembly.slaves)
     names = list(outputs if record is None else record)
-    for balance in _balances(assembly, balances):
+    if balances is None:
+        balances = heat_balances(assembly.slaves, assembly.connections)
+    for balance in balances:
         names += [balance.delivered, balance.received]
     network = Network(assembly.slaves, assembly.connections, sorted(set(names) & set(outputs)))
     if not isinstance(algorithm, Retry | StepDoubling):
         algorithm = Retry(algorithm)
     stepper = algorithm.bind(network, points)
-    if long_run is None:
-        return Run(network, Recorder(network, names, points, Memory()), stepper, algorithm)
-    # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
     names = list(dict.fromkeys(names))
-    checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, algorithm))
-    found = checkpoints.load() if long_run.resume else None
-    recorder = Recorder(network, names, points, Folder(long_run.folder, keep=found.rows if found else 0))
-    if found is None:
+    checkpoints = found = None
+    store: Store = Memory(line)
+    if long_run is not None:
+        # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
+        checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, algorithm))
+        found = checkpoints.load() if long_run.resume else None
+        store = Folder(long_run.folder)
+        if found is not None:
+            store = Folder(long_run.folder, keep=found.rows, digest=found.digest)
+    recorder = Recorder(network, names, points, store)
+    if line is not None:
+        file = None if long_run is None else long_run.folder / VALUES
+        line.began(Sketch(recorder.names, recorder.units, points, tuple(balances), file))
+    if checkpoints is not None and found is None:
         checkpoints.forget()
-    return Run(network, recorder, stepper, algorithm, checkpoints, found)
-
-
-def _balances(assembly: Assembly, balances: Sequence[Balance] | None) -> Sequence[Balance]:
-    return heat_balances(assembly.slaves, assembly.connections) if balances is None else balances
+    return Run(network, recorder, stepper, algorithm, tuple(balances), checkpoints, found)
 
 
 @dataclass
@@ -167,6 +186,7 @@ class Run:
     recorder: Recorder
     stepper: Stepper
     algorithm: Algorithm
+    balances: tuple[Balance, ...]
     checkpoints: Checkpoints | None = None
     found: Checkpoint | None = None
     clock: Clock | None = None
@@ -176,7 +196,7 @@ class Run:
     _sweeps: int = 0
     _start: tuple[Snapshot, object] | None = None
 
-    def result(self, assembly: Assembly, balances: Sequence[Balance] | None) -> Result:
+    def result(self, assembly: Assembly) -> Result:
         """Do the run and say how it went."""
         recorder, network = self.recorder, self.network
         failure: SlaveError | str | None = None
@@ -189,6 +209,8 @@ class Run:
                     failure = self._interrupted()
         except SlaveError as error:
             failure = error
+        except StoreError as error:
+            failure = str(error)
         except KeyboardInterrupt:
             failure = self._interrupted()
         statistics = Statistics(
@@ -201,15 +223,15 @@ class Run:
             largest_lag=0.0 if self.clock is None else self.clock.lag,
         )
         remarks = (*self.stepper.remarks, *self._stability(failure))
+        conduct = tuple(told for slave in network.slaves for told in slave.remarks)
         table = recorder.table()
-        network.release()
         return Result(
             table,
             "completed" if failure is None else "stopped",
             None if failure is None else str(failure),
             failure if isinstance(failure, SlaveError) else None,
-            tuple(audit(table, balance) for balance in _balances(assembly, balances)),
-            remarks,
+            tuple(audit(table, balance) for balance in self.balances),
+            (*conduct, *remarks),
             statistics,
         )
 
@@ -252,15 +274,19 @@ class Run:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
         recorder, points, stepper = self.recorder, self.recorder.points, self.stepper
         stride, last = max(1, points.count // 200), points.count
-        loop = self._loop()
+        loop, first = None, recorder.rows
         while recorder.rows <= last:
+            self.network.end_copies()
             if interruption.asked:
                 return False
+            if self.compiled and loop is None and recorder.rows > first:
+                loop = self._loop()
             if loop is not None:
                 done = recorder.rows - 1
                 stop = last if self.checkpoints is None else self.checkpoints.next_after(done, last)
                 if not loop.advance(stop):
                     loop, self.compiled = None, False
+                    stepper.recall(stepper.memory())  # copies of states that it holds are from long ago
                     continue
             else:
                 stepper.step(points.time(recorder.rows - 1), points.step_size)
@@ -275,6 +301,8 @@ class Run:
         return True
 
     def _loop(self) -> CompiledLoop | None:
-        if not self.compiled:
+        """Give the compiled loop, unless the first step, a plain one, changed what FMUs share."""
+        if any(isinstance(slave, FmiSlave) and slave.watched for slave in self.network.slaves):
+            self.compiled = False
             return None
         return CompiledLoop(self.network, self._inner(), self.recorder, self.recorder.points)

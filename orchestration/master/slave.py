@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
-from warmlink.orchestration.system.description import Capabilities, Variable
-from warmlink.orchestration.system.model import Value
+if TYPE_CHECKING:
+    from warmlink.orchestration.system.description import Capabilities, Variable
+    from warmlink.orchestration.system.model import Value
 
 Names = tuple[str, ...]
 Status = Literal[
@@ -78,6 +79,8 @@ class Slave(Protocol):
         For each output, the inputs that it depends on at once (direct feedthrough).
     accepts_nan : frozenset
         Inputs that take NaN to mean "no value", and outputs that give it in that sense.
+    remarks : sequence of str
+        What the user should know of its conduct.
     """
 
     @property
@@ -90,6 +93,8 @@ class Slave(Protocol):
     def dependencies(self) -> Mapping[str, frozenset[str]]: ...  # noqa: D102
     @property
     def accepts_nan(self) -> frozenset[str]: ...  # noqa: D102
+    @property
+    def remarks(self) -> Sequence[str]: ...  # noqa: D102
 
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Set up the experiment (times in s) and enter initialization mode."""

@@ -20,6 +20,8 @@ DISTURBANCE = 1e-5  # of the nominal values
 GROWS_FROM = 1.025
 # Past this there is no doubt, and the numbers would soon overflow.
 ENOUGH = 1e8
+# Of nominal values.
+BEYOND_BOUNDS = 1e100
 
 
 def growth(
@@ -47,8 +49,8 @@ def growth(
         return None
     scale = np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in wires])
     distances: list[float] = []
+    base: list[NDArray[np.float64]] = []
     try:
-        base: list[NDArray[np.float64]] = []
         for size in (0.0, DISTURBANCE):
             network.rewind(start)
             stepper.recall(memory)
@@ -64,7 +66,9 @@ def growth(
                     return float((distances[-1] / distances[0]) ** (1.0 / max(point, 1)))
         network.rewind(start)
     except SlaveError as failure:
-        return float("inf") if failure.status == "not finite" else None
+        # Values that had grown beyond all bounds were unstable; a NaN from nowhere says nothing of the step.
+        grown = bool(base) and float(np.max(np.abs(base[-1]))) > BEYOND_BOUNDS
+        return float("inf") if failure.status == "not finite" and grown else None
     quarter = steps // 4
     before, after = max(distances[-2 * quarter : -quarter]), max(distances[-quarter:])
     return (after / before) ** (1.0 / quarter) if before > 0 else None

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
@@ -13,10 +15,18 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.line import Line
 from warmlink.orchestration.master.table import Table
 
 VALUES, COLUMNS = "values.npy", "columns.json"
 BLOCK_ROWS = 4096
+
+
+class StoreError(Exception):
+    """Values can no longer be written; the run ends there, and what was written before is kept."""
+
+    def __init__(self, path: Path, fault: OSError) -> None:
+        super().__init__(f"{path.name} cannot be written any more ({fault.strerror})")
 
 
 class Store(Protocol):
@@ -30,27 +40,38 @@ class Store(Protocol):
     def put(self, first: int, rows: NDArray[np.float64]) -> None:
         """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
 
-    def secure(self) -> None:
-        """Have everything taken survive the process, as far as that can be had."""
+    def secure(self) -> str:
+        """Have everything taken survive the process, as far as that can be had; give its digest."""
 
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take the last rows and give all, shape (rows, columns)."""
 
 
 class Memory:
-    """Keeps one block for the whole run."""
+    """Keeps one block for the whole run.
+
+    Parameters
+    ----------
+    line : Line, optional
+        Gives the memory where the run is guarded.
+    """
+
+    def __init__(self, line: Line | None = None) -> None:
+        self._line = line
 
     def open(
         self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
     ) -> NDArray[np.float64]:
         """Give the whole array."""
-        return np.full((points.count + 1, len(names)), np.nan)
+        shape = points.count + 1, len(names)
+        return np.full(shape, np.nan) if self._line is None else self._line.block(*shape)
 
     def put(self, first: int, rows: NDArray[np.float64]) -> None:
         """Nothing to do: the block is never full before the end."""
 
-    def secure(self) -> None:
-        """Nothing to do: the memory goes with the process."""
+    def secure(self) -> str:
+        """Nothing to do: the memory goes with the process, and needs no digest."""
+        return ""
 
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Give what was filled."""
@@ -69,11 +90,14 @@ class Folder:
         Made where it does not exist.
     keep : int
         Rows that an interrupted run left there and that its checkpoint counts on; 0 begins anew.
+    digest : str
+        Of those rows, as the checkpoint has it.
     """
 
-    def __init__(self, folder: Path, *, keep: int = 0) -> None:
+    def __init__(self, folder: Path, *, keep: int = 0, digest: str = "") -> None:
         self.folder = folder
-        self._keep = keep
+        self._keep, self._expected = keep, digest
+        self._digest = hashlib.sha256()
         self._file: BinaryIO | None = None
         self._columns = 0
 
@@ -97,39 +121,74 @@ class Folder:
         path = self.folder / VALUES
         self._columns = len(names)
         kept = self._header(0, write=False) + self._keep * 8 * self._columns
-        if self._keep and (not path.exists() or path.stat().st_size < kept):
-            raise InputError(f"{path}: lacks values that the checkpoint beside it counts on; start anew")
+        if self._keep:
+            self._check(path, kept)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
             scratch.replace(self.folder / COLUMNS)
-            self._file = path.open("r+b" if self._keep else "w+b")
+            # Without a buffer, which would try to write again on closing what the disk did not take.
+            self._file = path.open("r+b" if self._keep else "w+b", buffering=0)
+            if not self._keep:
+                self._header(0, write=True)
         except OSError as fault:
+            with suppress(OSError):
+                scratch.unlink()
             raise InputError(
                 f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
             ) from None
         return np.full((min(BLOCK_ROWS, points.count + 1), len(names)), np.nan)
 
-    def put(self, first: int, rows: NDArray[np.float64]) -> None:
-        """Write rows to their place, then count them."""
-        assert self._file is not None
-        start = self._header(first + len(rows), write=False)
-        self._file.seek(start + first * 8 * self._columns)
-        self._file.write(np.ascontiguousarray(rows, dtype="<f8").tobytes())
-        self._file.flush()
-        self._header(first + len(rows), write=True)
-        self._file.flush()
+    def _check(self, path: Path, kept: int) -> None:
+        """Refuse values that are not those which the checkpoint counts on."""
+        if not path.exists() or path.stat().st_size < kept:
+            raise InputError(f"{path}: lacks values that the checkpoint beside it counts on; start anew")
+        with path.open("rb") as file:
+            file.seek(kept - self._keep * 8 * self._columns)
+            left = kept - file.tell()
+            while left:
+                data = file.read(min(left, 1 << 20))
+                self._digest.update(data)
+                left -= len(data)
+        if self._digest.hexdigest() != self._expected:
+            raise InputError(
+                f"{path}: is damaged, its values are not those that the checkpoint beside it counts on; "
+                "start anew"
+            )
 
-    def secure(self) -> None:
-        """Have everything written reach the disk."""
+    def put(self, first: int, rows: NDArray[np.float64]) -> None:
+        """Write rows to their place, then count them.
+
+        Raises
+        ------
+        StoreError
+            Where the disk does not take them; those before are kept.
+        """
         assert self._file is not None
-        os.fsync(self._file.fileno())
+        data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
+        try:
+            self._file.seek(self._header(0, write=False) + first * 8 * self._columns)
+            _write(self._file, data)
+            self._header(first + len(rows), write=True)
+        except OSError as fault:
+            raise StoreError(self.folder / VALUES, fault) from None
+        self._digest.update(data)
+
+    def secure(self) -> str:
+        """Have everything written reach the disk; give its digest."""
+        assert self._file is not None
+        try:
+            os.fsync(self._file.fileno())
+        except OSError as fault:
+            raise StoreError(self.folder / VALUES, fault) from None
+        return self._digest.hexdigest()
 
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Write the last rows, drop what lies behind them, and map the file."""
+        """Write the last rows, as far as the disk takes them, and map the file."""
         assert self._file is not None
-        self.put(first, rest)
-        self._file.truncate(self._header(0, write=False) + (first + len(rest)) * 8 * self._columns)
+        with suppress(StoreError, OSError):
+            self.put(first, rest)
+            self._file.truncate(self._header(0, write=False) + (first + len(rest)) * 8 * self._columns)
         self._file.close()
         return _map(self.folder / VALUES)
 
@@ -143,8 +202,15 @@ class Folder:
         if write:
             assert self._file is not None
             self._file.seek(0)
-            self._file.write(stream.getvalue())
+            _write(self._file, stream.getvalue())
         return len(stream.getvalue())
+
+
+def _write(file: BinaryIO, data: bytes) -> None:
+    """Write all of it: without a buffer, a write may take a part alone."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
 
 
 def read_folder(folder: Path) -> Table:

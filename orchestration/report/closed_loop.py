@@ -13,7 +13,6 @@ from warmlink.orchestration.scenarios.closed_loop import (
     ELONGATION,
     NO_CONTROLLER,
     ClosedLoop,
-    remaining_error,
 )
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
 
@@ -62,10 +61,15 @@ def _lead(outcome: ClosedLoop) -> str:
         when = f"it stays within {tolerance} from the start"
     else:
         when = f"it stays within {tolerance} from {settled / 60:.1f} min"
+    told = "".join(f" {text[0].upper()}{text[1:]}." for text in (*_cut_short(outcome), *outcome.remarks))
     return (
         f"Without compensation the tool point is off by up to {before.max_abs_um:.1f} µm; with "
-        f"{outcome.controller} by up to {after.max_abs_um:.1f} µm, and {when}."
+        f"{outcome.controller} by up to {after.max_abs_um:.1f} µm, and {when}.{told}"
     )
+
+
+def _cut_short(outcome: ClosedLoop) -> tuple[str, ...]:
+    return () if outcome.cut_short is None else (f"stopped early: {outcome.cut_short}",)
 
 
 def _figures(outcome: ClosedLoop) -> Table:
@@ -89,14 +93,14 @@ def _error_plot(outcome: ClosedLoop) -> object:
     tolerance = 1e6 * outcome.scenario.tolerance
     lines = [
         Line(outcome.controller, 1e6 * outcome.error),
-        Line(NO_CONTROLLER, 1e6 * remaining_error(outcome.without), dash="dot"),
+        Line(NO_CONTROLLER, 1e6 * outcome.result[ELONGATION], dash="dot"),
     ]
     band = Band(-tolerance, tolerance, f"±{tolerance:g} µm")
     return time_plot(outcome.time, lines, "error [µm]", band)
 
 
 def _elongation_plot(outcome: ClosedLoop) -> object:
-    run = outcome.compensated
+    run = outcome.result
     lines = [
         Line("elongation", 1e6 * run[ELONGATION]),
         Line("correction", 1e6 * run[CORRECTION], dash="dash"),
@@ -105,13 +109,13 @@ def _elongation_plot(outcome: ClosedLoop) -> object:
 
 
 def _temperature_plot(outcome: ClosedLoop) -> object:
-    run = outcome.compensated
+    run = outcome.result
     lines = [Line(name, run[variable] - ZERO_CELSIUS) for name, variable in _TEMPERATURES]
     return time_plot(outcome.time, lines, "temperature [°C]")
 
 
 def _heat_plot(outcome: ClosedLoop) -> object:
-    run = outcome.compensated
+    run = outcome.result
     lines = [
         Line("motor to link", run["motor.heat_flow"]),
         Line("link's surface to surroundings", run["link.surface_heat_loss"]),
@@ -132,7 +136,7 @@ def _budget(outcome: ClosedLoop) -> Table:
         ("coupling error of the elongation", _bound(outcome.coupling_error_um)),
         ("discretisation error of the elongation", _bound(outcome.discretisation_error_um)),
     ]
-    for audit in outcome.compensated.audits:
+    for audit in outcome.result.audits:
         share = abs(audit.total) / max(abs(audit.delivered), 1e-12)
         rows.append(
             (
@@ -157,6 +161,7 @@ def _settings(outcome: ClosedLoop) -> Table:
         ("master algorithm", scenario.master),
         ("FMUs", outcome.fmus),
         ("controller", outcome.controller),
+        ("mismatches", ", ".join(scenario.mismatches) or "none"),
         ("tolerance", f"±{1e6 * scenario.tolerance:g} µm"),
         *((name, str(value)) for name, value in scenario.parameters.items()),
         ("computed in", f"{outcome.wall_seconds:.2f} s"),

@@ -9,8 +9,6 @@ from importlib import metadata, resources
 from pathlib import Path
 from typing import Any
 
-from warmlink.fmus.errors import InputError
-
 PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly")
 
 
@@ -37,7 +35,7 @@ def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -
 
     Raises
     ------
-    InputError
+    OSError
         If the file cannot be written.
     """
     from jinja2 import Environment, select_autoescape
@@ -52,10 +50,7 @@ def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -
         sections=drawn,
         script=get_plotlyjs() if any(figure for _, figure in drawn) else "",
     )
-    try:
-        path.write_text(html, encoding="utf-8")
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be written ({fault.strerror}); choose another place") from None
+    path.write_text(html, encoding="utf-8")
 
 
 def versions() -> Table:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.master.result import Result
 
-BLOCK_ROWS = 1 << 10
+BLOCK_ROWS = 1 << 12
 
 
-def write_series(result: Result, folder: Path) -> None:
-    """Write `results.csv` and `results.parquet`: a column a variable, with its unit in the name.
+def series_writers(result: Result) -> dict[str, Callable[[Path], object]]:
+    """What writes `results.csv` and `results.parquet`: a column a variable, with its unit in the name.
 
     Written block by block, so that a run whose values lie on disk never has to fit into the memory.
     """
@@ -24,14 +24,16 @@ def write_series(result: Result, folder: Path) -> None:
 
     names = ["time [s]", *(result.table.heading(name) for name in result.table.names)]
     schema = pyarrow.schema([(name, pyarrow.float64()) for name in names])
-    with (
-        csv.CSVWriter(folder / "results.csv", schema) as lines,
-        parquet.ParquetWriter(folder / "results.parquet", schema) as columns,
-    ):
-        for block in _blocks(result):
-            table = _table(names, block)
-            lines.write_table(table)
-            columns.write_table(table)
+
+    def write(writer: Any) -> None:
+        with writer:
+            for block in _blocks(result):
+                writer.write_table(_table(names, block))
+
+    return {
+        "results.csv": lambda path: write(csv.CSVWriter(path, schema)),
+        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema)),
+    }
 
 
 def _blocks(result: Result) -> Iterator[NDArray[np.float64]]:

@@ -15,10 +15,8 @@ def parallel_coordinates(study: Study, values: Sequence[tuple[Point, float]]) ->
     import plotly.graph_objects as go
 
     objectives = [objective for _, objective in values]
-    dimensions = [
-        {"label": axis.heading, "values": [point[axis.name] for point, _ in values]} for axis in study.axes
-    ]
-    dimensions.append({"label": study.objective.title, "values": objectives})
+    dimensions = [_dimension(axis.heading, [point[axis.name] for point, _ in values]) for axis in study.axes]
+    dimensions.append(_dimension(study.objective.title, objectives))
     figure = go.Figure(
         go.Parcoords(
             dimensions=dimensions,
@@ -29,6 +27,12 @@ def parallel_coordinates(study: Study, values: Sequence[tuple[Point, float]]) ->
     styled(figure, 420)
     figure.update_layout(margin={"l": 90, "r": 40, "t": 40, "b": 60})
     return figure
+
+
+def _dimension(label: str, values: Sequence[float]) -> dict[str, Any]:
+    """One axis, numbered without the prefixes that plotly would put before the unit, as in `2µ [m/W]`."""
+    small = max(map(abs, values)) < 1e-3
+    return {"label": label, "values": list(values), "tickformat": "~e" if small else "~g"}
 
 
 def about(study: Study) -> Table:

@@ -55,6 +55,9 @@ def _over(study: Study, axis: Axis, complete: list[Evaluation]) -> Any:
                 marker={"color": colour, "size": 6, "opacity": 0.7},
                 name=name,
             )
-    figure.update_xaxes(title=axis.heading, type="log" if axis.log else "linear")
+    # Plotly's own prefixes would make "2µ [m/W]" of it.
+    figure.update_xaxes(
+        title=axis.heading, type="log" if axis.log else "linear", exponentformat="power", showexponent="all"
+    )
     figure.update_yaxes(title=study.objective.title)
     return styled(figure, 300)

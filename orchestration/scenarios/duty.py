@@ -53,6 +53,7 @@ class Duty:
     name, title, reason : what it is called, in short and in a line, and why it is as it is
     stop_time : in s
     segments : one after the other; the last one holds, or all begin again where `repeat` is set
+    remarks : what was taken for granted where a file did not say it
     """
 
     name: str
@@ -61,6 +62,7 @@ class Duty:
     stop_time: float
     segments: tuple[Segment, ...]
     repeat: bool = False
+    remarks: tuple[str, ...] = ()
 
     @property
     def fits_component(self) -> bool:

@@ -5,18 +5,36 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_TEMPERATURE, UNITS, Duty, Segment
+from warmlink.fmus.names import instead
+from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, UNITS, Duty, Segment
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
+from warmlink.orchestration.text_files import read_text, shown
 
-_COLUMN = re.compile(r"^\s*(\w+)\s*(?:\[(.*)\])?\s*$")
+TIME, DURATION = "time", "duration"
+DEMANDS = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != DURATION}}
+"""SI unit of each column that makes the duty cycle."""
+
+MEASURED = (*SENSED, "elongation")
+"""Columns that may stand beside it, as in a run that `diagnose` reads; they are no part of the duty cycle."""
+
+_COLUMN = re.compile(r"^\s*(\w+)\s*(?:\[([^\]]*)\])?\s*$")
+
+
+class _Column(NamedTuple):
+    """A column of the duty cycle: its place in the row, its name and how it becomes SI."""
+
+    place: int
+    name: str
+    conversion: Conversion
 
 
 def read_csv(path: Path) -> Duty:
@@ -28,69 +46,106 @@ def read_csv(path: Path) -> Duty:
     Raises
     ------
     InputError
-        A column or unit is unknown, a cell is no number, or time does not increase.
+        The file cannot be read, a column or unit is not known or stands twice, a row is longer or shorter
+        than the header, a cell is no number, or time does not increase.
     """
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    if len(rows) < 2:
-        raise InputError(f"{path.name}: no rows; give a header and at least two times")
-    columns = [_column(cell, path.name) for cell in rows[0]]
-    labels = [name for name, _ in columns]
-    if "time" not in labels:
-        raise InputError(f"{path.name}: no column 'time [s]'; add it")
+    (_, header), *rows = _rows(path)
+    columns = _columns(header, path.name)
     times: list[float] = []
     segments: list[Segment] = []
     last = Segment(0.0)
-    for number, row in enumerate(rows[1:], start=2):
-        where = f"{path.name}: line {number}"
-        cells = {
-            name: convert(_number(cell, where, name)) if cell.strip() else None
-            for (name, convert), cell in zip(columns, row, strict=False)
-        }
-        time = cells.pop("time", None)
+    for line, row in rows:
+        where = f"{path.name}: line {line}"
+        if len(row) != len(header):
+            raise InputError(f"{where}: {len(row)} cells under {len(header)} columns; mend the row")
+        cells = {name: _value(row[place], where, name, known) for place, name, known in columns}
+        time = cells.pop(TIME)
         if time is None or (times and time <= times[-1]):
             raise InputError(f"{where}: time is missing or does not increase; give increasing times")
         times.append(time)
-        last = replace(last, **_held(cells))
+        last = replace(last, **_held(cells, where))
         segments.append(last)
-    durations = np.diff(times)
-    segments = [replace(s, duration=float(d)) for s, d in zip(segments, durations, strict=False)]
-    if len(segments) < 1 or not len(durations):
-        raise InputError(f"{path.name}: only one time; give at least two")
-    return Duty(path.stem, path.stem, f"recorded, {path.name}", float(times[-1] - times[0]), tuple(segments))
+    if len(times) < 2:
+        raise InputError(f"{path.name}: {len(times)} rows under the header; give at least two times")
+    lasting = [replace(each, duration=float(d)) for each, d in zip(segments, np.diff(times), strict=False)]
+    given = {column.name for column in columns}
+    return Duty(
+        name=path.stem,
+        title=path.stem,
+        reason=f"recorded, {path.name}",
+        stop_time=times[-1] - times[0],
+        segments=tuple(lasting),
+        remarks=tuple(
+            f"{path.name} has no column {name}, which is taken as 0 {DEMANDS[name]}"
+            for name in ("speed", "torque")
+            if name not in given
+        ),
+    )
 
 
-def _held(cells: Mapping[str, float | None]) -> dict[str, Any]:
-    """What a row changes: given cells, and the pad's mode by its temperature."""
-    changes: dict[str, Any] = {
-        name: value for name, value in cells.items() if value is not None and name in UNITS
-    }
-    if "pad_temperature" in cells:
-        changes["pad_mode"] = NO_PAD if cells["pad_temperature"] is None else PAD_TEMPERATURE
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Number and cells of each line that holds something, the header first."""
+    reader = csv.reader(read_text(path, "give an existing .toml or .csv").splitlines())
+    try:
+        rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as fault:
+        raise InputError(f"{path.name}: line {reader.line_num}: {fault}; mend the line") from None
+    if not rows:
+        raise InputError(f"{path.name}: is empty; give a header and at least two times")
+    return rows
+
+
+def _columns(header: list[str], where: str) -> list[_Column]:
+    columns = list(_known_columns(header, where))
+    names = [name for _, name, _ in columns]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"{where}: column {twice[0]!r} stands twice; keep one")
+    if TIME not in names:
+        raise InputError(f"{where}: no column 'time [s]'; add it")
+    return [column for column in columns if column.name in DEMANDS]
+
+
+def _known_columns(header: list[str], where: str) -> Iterator[_Column]:
+    for place, cell in enumerate(header):
+        match = _COLUMN.match(cell)
+        if match is None:
+            raise InputError(f"{where}: column {shown(cell)} is not of the form 'name [unit]'; rename it")
+        name, unit = match[1], match[2]
+        if name in MEASURED:
+            yield _Column(place, name, Conversion())
+            continue
+        if name not in DEMANDS:
+            raise InputError(
+                f"{where}: column {shown(name)} is not known; "
+                f"{instead(name, (*DEMANDS, *MEASURED), 'or remove it')}"
+            )
+        if not unit:
+            raise InputError(f"{where}: column {name!r} has no unit; write '{name} [{DEMANDS[name]}]'")
+        try:
+            yield _Column(place, name, conversion(parse_unit(unit), parse_unit(DEMANDS[name])))
+        except InputError as fault:
+            raise InputError(f"{where}: column {name!r}: {fault}; give it in {DEMANDS[name]}") from None
+
+
+def _held(cells: Mapping[str, float | None], where: str) -> dict[str, Any]:
+    """What a row changes: given cells, and the pad's mode by which of its cells is given."""
+    changes: dict[str, Any] = {name: value for name, value in cells.items() if value is not None}
+    if "pad_temperature" in changes and "pad_power" in changes:
+        raise InputError(f"{where}: pad_temperature and pad_power exclude each other; give one")
+    if "pad_temperature" in cells or "pad_power" in cells:
+        by_power = PAD_POWER if "pad_power" in changes else NO_PAD
+        changes["pad_mode"] = PAD_TEMPERATURE if "pad_temperature" in changes else by_power
     return changes
 
 
-def _column(cell: str, where: str) -> tuple[str, Callable[[float], float]]:
-    match = _COLUMN.match(cell)
-    if match is None:
-        raise InputError(f"{where}: column {cell!r} is not of the form 'name [unit]'; rename it")
-    name, unit = match[1], match[2]
-    target = "s" if name == "time" else UNITS.get(name)
-    if target is None:  # measured channels may stand beside the duty; they are not part of it
-        return name, Conversion()
-    if not unit:
-        raise InputError(f"{where}: column {name!r} has no unit; write '{name} [{target}]'")
-    try:
-        return name, conversion(parse_unit(unit), parse_unit(target))
-    except InputError as fault:
-        raise InputError(f"{where}: column {name!r}: {fault}; give it in {target}") from None
-
-
-def _number(cell: str, where: str, name: str) -> float:
+def _value(cell: str, where: str, name: str, known: Conversion) -> float | None:
+    if not cell.strip():
+        return None
     try:
         value = float(cell)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{where}: {cell.strip()!r} in column {name!r} is no number; mend or empty the cell")
-    return value
+        raise InputError(f"{where}: {shown(cell.strip())} in column {name!r} is no number; mend or empty it")
+    return known(value)

@@ -8,7 +8,6 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.duty import (
     NO_PAD,
     PAD_POWER,
@@ -26,13 +26,28 @@ from warmlink.orchestration.scenarios.duty import (
     Segment,
 )
 from warmlink.orchestration.scenarios.duty_csv import read_csv
+from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS, check_segments
 from warmlink.orchestration.scenarios.quantity import positive, quantity
+from warmlink.orchestration.text_files import (
+    flag_entry,
+    known_entries,
+    read_toml,
+    shortened,
+    shown,
+    text_entry,
+    whole_entry,
+)
 
 LIBRARY = Path(__file__).parent / "duty_cycles"
 
 KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random"}
 
 _RAMP_END = "ambient_temperature_end"
+
+SHORTEST_DRAWN = 1.0
+"""Shortest segment in s that can be drawn, since drawn ones last whole seconds."""
+
+MOST_SEED = 2**63 - 1
 
 
 def names() -> list[str]:
@@ -48,29 +63,14 @@ def load(source: str | Path) -> Duty:
     InputError
         There is no such duty cycle, or its file cannot be used.
     """
-    path = Path(source)
-    if path.suffix not in {".toml", ".csv"}:
-        path = LIBRARY / f"{source}.toml"
-        if not path.is_file():
-            raise InputError(f"{source}: no such duty cycle; choose {', '.join(names())}")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; give an existing .toml or .csv")
-    return read_csv(path) if path.suffix == ".csv" else read_toml(path)
-
-
-def read_toml(path: Path) -> Duty:
-    """Duty cycle from a TOML file; the module's docstring says what it holds.
-
-    Raises
-    ------
-    InputError
-        The file is not TOML, misses or misspells something, or a value is out of range.
-    """
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
-    return parsed(given, path.stem)
+    path, name = Path(source), str(source)
+    if path.suffix == ".csv":
+        return read_csv(path)
+    if path.suffix != ".toml":
+        if name not in names():
+            raise InputError(f"{shortened(name)}: no such duty cycle; {instead(name, names())}")
+        path = LIBRARY / f"{name}.toml"
+    return parsed(read_toml(path, "give an existing .toml or .csv"), path.stem)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Duty:
@@ -85,22 +85,23 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
     stop_time = _required(given, "stop_time", name)
     if ("segment" in given) == ("random" in given):
         raise InputError(f"{name}: give either [[segment]] tables or one [random] table")
-    _tables(given.get("segment", []), name)
     if "random" in given:
         segments = tuple(_drawn(given["random"], stop_time, f"{name}: random"))
     else:
+        _tables(given["segment"], name)
         segments = tuple(
             piece
             for i, table in enumerate(given["segment"])
             for piece in _segments(table, f"{name}: segment {i + 1}")
         )
+    check_segments(len(segments), name)
     return Duty(
         name=name,
-        title=str(given.get("title", name)),
-        reason=str(given.get("reason", "")).strip(),
+        title=text_entry(given, "title", name, name),
+        reason=text_entry(given, "reason", "", name).strip(),
         stop_time=stop_time,
         segments=segments,
-        repeat=bool(given.get("repeat", False)),
+        repeat=flag_entry(given, "repeat", False, name),
     )
 
 
@@ -124,9 +125,8 @@ def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
     if end is None:
         yield segment
         return
-    steps = table.get("steps", 10)
-    if not isinstance(steps, int) or steps < 1:
-        raise InputError(f"{where}.steps: {steps!r} is no number of steps; give a whole number above 0")
+    _in_range(replace(segment, ambient_temperature=end), where)
+    steps = whole_entry(table.get("steps", 10), 1, MOST_SEGMENTS, f"{where}.steps")
     for i in range(steps):
         share = (i + 0.5) / steps
         ambient = segment.ambient_temperature + share * (end - segment.ambient_temperature)
@@ -136,20 +136,21 @@ def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
 def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[Segment]:
     """Segments drawn evenly between bounds until the stop time is filled."""
     known_entries(table, {"seed", "duration", "speed", "torque"}, where)
-    seed = table.get("seed")
-    if not isinstance(seed, int) or seed < 0:
-        raise InputError(f"{where}.seed: {seed!r} is no seed; give a whole number, 0 or above")
+    seed = whole_entry(table.get("seed"), 0, MOST_SEED, f"{where}.seed")
     bounds: dict[str, tuple[float, float]] = {}
     for key in ("duration", "speed", "torque"):
         pair = table.get(key)
         if not isinstance(pair, list) or len(pair) != 2:
-            raise InputError(f"{where}.{key}: {pair!r} is no pair of bounds; give [lowest, highest]")
+            raise InputError(f"{where}.{key}: {shown(pair)} is no pair of bounds; give [lowest, highest]")
         low, high = (quantity(each, UNITS[key], f"{where}.{key}") for each in pair)
-        if not 0 <= low <= high or (key == "duration" and low <= 0):
+        least = SHORTEST_DRAWN if key == "duration" else 0.0
+        if not least <= low <= high:
             raise InputError(
-                f"{where}.{key}: from {low:g} to {high:g} {UNITS[key]} is no range; mend the bounds"
+                f"{where}.{key}: from {low:g} to {high:g} {UNITS[key]} is no range; give bounds of at least "
+                f"{least:g} {UNITS[key]}, the lower first"
             )
         bounds[key] = (low, high)
+    check_segments(stop_time / bounds["duration"][0], f"{where}.duration")
     generator = np.random.default_rng(seed)
     time = 0.0
     while time < stop_time:
@@ -161,17 +162,8 @@ def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[S
 
 
 def _tables(entries: Any, name: str) -> None:
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+    if not isinstance(entries, list) or not entries or not all(isinstance(each, dict) for each in entries):
         raise InputError(f"{name}: segment is not a list of tables; write [[segment]] above each")
-
-
-def known_entries(table: Any, allowed: set[str], where: str) -> None:
-    """Raise InputError where a table of a file is none, or has an entry that it may not have."""
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: {table!r} is no table; give {', '.join(sorted(allowed))}")
-    unknown = sorted(set(table) - allowed)
-    if unknown:
-        raise InputError(f"{where}: unknown entry {unknown[0]!r}; it may have {', '.join(sorted(allowed))}")
 
 
 def _required(table: Mapping[str, Any], key: str, where: str) -> float:

@@ -54,9 +54,19 @@ def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics
     )
 
 
-def reduction_percent(uncompensated: ErrorMetrics, compensated: ErrorMetrics) -> float | None:
-    """Share of the largest error that was removed, in percent; None where there was none to remove."""
-    if uncompensated.max_abs_um == 0:
+SMALLEST_SHOWN_UM = 0.05
+"""Errors below this are 0.0 um in an answer, and a share of them means nothing."""
+
+
+def reduction_percent(
+    uncompensated: ErrorMetrics, compensated: ErrorMetrics, budget_um: float = 0.0
+) -> float | None:
+    """Share of the largest error that was removed, in percent.
+
+    None where one of the two errors is within the error budget, or too small to be shown.
+    """
+    least = max(budget_um, SMALLEST_SHOWN_UM)
+    if not (uncompensated.max_abs_um > least and compensated.max_abs_um > least):
         return None
     return 100 * (1 - compensated.max_abs_um / uncompensated.max_abs_um)
 

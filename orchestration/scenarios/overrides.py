@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component, Output, Scalar
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.model import Value
+
+
+@dataclass(frozen=True)
+class StartValueSet:
+    """Start values that were given together.
+
+    Attributes
+    ----------
+    origin : the option they came with
+    values : values with units, or in SI units, under `instance.variable`
+    """
+
+    origin: str
+    values: Mapping[str, str | float]
 
 
 def start_values(
@@ -46,16 +62,25 @@ def start_value(name: str, text: str | float, components: Mapping[str, Component
 def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar:
     """The input or parameter that `instance.variable` names. Raises as `start_values`."""
     instance, _, variable = name.rpartition(".")
+    if not instance:
+        full = [f"{held}.{name}" for held, component in components.items() if name in settable(component)]
+        known = instead(name, full or components, "with a dot and the variable after it")
+        raise InputError(f"{where}: {name}: names no component; {known}")
     if instance not in components:
         raise InputError(
-            f"{where}: {name}: there is no component {instance}; there are {', '.join(components)}"
+            f"{where}: {name}: there is no component {instance}; {instead(instance, components)}"
         )
-    component = components[instance]
-    scalars = {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
+    scalars = settable(components[instance])
     if variable not in scalars:
-        near = _nearest(variable, list(scalars))
-        raise InputError(f"{where}: {name}: {component.name} has no such variable; did you mean {near}?")
+        raise InputError(
+            f"{where}: {name}: {components[instance].name} has no such variable; {instead(variable, scalars)}"
+        )
     return scalars[variable]
+
+
+def settable(component: Component) -> dict[str, Scalar]:
+    """Inputs and parameters of a component by name: what has a start value."""
+    return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
 
 
 def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> None:
@@ -63,9 +88,3 @@ def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> 
     values = [float(chosen.get(name, start or 0.0)) for name, start in starts.items()]
     for sentence in limits.problems(component, instance, values):
         raise InputError(sentence)
-
-
-def _nearest(name: str, names: list[str]) -> str:
-    from difflib import get_close_matches
-
-    return (get_close_matches(name, names, n=1, cutoff=0.0) or names)[0]

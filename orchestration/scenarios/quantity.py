@@ -7,6 +7,7 @@ import re
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.units import conversion, parse_unit
+from warmlink.orchestration.text_files import shortened, shown
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*$")
 
@@ -26,14 +27,12 @@ def quantity(text: str | float, unit: str, where: str, *, difference: bool = Fal
     InputError
         If it is no number with a unit, is not finite, or the unit is one of another quantity.
     """
-    if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise InputError(f'{where}: {text!r} is not a value; write it as "3.5 {unit}"')
-    found = _QUANTITY.match(str(text))
+    found = _QUANTITY.match(text if isinstance(text, str) else shown(text))
     if found is None:
-        raise InputError(f'{where}: {text!r} is not a value; write it as "3.5 {unit}"')
+        raise InputError(f'{where}: {shown(text)} is not a value; write it as "3.5 {unit}"')
     number, given = float(found.group(1)), found.group(2) or unit
     if not math.isfinite(number):
-        raise InputError(f"{where}: {text} is not a finite number; give one in {unit}")
+        raise InputError(f"{where}: {shown(text)} is not a finite number; give one in {unit}")
     if given == unit:
         return number
     try:
@@ -46,5 +45,5 @@ def positive(text: str | float, unit: str, where: str) -> float:
     """Value in an SI unit that must lie above 0; raises InputError otherwise."""
     value = quantity(text, unit, where)
     if value <= 0:
-        raise InputError(f"{where}: {text} is not positive; give a value above 0 {unit}")
+        raise InputError(f"{where}: {shortened(str(text))} is not positive; give a value above 0 {unit}")
     return value

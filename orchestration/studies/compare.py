@@ -101,11 +101,20 @@ class Comparison:
 
 
 def plan(
-    controllers: Mapping[str, Component], duties: Sequence[Scenario], mismatches: Sequence[Mismatch]
+    controllers: Mapping[str, Component],
+    duties: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    given: Mapping[str, Mapping[str, str | float]] | None = None,
 ) -> list[Case]:
     """The runs of a comparison, in the order of its rows, every start value checked.
 
     The error budget of the elongation depends on the plant alone, so `none` finds it for all.
+
+    Parameters
+    ----------
+    controllers : component of each law by its name
+    duties, mismatches : each of the one with each of the other
+    given : other start values by the law's name; a mismatch comes on top
 
     Raises
     ------
@@ -118,7 +127,8 @@ def plan(
         declared = cell_components(law)
         for duty in duties:
             for mismatch in mismatches:
-                scenario = replace(duty, parameters=mismatch.applied(duty.parameters, declared))
+                parameters = {**duty.parameters, **(given or {}).get(name, {})}
+                scenario = replace(duty, parameters=mismatch.applied(parameters, declared))
                 needed = alone or mismatch.name == NOMINAL or mismatch.touches_plant
                 budget = name == NO_CONTROLLER and needed
                 cases.append(case_of(scenario, law, (name, duty.name, mismatch.name), with_budget=budget))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from warmlink.controllers.design.plant import Plant
@@ -12,8 +13,9 @@ from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.component import Parameter as Declared
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
@@ -27,6 +29,29 @@ def plant_of(system: System) -> Plant:
         If the system has no motor or no link of ours, or several.
     """
     return Plant(motor=_differing(system, MOTOR), link=_differing(system, LINK))
+
+
+def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
+    """A plant with other parameters, `"2 W/K"` under `motor.joint_conductance`.
+
+    Raises
+    ------
+    InputError
+        If motor or link has no such parameter, a unit does not fit, or a value is out of range.
+    """
+    components = {"motor": MOTOR, "link": LINK}
+    for name in given:
+        if not isinstance(scalar(name, components, "--set").variable, Declared):
+            raise InputError(f"--set {name}: is an input, which a design does not depend on; leave it out")
+    named = {f"motor.{name}": value for name, value in plant.motor.items()}
+    named |= {f"link.{name}": value for name, value in plant.link.items()}
+    values = start_values({**named, **given}, components, "--set")
+    return Plant(*(_off_nominal(each, values.get(name, {})) for name, each in components.items()))
+
+
+def _off_nominal(component: Component, values: Mapping[str, Value]) -> dict[str, float]:
+    starts = {each.name: each.start for each in component.scalars()}
+    return {name: float(value) for name, value in values.items() if float(value) != starts[name]}
 
 
 def write_design(law: str, values: Values, path: Path) -> None:
@@ -54,11 +79,11 @@ def _differing(system: System, component: Component) -> dict[str, float]:
         )
     variables = read_description(found[0].fmu).variables
     differing = {}
-    for scalar in component.scalars():
-        if not isinstance(scalar.variable, Declared):
+    for each in component.scalars():
+        if not isinstance(each.variable, Declared):
             continue
-        start = variables[scalar.name].start if scalar.name in variables else None
-        value = found[0].parameters.values.get(scalar.name, start)
-        if value is not None and float(value) != scalar.start:
-            differing[scalar.name] = float(value)
+        start = variables[each.name].start if each.name in variables else None
+        value = found[0].parameters.values.get(each.name, start)
+        if value is not None and float(value) != each.start:
+            differing[each.name] = float(value)
     return differing

@@ -4,38 +4,59 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.workers import Workers
 
 FILE = "runs.jsonl"
 
+Remark = Callable[[str], None]
+
 
 class Ledger:
     """Workers that know what was run before, in `runs.jsonl` of a folder: a line for each finished run.
 
-    A line that a kill cut short is overwritten. Runs that gave no figures are not kept: what stopped them
-    may be mended.
+    Each line ends with its checksum. A line that a kill cut short at the end of the file is overwritten; a
+    damaged one elsewhere is named in a remark and removed, and its run is done again. Runs that gave no
+    figures are not kept: what stopped them may be mended.
 
     Parameters
     ----------
     folder : where the file is kept
-    fmus : digest of the FMUs, by which runs of other FMUs are told apart
+    fmus : digest of the FMUs' bytes, by which runs of other FMUs are told apart
     workers : who runs what is not known yet
+    remark : is told of damaged lines
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or mended.
     """
 
-    def __init__(self, folder: Path, fmus: str, workers: Workers) -> None:
+    def __init__(self, folder: Path, fmus: str, workers: Workers, remark: Remark) -> None:
         self._path, self._fmus, self._workers = folder / FILE, fmus, workers
         self._known: dict[str, Outcome] = {}
         self._end = 0
-        if self._path.is_file():
-            self._read()
+        try:
+            if self._path.is_file():
+                self._read(remark)
+        except OSError as fault:
+            raise InputError(
+                f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose another --out"
+            ) from None
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Give what is known, then run the rest; equal cases are run once."""
+        """Give what is known, then run the rest; equal cases are run once.
+
+        Raises
+        ------
+        InputError
+            If a finished run cannot be written down; those before it are kept.
+        """
         keys = [self._key(case) for case in cases]
         waiting: dict[str, list[int]] = {}
         for place, key in enumerate(keys):
@@ -55,22 +76,55 @@ class Ledger:
         return hashlib.sha256(f"{self._fmus} {case.digest}".encode()).hexdigest()[:32]
 
     def _keep(self, key: str, outcome: Outcome) -> None:
+        line = _line(key, outcome)
+        if _parsed(line) != (key, outcome):  # a figure that is no number
+            return
+        try:
+            with self._path.open("r+b" if self._path.exists() else "w+b") as stream:
+                stream.seek(self._end)
+                stream.truncate()
+                stream.write(line)
+        except OSError as fault:
+            raise InputError(
+                f"{self._path}: cannot be written ({fault.strerror}); the {len(self._known)} runs before are "
+                "kept, those under way are lost; make room, and the same command goes on"
+            ) from None
         self._known[key] = outcome
-        line = json.dumps({"run": key, **outcome.to_dict()}).encode() + b"\n"
-        with self._path.open("r+b" if self._path.exists() else "w+b") as stream:
-            stream.seek(self._end)
-            stream.truncate()
-            stream.write(line)
         self._end += len(line)
 
-    def _read(self) -> None:
-        for line in self._path.read_bytes().splitlines(keepends=True):
-            if not line.endswith(b"\n"):
-                break
-            try:
-                known: dict[str, Any] = json.loads(line)
-                key = str(known.pop("run"))
-                self._known[key] = Outcome(**known)
-            except (ValueError, KeyError, TypeError):
-                break
-            self._end += len(line)
+    def _read(self, remark: Remark) -> None:
+        lines = self._path.read_bytes().splitlines(keepends=True)
+        if lines and not lines[-1].endswith(b"\n"):
+            lines.pop()
+        good, damaged = [], []
+        for number, line in enumerate(lines, start=1):
+            found = _parsed(line)
+            if found is None:
+                damaged.append(number)
+            else:
+                self._known[found[0]] = found[1]
+                good.append(line)
+        if damaged:
+            more = f" and {len(damaged) - 1} more" if len(damaged) > 1 else ""
+            remark(f"{self._path}: line {damaged[0]}{more}: damaged; what was run there is run again")
+            mended = self._path.with_suffix(".mended")
+            mended.write_bytes(b"".join(good))
+            mended.replace(self._path)
+        self._end = sum(map(len, good))
+
+
+def _line(key: str, outcome: Outcome) -> bytes:
+    """A run as a line of the file."""
+    facts = json.dumps({"run": key, **outcome.to_dict()})
+    return f'{facts[:-1]}, "checksum": "{hashlib.sha256(facts.encode()).hexdigest()[:16]}"}}\n'.encode()
+
+
+def _parsed(line: bytes) -> tuple[str, Outcome] | None:
+    """Key and outcome of a line; None where it is not, byte for byte, what `_line` writes."""
+    try:
+        given = json.loads(line)
+        key = str(given["run"])
+        outcome = Outcome(**{each.name: given[each.name] for each in fields(Outcome)})
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return (key, outcome) if _line(key, outcome) == line else None

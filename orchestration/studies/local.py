@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 import os
+import signal
 import threading
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing import connection, resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from types import TracebackType
 
 from warmlink.fmus.errors import InputError
@@ -23,23 +27,40 @@ from warmlink.orchestration.studies.workers import (
     prepare_stepping,
 )
 
-_fmus: FmuSet | None = None
+MOST_JOBS = 1024
+"""Each is a process of some 100 MB; a typing error must not start a million of them."""
+
+
+@dataclass(frozen=True)
+class _Worker:
+    """A process and the pipe through which it takes cases and gives outcomes."""
+
+    process: SpawnProcess
+    pipe: Connection
 
 
 class LocalWorkers:
-    """A pool of processes, begun with the first case and ended with the `with` block.
+    """Processes that are begun as cases need them, and ended with the `with` block.
+
+    No thread of this process waits for them, so that Ctrl-C finds nothing that could hang; where the block
+    is left by an exception, what they are at is cut short.
 
     Parameters
     ----------
     fmus : what the cases run on
     jobs : how many processes
+
+    Raises
+    ------
+    InputError
+        If `jobs` is no number of processes.
     """
 
     def __init__(self, fmus: FmuSet, jobs: int = DEFAULT_JOBS) -> None:
-        if jobs < 1:
-            raise InputError(f"--jobs {jobs}: not a number of processes; give 1 or more")
+        check_jobs(jobs)
         self._fmus, self._jobs = fmus, jobs
-        self._pool: ProcessPoolExecutor | None = None
+        self._idle: list[_Worker] = []
+        self._busy: dict[Connection, tuple[_Worker, int]] = {}
 
     def __enter__(self) -> LocalWorkers:
         return self
@@ -47,81 +68,117 @@ class LocalWorkers:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._close()
+        self._cut_short()
+        for worker in self._idle:
+            worker.pipe.close()
+        for worker in self._idle:
+            worker.process.join()
+        self._idle.clear()
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Run cases; those under way when a worker died are run again, one at a time."""
-        suspects: list[int] = []
-        waiting = longest_first(cases)
-        while waiting:
-            futures: dict[Future[Outcome], int] = {}
-            try:
-                yield from self._shared(cases, waiting, futures)
-            except BrokenProcessPool:
-                self._close()
-                # Only those that a worker may have held are suspect, which are the first unfinished ones.
-                suspects += waiting[: self._jobs + 1]
-                del waiting[: self._jobs + 1]
-        for place in suspects:
-            yield place, self._alone(cases[place])
+        """Run cases; that of a worker that died is run again, by another one.
 
-    def _shared(
-        self, cases: Sequence[Case], waiting: list[int], futures: dict[Future[Outcome], int]
-    ) -> Iterator[tuple[int, Outcome]]:
-        """Run what waits, taking it off the list as it ends."""
-        pool, submitted = self._open(), 0
-        while waiting:
-            # Few at a time, so that a death leaves few under suspicion.
-            while submitted < len(waiting) and len(futures) <= self._jobs:
-                futures[pool.submit(_attempt, cases[waiting[submitted]])] = waiting[submitted]
-                submitted += 1
-            for future in wait(futures, return_when=FIRST_COMPLETED).done:
-                outcome = future.result()
-                place = futures.pop(future)
-                waiting.remove(place)
-                submitted -= 1
-                yield place, outcome
+        Raises
+        ------
+        InputError
+            If a worker finds the disk full.
+        """
+        waiting = longest_first(cases)[::-1]
+        deaths: Counter[int] = Counter()
+        try:
+            while waiting or self._busy:
+                while waiting and len(self._busy) < self._jobs:
+                    self._give(waiting.pop(), cases)
+                for pipe in connection.wait(list(self._busy)):
+                    assert isinstance(pipe, Connection)
+                    worker, place = self._busy[pipe]
+                    try:
+                        outcome: Outcome | InputError = pipe.recv()
+                    except (EOFError, OSError):
+                        del self._busy[pipe]
+                        _end(worker)
+                        deaths[place] += 1
+                        if deaths[place] < ATTEMPTS:
+                            waiting.append(place)
+                            continue
+                        outcome = died(cases[place])
+                    else:
+                        del self._busy[pipe]
+                        self._idle.append(worker)
+                    if isinstance(outcome, InputError):
+                        raise outcome
+                    yield place, outcome
+        finally:
+            self._cut_short()
 
-    def _alone(self, case: Case) -> Outcome:
-        for _ in range(ATTEMPTS - 1):
-            try:
-                return self._open().submit(_attempt, case).result()
-            except BrokenProcessPool:
-                self._close()
-        return died(case)
+    def _give(self, place: int, cases: Sequence[Case]) -> None:
+        worker = self._idle.pop() if self._idle else self._begun()
+        self._busy[worker.pipe] = (worker, place)
+        # One that died meanwhile is found out when its outcome is read.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            worker.pipe.send(cases[place])
 
-    def _open(self) -> ProcessPoolExecutor:
-        if self._pool is None:
-            # Spawned, since a fork would inherit FMUs and threads of whoever calls.
-            spawn = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self._jobs, spawn, _begin, (self._fmus,))
-        return self._pool
+    def _begun(self) -> _Worker:
+        here, there = multiprocessing.Pipe()
+        # Spawned, since a fork would inherit FMUs and threads of whoever calls; a daemon, since such a one is
+        # ended with this process however it ends.
+        process = multiprocessing.get_context("spawn").Process(
+            target=_work, args=(there, self._fmus), daemon=True
+        )
+        with _no_interrupts():
+            process.start()
+        there.close()
+        return _Worker(process, here)
 
-    def _close(self) -> None:
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
-            self._pool = None
+    def _cut_short(self) -> None:
+        """End the workers that are at a case of which nobody wants to hear any more."""
+        for worker, _ in self._busy.values():
+            _end(worker)
+        self._busy.clear()
 
 
-def _begin(fmus: FmuSet) -> None:
-    """Make a process a worker."""
-    global _fmus
-    _fmus = fmus
+def check_jobs(jobs: int) -> None:
+    """Raise InputError where `jobs` is no number of processes."""
+    if not 1 <= jobs <= MOST_JOBS:
+        raise InputError(f"--jobs {jobs}: not a number of processes; give 1 to {MOST_JOBS}")
+
+
+def _end(worker: _Worker) -> None:
+    worker.process.kill()
+    worker.process.join()
+    worker.pipe.close()
+
+
+@contextmanager
+def _no_interrupts() -> Iterator[None]:
+    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # which would set the mask back
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _work(pipe: Connection, fmus: FmuSet) -> None:
+    """Run cases until the other end of the pipe is closed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    # Ctrl-C at the terminal is for the parent: a run that it cut short would look like one that failed.
-    if hasattr(os, "setsid"):
-        with contextlib.suppress(OSError):
-            os.setsid()
     prepare_stepping()
+    with suppress(EOFError, OSError):
+        while True:
+            case = pipe.recv()
+            try:
+                outcome: Outcome | InputError = attempt(case, fmus)
+            except InputError as fault:
+                outcome = fault
+            pipe.send(outcome)
 
 
 def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
     parent.join()
     os._exit(1)
-
-
-def _attempt(case: Case) -> Outcome:
-    assert _fmus is not None
-    return attempt(case, _fmus)

@@ -8,14 +8,17 @@ with units), each under `instance.variable`. `draw_7` is drawn from the seed 7: 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
+from warmlink.orchestration.scenarios.scenario import written_parameters
+from warmlink.orchestration.text_files import is_file, known_entries, read_toml, shown, text_entry
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -35,6 +38,8 @@ THERMAL_PARAMETERS = (
 EXPANSION = "link.expansion_coefficient"
 THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03
 """Largest relative error of a drawn thermal parameter, and of the expansion coefficient."""
+
+LARGEST_FACTOR = 1e6
 
 PLANT = ("duty", "motor", "link")
 """Instances that settle the true elongation."""
@@ -95,12 +100,12 @@ def load(name: str) -> Mismatch:
     path = LIBRARY / f"{name}.toml"
     if name.endswith(".toml"):
         path = Path(name)
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(
-            f"{name}: no such mismatch; choose {', '.join(names())}, draw_1, draw_2 and so on, or give a "
-            "TOML file"
+            f"{name}: no such mismatch; "
+            f"{instead(name, [*names(), 'draw_1', 'draw_2'], 'or give a TOML file')}"
         )
-    return _read(path)
+    return parsed(read_toml(path), path.stem)
 
 
 def draw(seed: int) -> Mismatch:
@@ -114,18 +119,17 @@ def draw(seed: int) -> Mismatch:
     return Mismatch(f"draw_{seed}", about, scale)
 
 
-def _read(path: Path) -> Mismatch:
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
-    unknown = sorted(set(given) - {"about", "scale", "parameters"})
-    if unknown:
-        raise InputError(f"{path.name}: {unknown[0]} is not known; use about, [scale], [parameters]")
-    scale, parameters = given.get("scale", {}), given.get("parameters", {})
-    if not isinstance(scale, dict) or not isinstance(parameters, dict):
-        raise InputError(f"{path.name}: scale and parameters are tables; write [scale] and [parameters]")
-    for name, factor in scale.items():
-        if isinstance(factor, bool) or not isinstance(factor, int | float) or not factor > 0:
-            raise InputError(f"{path.name}: {name}: {factor!r} is no factor; give a number above 0")
-    return Mismatch(path.stem, str(given.get("about", path.stem)), scale, parameters)
+def parsed(given: Mapping[str, Any], name: str) -> Mismatch:
+    """Mismatch from the tables of its file; raises as `load`."""
+    known_entries(given, {"about", "scale", "parameters"}, name)
+    scale, parameters = given.get("scale", {}), written_parameters(name, given)
+    if not isinstance(scale, dict):
+        raise InputError(f"{name}: scale is not a table; write [scale] above the factors")
+    for scaled, factor in scale.items():
+        known = not isinstance(factor, bool) and isinstance(factor, int | float)
+        if not known or not 0 < factor <= LARGEST_FACTOR:
+            raise InputError(
+                f"{name}: {scaled}: {shown(factor)} is no factor; give a number above 0, at most "
+                f"{LARGEST_FACTOR:g}"
+            )
+    return Mismatch(name, text_entry(given, "about", name, name), scale, parameters)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.text_files import shown
 
 Metric = Callable[[Outcome, Case], float]
 
@@ -106,8 +108,8 @@ def read_constraint(table: Any, where: str) -> Constraint:
     """Constraint from its table in a study file. Raises as `read_objective`."""
     figure = _gathered(table, where, {"at_most"})
     bound = table.get("at_most")
-    if isinstance(bound, bool) or not isinstance(bound, int | float) or not math.isfinite(bound):
-        raise InputError(f"{where}.at_most: {bound!r} is no bound; give a number in the metric's unit")
+    if not math.isfinite(number(bound)):
+        raise InputError(f"{where}.at_most: {shown(bound)} is no bound; give a number in the metric's unit")
     return Constraint(figure, float(bound))
 
 
@@ -117,13 +119,28 @@ def _gathered(table: Any, where: str, more: set[str]) -> Gathered:
     known = {"metric", "over", "level"} | more
     unknown = sorted(set(table) - known)
     if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; use {', '.join(sorted(known))}")
-    metric, over = table.get("metric", "max_abs_um"), table.get("over", "worst")
+        raise InputError(f"{where}: {unknown[0]} is not known; {instead(unknown[0], sorted(known))}")
+    metric = one_of(METRICS, table.get("metric", "max_abs_um"), f"{where}.metric")
+    over = one_of(GATHERINGS, table.get("over", "worst"), f"{where}.over")
     level = table.get("level", 0.2)
-    if metric not in METRICS:
-        raise InputError(f"{where}.metric: {metric!r} is not known; choose {', '.join(METRICS)}")
-    if over not in GATHERINGS:
-        raise InputError(f"{where}.over: {over!r} is not known; choose {', '.join(GATHERINGS)}")
-    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level <= 1:
-        raise InputError(f"{where}.level: {level!r} is no share; give a number above 0, at most 1")
+    if not 0 < number(level) <= 1:
+        raise InputError(f"{where}.level: {shown(level)} is no share; give a number above 0, at most 1")
     return Gathered(metric, over, float(level))
+
+
+def one_of(known: Iterable[str], value: Any, where: str) -> str:
+    """A name that must be one of those known; raises InputError otherwise."""
+    if not isinstance(value, str) or value not in known:
+        name = value if isinstance(value, str) else ""
+        raise InputError(f"{where}: {shown(value)} is not known; {instead(name, known)}")
+    return value
+
+
+def number(value: Any) -> float:
+    """A number as a float; NaN for what is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf

@@ -36,6 +36,17 @@ class Evaluation:
         return self.reason is None and all(excess <= 0 for excess in self.excess)
 
 
+def latin_hypercube(study: Study, count: int) -> list[Point]:
+    """So many points spread over the bounds: along each axis one in each of `count` equal shares."""
+    from scipy.stats import qmc
+
+    shares = qmc.LatinHypercube(len(study.axes), seed=study.seed).random(count)
+    return [
+        {axis.name: axis.at(float(share)) for axis, share in zip(study.axes, row, strict=True)}
+        for row in shares
+    ]
+
+
 def evaluate(study: Study, points: Sequence[Point], workers: Workers) -> Iterator[tuple[int, Evaluation]]:
     """Run points and give each one's place and what it came to, in the order in which they end."""
     cases: list[Case] = []

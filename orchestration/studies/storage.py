@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,8 +77,15 @@ class Storage:
             ) from fault
 
     def trials(self) -> list[optuna.trial.FrozenTrial]:
-        """Finished trials by number."""
-        return list(self.study.get_trials(deepcopy=False))
+        """Finished trials by number.
+
+        Raises
+        ------
+        InputError
+            If the storage cannot be read.
+        """
+        with _answering("cannot be read"):
+            return list(self.study.get_trials(deepcopy=False))
 
     def add(self, evaluation: Evaluation) -> None:
         """Add the trial that comes next.
@@ -97,12 +105,19 @@ class Storage:
             distributions=dict(self._distributions),
             user_attrs={REASON: evaluation.reason, EXCESS: list(evaluation.excess)},
         )
-        try:
+        with _answering("takes no more trials"):
             self.study.add_trial(trial)
-        except Exception as fault:
-            raise InputError(
-                f"storage: takes no more trials ({_brief(fault)}); what it has is kept, run again to go on"
-            ) from fault
+
+
+@contextmanager
+def _answering(complaint: str) -> Iterator[None]:
+    """Turn what a storage of anybody's may raise into an InputError."""
+    try:
+        yield
+    except Exception as fault:
+        raise InputError(
+            f"storage: {complaint} ({_brief(fault)}); what it has is kept, run again to go on"
+        ) from fault
 
 
 def distributions(study: Study) -> dict[str, BaseDistribution]:

@@ -33,16 +33,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
@@ -50,14 +51,33 @@ from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.axis import Axis, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.objective import Constraint, Gathered, read_constraint, read_objective
-from warmlink.orchestration.studies.own_law import OwnLaw, load_own_law
+from warmlink.orchestration.studies.objective import (
+    Constraint,
+    Gathered,
+    one_of,
+    read_constraint,
+    read_objective,
+)
+from warmlink.orchestration.text_files import (
+    is_file,
+    known_entries,
+    read_toml,
+    shortened,
+    shown,
+    text_entry,
+    whole_entry,
+)
 
 LIBRARY = Path(__file__).parent / "library"
 
 SAMPLERS = ("tpe", "random")
 SWEEPS = ("grid", "latin_hypercube")
-MOST_POINTS = 1_000_000
+MOST_POINTS = 100_000
+"""Their runs take hours, and a hundred times as many would not fit into memory."""
+
+MOST_SEED = 2**32 - 1
+MOST_IN_A_BATCH = 1000
+"""More would be chosen knowing nothing of each other, and choosing one more takes longer with each."""
 
 Point = Mapping[str, float]
 """Start values in SI units under `instance.variable`."""
@@ -174,17 +194,14 @@ def load_study(name: str) -> Study:
         If there is none, or it asks for what does not exist or cannot be.
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
-    if not path.is_file():
-        raise InputError(f"{name}: no such study; give a TOML file, or {' or '.join(names())}")
-    try:
-        return read_study(path.stem, tomllib.loads(path.read_text(encoding="utf-8")), path.parent)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise InputError(f"{path.name}: not readable as TOML ({fault}); mend the file") from None
+    if not is_file(path):
+        raise InputError(f"{shortened(name)}: no such study; {instead(name, names(), 'or give a TOML file')}")
+    return read_study(path.stem, read_toml(path), path.parent)
 
 
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     """Study from the tables of its file; files that it names are looked for in `folder` too."""
-    _known(given, _KEYS, name)
+    known_entries(given, _KEYS, name)
     law, own, controller = _law(given.get("controller"), folder, name)
     duties, wrong = _named(given, "duty_cycles", name), _named(given, "mismatches", name, (NOMINAL,))
     declared = cell_components(law)
@@ -198,13 +215,13 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         raise InputError(f"{name}: constraint is not a list of tables; write [[constraint]]")
     study = Study(
         name=name,
-        title=str(given.get("title", name)),
+        title=text_entry(given, "title", name, name),
         controller=controller,
         law=law,
         own=own,
         scenarios=tuple(_scenario(each, given, folder, name) for each in duties),
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in wrong),
-        seed=_whole(given.get("seed", 1), f"{name}: seed", 0),
+        seed=whole_entry(given.get("seed", 1), 0, MOST_SEED, f"{name}: seed"),
         axes=tuple(read_axis(key, table, declared, name) for key, table in parameters.items()),
         objective=read_objective(given.get("objective", {}), f"{name}: objective"),
         constraints=tuple(
@@ -220,7 +237,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
 def _law(given: Any, folder: Path, name: str) -> tuple[Component, OwnLaw | None, str]:
     if not isinstance(given, str):
         raise InputError(f'{name}: names no controller; write controller = "lag"')
-    if ".py:" in given:
+    if is_own_law(given):
         own = load_own_law(_beside(given, folder))
         return own.component, own, own.name
     return catalogue.controller(given), None, given
@@ -231,15 +248,16 @@ def _scenario(duty: str, given: Mapping[str, Any], folder: Path, name: str) -> S
     if "step_size" in given:
         scenario = replace(scenario, step_size=positive(given["step_size"], "s", f"{name}: step_size"))
     if "master" in given:
-        algorithm(str(given["master"]))
-        scenario = replace(scenario, master=str(given["master"]))
+        master = text_entry(given, "master", "", name)
+        algorithm(master)
+        scenario = replace(scenario, master=master)
     return scenario
 
 
 def _beside(place: str, folder: Path) -> str:
     """A file beside the study file, where there is one of that name."""
     near = folder / place.partition(":")[0]
-    return str(folder / place) if near.suffix and near.is_file() else place
+    return str(folder / place) if near.suffix and is_file(near) else place
 
 
 def _named(given: Mapping[str, Any], key: str, name: str, default: Sequence[str] = ()) -> list[str]:
@@ -252,37 +270,18 @@ def _named(given: Mapping[str, Any], key: str, name: str, default: Sequence[str]
 
 
 def _tune(table: Any, where: str) -> TuneSettings:
-    _known(table, {"trials", "batch", "sampler", "storage"}, where)
+    known_entries(table, {"trials", "batch", "sampler", "storage"}, where)
     default = TuneSettings()
-    sampler, storage = table.get("sampler", default.sampler), table.get("storage")
-    if sampler not in SAMPLERS:
-        raise InputError(f"{where}.sampler: {sampler!r} is not known; choose {' or '.join(SAMPLERS)}")
+    storage = table.get("storage")
     if storage is not None and not (isinstance(storage, str) and "://" in storage):
-        raise InputError(f"{where}.storage: {storage!r} is no URL; write sqlite:///study.db, say")
-    trials = _whole(table.get("trials", default.trials), f"{where}.trials", 1)
-    batch = _whole(table.get("batch", default.batch), f"{where}.batch", 1)
+        raise InputError(f"{where}.storage: {shown(storage)} is no URL; write sqlite:///study.db, say")
+    trials = whole_entry(table.get("trials", default.trials), 1, MOST_POINTS, f"{where}.trials")
+    batch = whole_entry(table.get("batch", default.batch), 1, MOST_IN_A_BATCH, f"{where}.batch")
+    sampler = one_of(SAMPLERS, table.get("sampler", default.sampler), f"{where}.sampler")
     return TuneSettings(trials, batch, sampler, storage)
 
 
 def _sweep(table: Any, where: str) -> SweepSettings:
-    _known(table, {"kind", "points"}, where)
-    kind = table.get("kind", "grid")
-    if kind not in SWEEPS:
-        raise InputError(f"{where}.kind: {kind!r} is not known; choose {' or '.join(SWEEPS)}")
-    return SweepSettings(kind, _whole(table.get("points", 5), f"{where}.points", 1))
-
-
-def _whole(value: Any, where: str, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= MOST_POINTS:
-        raise InputError(
-            f"{where}: {value!r} does not fit; give a whole number from {least} to {MOST_POINTS}"
-        )
-    return value
-
-
-def _known(table: Any, keys: set[str], where: str) -> None:
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: is not a table; give {', '.join(sorted(keys))}")
-    unknown = sorted(set(table) - keys)
-    if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; use {', '.join(sorted(keys))}")
+    known_entries(table, {"kind", "points"}, where)
+    kind = one_of(SWEEPS, table.get("kind", "grid"), f"{where}.kind")
+    return SweepSettings(kind, whole_entry(table.get("points", 5), 1, MOST_POINTS, f"{where}.points"))

@@ -10,9 +10,12 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.objective import METRICS
-from warmlink.orchestration.studies.points import Evaluation, evaluate
+from warmlink.orchestration.studies.points import Evaluation, evaluate, latin_hypercube
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
 from warmlink.orchestration.studies.workers import Workers
+
+AT_ONCE = 1000
+"""Points whose runs are laid out in memory, some 10 kB for each run."""
 
 Progress = Callable[[int], None]
 """Called with the number of points done."""
@@ -35,21 +38,16 @@ def points_of(study: Study) -> list[Point]:
                 f"{study.name}: a grid of {count} points; give fewer points an axis, or a latin_hypercube"
             )
         return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
-    from scipy.stats import qmc
-
-    shares = qmc.LatinHypercube(len(names), seed=study.seed).random(study.sweep.points)
-    return [
-        {axis.name: axis.at(float(share)) for axis, share in zip(study.axes, row, strict=True)}
-        for row in shares
-    ]
+    return latin_hypercube(study, study.sweep.points)
 
 
 def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Evaluation]:
     """Run the points; gives what each came to in their order."""
     found: dict[int, Evaluation] = {}
-    for i, evaluation in evaluate(study, points, workers):
-        found[i] = evaluation
-        progress(len(found))
+    for first in range(0, len(points), AT_ONCE):
+        for i, evaluation in evaluate(study, points[first : first + AT_ONCE], workers):
+            found[first + i] = evaluation
+            progress(len(found))
     return [found[i] for i in range(len(points))]
 
 
@@ -91,4 +89,5 @@ def write_parquet(study: Study, evaluations: list[Evaluation], path: Path) -> No
             for name, column in columns.items()
         }
     )
-    parquet.write_table(table, path)
+    with path.open("wb") as stream:
+        parquet.write_table(table, stream)

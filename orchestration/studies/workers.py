@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import errno
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
@@ -25,24 +25,45 @@ class Workers(Protocol):
 
         A run that stops, or whose worker dies each time, has an outcome that says why; a worker that dies
         once loses nothing.
+
+        Raises
+        ------
+        InputError
+            If the workers cannot go on.
         """
 
 
+NO_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
+"""What a full or locked disk answers: no fault of the case."""
+
+
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
-    """Run a case in this process; whatever goes wrong becomes the outcome's reason."""
+    """Run a case in this process; whatever goes wrong becomes the outcome's reason.
+
+    Raises
+    ------
+    InputError
+        If the disk takes nothing more, which says nothing of the case.
+    """
     prepare_stepping()
     try:
         return run_case(case, fmus.files(), fmus.unpacked)
     except InputError as fault:
         return failed(str(fault))
+    except OSError as fault:
+        if fault.errno in NO_DISK:
+            raise InputError(
+                f"{fault.filename or 'a temporary file'}: cannot be written ({fault.strerror}); the finished "
+                "runs are kept; make room, and the same command goes on"
+            ) from None
+        return failed(f"{type(fault).__name__}: {fault}")
     except Exception as fault:
         return failed(f"{type(fault).__name__}: {fault}")
 
 
 def prepare_stepping() -> None:
     """Load the compiled stepping before the first FMU, which it must precede, where Numba is installed."""
-    if importlib.util.find_spec("numba") is not None:
-        compiled.prepare()
+    compiled.try_to_prepare()
 
 
 def longest_first(cases: Sequence[Case]) -> list[int]:

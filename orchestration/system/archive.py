@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
 import lzma
 import os
 import re
@@ -66,7 +67,23 @@ class Limits:
 
 
 DEFAULT_LIMITS = Limits()
-XML_LIMIT_BYTES = 256 << 20
+XML_LIMIT_BYTES = 16 << 20
+XML_LIMIT_TAGS = 500_000
+"""Opening and closing ones together: a tree in memory takes some hundred bytes for each."""
+DIRECTORY_LIMIT_BYTES = 16 << 20
+"""For the list of an archive's entries, each of which takes about ten times as much in memory."""
+
+
+class _Guarded(io.FileIO):
+    """A file of which nothing larger is read at once than an archive's list of entries may be."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read so many bytes, or what is left."""
+        left = os.fstat(self.fileno()).st_size - self.tell()
+        wanted = left if size is None or size < 0 else min(size, left)
+        if wanted > DIRECTORY_LIMIT_BYTES + 1:
+            raise zipfile.BadZipFile(f"its list of entries takes more than {DIRECTORY_LIMIT_BYTES >> 20} MiB")
+        return super().read(wanted) or b""
 
 
 @contextlib.contextmanager
@@ -75,7 +92,7 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
     if not path.is_file():
         raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with _Guarded(path) as file, zipfile.ZipFile(file) as archive:
             yield archive
     except InputError:
         raise
@@ -109,10 +126,13 @@ def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
             raise InputError(
                 f"{path.name}: holds no {name}; it is not a complete archive of its kind"
             ) from None
+        _refuse_packing(path, info)
         with archive.open(info) as stream:
             data = stream.read(limit + 1)
     if len(data) > limit:
-        raise InputError(f"{path.name}: {name} is larger than {limit} bytes, which no such file needs")
+        raise InputError(
+            f"{path.name}: {name} is larger than {limit} bytes, the limit for it; make it smaller"
+        )
     return data
 
 
@@ -129,12 +149,16 @@ def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS, without: 
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
-    with path.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
-    target = workdir / f"{path.stem}-{digest[:16]}"
+    target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
     if not target.is_dir():
         extract(path, target, limits, without)
     return target
+
+
+def file_digest(path: Path) -> str:
+    """Give the SHA-256 digest of a file's bytes."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> None:
@@ -148,8 +172,11 @@ def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS, without: 
         If the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
         entries share a name, or the limits are exceeded.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=target.parent))
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=target.parent))
+    except OSError as fault:
+        raise _no_room(path, target.parent, fault) from None
     try:
         with open_archive(path) as archive:
             members = _checked_members(path, archive, limits)
@@ -200,6 +227,14 @@ def parse_xml(data: bytes, where: str) -> Any:
     """
     from lxml import etree
 
+    if len(data) > XML_LIMIT_BYTES:
+        raise InputError(f"{where}: is larger than {XML_LIMIT_BYTES >> 20} MiB, the limit; make it smaller")
+    # As many as there may be attributes; in other encodings the limit is not lower.
+    if data.count(b"<") > XML_LIMIT_TAGS or data.count(b"=") > 4 * XML_LIMIT_TAGS:
+        raise InputError(
+            f"{where}: has more than {XML_LIMIT_TAGS} tags or {4 * XML_LIMIT_TAGS} attributes, the limit; "
+            "make it smaller"
+        )
     # Before parsing, for every encoding in which the characters are one or two bytes wide.
     if b"<!DOCTYPE" in data.replace(b"\0", b"").upper():
         raise InputError(f"{where}: declares a document type, which could hold entities; remove the DOCTYPE")
@@ -241,6 +276,7 @@ def _checked_members(
             raise InputError(
                 f"{path.name}: its entry {info.filename!r} is encrypted; pack it without password"
             )
+        _refuse_packing(path, info)
         if info.is_dir() or info.filename.endswith("\\") or not name:
             continue
         if name in seen:
@@ -254,13 +290,41 @@ def _write_member(
     path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, limits: Limits, left: int
 ) -> int:
     written = 0
-    to.parent.mkdir(parents=True, exist_ok=True)
-    with archive.open(info) as source, to.open("xb") as sink:
-        while chunk := source.read(_CHUNK):
-            written += len(chunk)
-            _refuse_oversize(path, info, written, limits, left)
-            sink.write(chunk)
+    with archive.open(info) as source:
+        try:
+            to.parent.mkdir(parents=True, exist_ok=True)
+            # Without a buffer, whose rest would be written, and fail, when it is closed.
+            sink = to.open("xb", buffering=0)
+        except (FileExistsError, NotADirectoryError):
+            raise  # the archive's own fault: a file where it has a folder too
+        except OSError as fault:
+            raise _no_room(path, to.parent, fault) from None
+        with sink:
+            while chunk := source.read(_CHUNK):
+                written += len(chunk)
+                _refuse_oversize(path, info, written, limits, left)
+                try:
+                    rest = memoryview(chunk)
+                    while rest:
+                        rest = rest[sink.write(rest) :]
+                except OSError as fault:
+                    raise _no_room(path, to.parent, fault) from None
     return written
+
+
+def _no_room(path: Path, folder: Path, fault: OSError) -> InputError:
+    return InputError(
+        f"{path.name}: cannot be unpacked into {folder} ({fault.strerror}); free space there, or name "
+        "another folder in TMPDIR"
+    )
+
+
+def _refuse_packing(path: Path, info: zipfile.ZipInfo) -> None:
+    """Refuse packing methods that FMI and SSP do not name; what they unpack to at once has no bound."""
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError(
+            f"{path.name}: its entry {info.filename!r} is packed by another method than deflate; pack it anew"
+        )
 
 
 def _refuse_oversize(path: Path, info: zipfile.ZipInfo, written: int, limits: Limits, left: int) -> None:

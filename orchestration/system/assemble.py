@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import get_args
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.system.check import check_kind, checked_value, own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
 from warmlink.orchestration.system.model import (
@@ -119,7 +120,8 @@ def _check_connection(system: System, link: Connection) -> None:
     for name in (link.source_component, link.target_component):
         if name not in system.components:
             raise InputError(
-                f"{link.source} -> {link.target}: there is no component {name}; correct the name or add it"
+                f"{link.source} -> {link.target}: there is no component {name}; "
+                f"{instead(name, system.components, 'or add it')}"
             )
     explicit = (link.factor, link.offset) != (1.0, 0.0)
     giver, taker = system.components[link.source_component], system.components[link.target_component]
@@ -168,9 +170,7 @@ def _variable(held: Component, name: str) -> tuple[Variable, Unit | None]:
 def _end(components: Mapping[str, Component], name: str) -> tuple[Component, str]:
     owners = [owner for owner in components if name.startswith(f"{owner}.")]
     if not owners:
-        raise InputError(
-            f"{name}: there is no component of this name; there are {', '.join(components) or 'none'}"
-        )
+        raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
     owner = max(owners, key=len)
     return components[owner], name[len(owner) + 1 :]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.system.model import ConnectorType, Value
 from warmlink.orchestration.system.model_info import FMI3_TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.units import Unit
@@ -29,12 +30,19 @@ def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
     """
     variable = info.variables.get(name)
     if variable is None:
-        raise InputError(f"{where}: {info.path.name} has no variable {name}; correct the name")
+        raise InputError(f"{where}: {info.path.name} has no variable {name}; {instead(name, info.variables)}")
     if variable.dimensions:
         raise InputError(f"{where}: is an array in {info.path.name}, which is not supported; use scalars")
     if variable.kind is None:
         raise InputError(f"{where}: is of type {variable.type}, which is not supported; use numbers")
     return variable
+
+
+INTEGER_BITS = {
+    "Integer": (32, True),
+    **{f"{sign}Int{bits}": (bits, not sign) for sign in ("", "U") for bits in (8, 16, 32, 64)},
+}
+"""For each integer type of FMI its size, and whether it has a sign."""
 
 
 def check_kind(variable: Variable, kind: str, where: str) -> None:
@@ -105,13 +113,20 @@ def checked_value(variable: Variable, value: Value, where: str) -> Value:
 
 def _item(variable: Variable, name: str, where: str) -> int:
     if name not in variable.items:
-        items = ", ".join(variable.items) or "none by name"
-        raise InputError(f"{where}: {name!r} is not an item of its enumeration; it has {items}")
+        raise InputError(
+            f"{where}: {name!r} is not an item of its enumeration; {instead(name, variable.items)}"
+        )
     return variable.items[name]
 
 
 def _check_range(variable: Variable, number: float, where: str) -> None:
     unit = f" {variable.unit}" if variable.unit else ""
+    if variable.type in INTEGER_BITS:
+        bits, signed = INTEGER_BITS[variable.type]
+        least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+        if not least <= number <= most:
+            # FMI would pass its last bits, another number.
+            raise InputError(f"{where}: {number} does not fit into {bits} bits; give {least} to {most}")
     if not math.isfinite(number):
         raise InputError(f"{where}: {number}{unit} is not a finite number; give one")
     if variable.min is not None and number < variable.min:

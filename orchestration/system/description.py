@@ -203,7 +203,7 @@ def _variable(
     array = element.find("Dimension") is not None
     return Variable(
         name=name,
-        value_reference=integer(required(element, "valueReference", where), where),
+        value_reference=_reference(required(element, "valueReference", where), where),
         type=fmi_type,
         kind=kind,
         causality=causality,
@@ -219,6 +219,16 @@ def _variable(
         description=element.get("description", ""),
         items=_items(declared, where) if kind == "Enumeration" else {},
     )
+
+
+def _reference(text: str, where: str) -> int:
+    """Give a value reference, which FMI passes in 32 bits without sign."""
+    value = integer(text, where)
+    if not 0 <= value < 1 << 32:
+        raise InputError(
+            f"{where}: the valueReference {value} is not between 0 and {(1 << 32) - 1}; export the FMU anew"
+        )
+    return value
 
 
 def _items(declared: Any, where: str) -> dict[str, int]:

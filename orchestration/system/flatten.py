@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.system.declared import (
     DeclaredComponent,
     DeclaredConnection,
@@ -167,8 +168,7 @@ def _kind(node: Node, flat: Flat, between: str) -> str:
     if declared is not None:
         return declared.kind
     if node.path not in flat.components and node.path not in flat.systems:
-        raise InputError(
-            f"{between}: there is no component {'.'.join(node.path)}; correct the name or add it"
-        )
+        name, known = ".".join(node.path), [".".join(path) for path in flat.components]
+        raise InputError(f"{between}: there is no component {name}; {instead(name, known, 'or add it')}")
     owner = ".".join(node.path) or "the system"
     raise InputError(f"{between}: {owner} has no connector {node.connector}; declare it or correct the name")

@@ -44,8 +44,7 @@ def read_system(path: Path, workdir: Path) -> System:
 
 
 def _read(path: Path, workdir: Path) -> System:
-    ssd = path if path.suffix.lower() == ".ssd" else archive.unpack(path, workdir) / "SystemStructure.ssd"
-    description = read_ssd(ssd, workdir)
+    description = read_ssd(_structure(path, workdir), workdir)
     flat = flatten(description.system)
     if not flat.components:
         raise InputError(
@@ -53,6 +52,19 @@ def _read(path: Path, workdir: Path) -> System:
         )
     infos = {place: _described(".".join(place), found.fmu) for place, found in flat.components.items()}
     return _assembled(description, flat, infos)
+
+
+def _structure(path: Path, workdir: Path) -> Path:
+    """The .ssd file, unpacked where it is in an SSP."""
+    if path.suffix.lower() == ".ssd":
+        return path
+    folder = archive.unpack(path, workdir)
+    if (folder / "modelDescription.xml").is_file():
+        raise InputError(
+            f"{path.name}: is a single FMU, no system; look at it with `warmlink check {path}`, or run it as "
+            "a component of an SSP"
+        )
+    return folder / "SystemStructure.ssd"
 
 
 def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, ModelInfo]) -> System:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.join import join
 from warmlink.fmus.plant import ROD_WIRES, WIRES
@@ -98,7 +99,7 @@ class Blueprint:
         for instance in values:
             if instance not in self.components:
                 raise InputError(
-                    f"{instance}: {self.name} has no such component; it has {', '.join(self.components)}"
+                    f"{instance}: {self.name} has no such component; {instead(instance, self.components)}"
                 )
         components = {
             instance: component(instance, fmus[kind], values.get(instance))

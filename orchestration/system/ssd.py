@@ -305,5 +305,6 @@ def _bytes(path: Path) -> bytes:
     with path.open("rb") as stream:
         data = stream.read(archive.XML_LIMIT_BYTES + 1)
     if len(data) > archive.XML_LIMIT_BYTES:
-        raise InputError(f"{path.name}: is larger than {archive.XML_LIMIT_BYTES} bytes, which none needs")
+        limit = archive.XML_LIMIT_BYTES >> 20
+        raise InputError(f"{path.name}: is larger than {limit} MiB, the limit; make it smaller")
     return data

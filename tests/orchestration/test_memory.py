@@ -31,10 +31,18 @@ try:
 except InputError:
     pass  # without Numba it takes longer, and no more memory
 
-def private():
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("RssAnon:"):
-            return int(line.split()[1])
+def private(process="self"):
+    # The run is done in a child.
+    total = 0
+    try:
+        for line in Path(f"/proc/{process}/status").read_text().splitlines():
+            if line.startswith("RssAnon:"):
+                total = int(line.split()[1])
+        for task in Path(f"/proc/{process}/task").glob("*/children"):
+            total += sum(map(private, task.read_text().split()))
+    except OSError:
+        pass  # it has just ended
+    return total
 
 path, stop, step, folder, checkpoint = sys.argv[1:]
 peak, done, before = 0, threading.Event(), private()

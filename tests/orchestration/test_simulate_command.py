@@ -222,3 +222,24 @@ def test_refused_in_one_sentence(
     assert sentence in err
     assert err.count("\n") == 1, err
     assert sorted(Path().rglob("*")) == before
+
+
+def test_two_runs_do_not_write_into_one_folder(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = oscillator(fmu, 10.0, 0.01)
+    options = ("--checkpoint", "10", "--out", "o")
+    with subprocess.Popen(
+        [*COMMAND, str(path), *options, "--real-time", "0.1"], stderr=subprocess.PIPE
+    ) as first:
+        while not Path("o/checkpoint").exists():
+            assert first.poll() is None
+            time.sleep(0.02)
+        _, err = simulate(path, *options, "--resume", capsys=capsys, expected=2)
+        assert "o: another warmlink is writing there" in err
+        first.kill()
+    simulate(path, *options, "--resume", capsys=capsys)
+    assert len(read_folder(Path("o"))) == 1001
+
+
+def test_a_single_fmu_is_sent_to_check(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert called(fmu) == 2
+    assert "is a single FMU, no system; look at it with `warmlink check" in capsys.readouterr().err

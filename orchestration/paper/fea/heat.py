@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, diags
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.paper.fea.library import scikit_fem
 from warmlink.orchestration.paper.fea.mesh import Body, Probe, vertices_at
 
@@ -70,7 +71,7 @@ class HeatModel:
         unknown = set(self._cooled) - set(body.mesh.boundaries)
         if unknown:
             raise InputError(
-                f"cooled: no boundary '{min(unknown)}'; there are {', '.join(_cooled_names(body))}"
+                f"cooled: no boundary '{min(unknown)}'; {instead(min(unknown), _cooled_names(body))}"
             )
 
     @property

@@ -83,13 +83,13 @@ def test_a_missing_column_is_said(run: Path, tmp_path: Path) -> None:
     path = tmp_path / "arm.csv"
     pd.read_csv(run).drop(columns="axis4.shaft_temperature [degC]").to_csv(path, index=False)
     with pytest.raises(InputError, match=r"no column 'axis4.shaft_temperature \[degC\]'"):
-        diagnose_command([path], tmp_path / "out", as_json=False)
+        diagnose_command([path], [], [], tmp_path / "out", as_json=False)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_run_of_the_arm_stands_alone(run: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a run of the whole arm stands alone"):
-        diagnose_command([run, run], tmp_path / "out", as_json=False)
+        diagnose_command([run, run], [], [], tmp_path / "out", as_json=False)
     assert not (tmp_path / "out").exists()
 
 

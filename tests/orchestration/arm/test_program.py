@@ -15,6 +15,7 @@ from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.arm.library import arm_scenario_names
 from warmlink.orchestration.arm.program import load_program, parsed
+from warmlink.orchestration.arm.scenario import read_arm_scenario
 
 
 def tool_point(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -100,11 +101,36 @@ GOOD: dict[str, Any] = {
         ({"pose": [{"hold": "1 s"}]}, "either joints or a point"),
         ({"pose": GOOD["pose"] * 33}, "33 poses are more than the 32"),
         ({"stop_time": "-1 h"}, "not positive"),
-        ({"speed": 3}, "unknown entry 'speed'"),
+        ({"speed": 3}, "speed is not known"),
         ({"random": {}}, "either"),
+        ({"repeat": "false"}, "repeat: 'false' is neither true nor false"),
+        ({"title": 3}, "title: 3 is no text"),
     ],
 )
 def test_what_is_wrong_is_named(change: dict[str, Any], sentence: str) -> None:
     assert parsed(GOOD, "mine").duties[5].segments[0].speed == 1
     with pytest.raises(InputError, match=sentence):
         parsed({**GOOD, **change}, "mine")
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"shortest": "0.1 s"}, "shortest: 0.1 s does not lie between 1 s and longest"),
+        ({"seed": True}, "seed: true is no whole number"),
+    ],
+)
+def test_jobs_that_could_be_drawn_for_ever_are_refused(change: dict[str, Any], sentence: str) -> None:
+    drawn = {"seed": 1, "shortest": "5 min", "longest": "20 min"}
+    given = {"stop_time": "1 h", "pose": GOOD["pose"]}
+    assert parsed({**given, "random": drawn}, "mine").duties
+    with pytest.raises(InputError, match=sentence):
+        parsed({**given, "random": {**drawn, **change}}, "mine")
+
+
+@pytest.mark.parametrize("key", ["step_size", "master", "controller", "tolerance", "sensor", "parameters"])
+@pytest.mark.parametrize("wrong", [True, [], {"a": {"b": 1}}, 10**400, float("nan"), None])
+def test_a_wrong_type_of_a_setting_gives_a_sentence(key: str, wrong: object) -> None:
+    with pytest.raises(InputError, match=r"^mine: ") as refusal:
+        read_arm_scenario("mine", {**GOOD, key: wrong})
+    assert len(str(refusal.value)) < 300

@@ -42,3 +42,18 @@ def test_a_rod_is_ambiguous_and_some_member_predicts_the_held_out_run() -> None:
     assert found.proposed is not None
     assert "surface" in found.proposed.why
     assert "orientation" in found.proposed.why
+
+
+@pytest.mark.platform
+@pytest.mark.parametrize(
+    ("name", "cause"),
+    [
+        ("pad_uneven_rows", "joint_resistance"),
+        ("pad_offset_uneven_rows", "sensor_offset:middle_temperature"),
+        ("pad_friction", "friction_level"),
+    ],
+)
+def test_a_stranger_s_run_with_the_pad_on_is_named(name: str, cause: str) -> None:
+    found = diagnose(given(f"strangers/{name}.csv"))
+    assert found.verdict == "named"
+    assert [item.title for item in found.causes] == [cause]

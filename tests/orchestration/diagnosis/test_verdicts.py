@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose
+from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of, ordinary
 from warmlink.orchestration.diagnosis.experiment import read_experiment
 from warmlink.orchestration.diagnosis.hide import (
-    EFFECTS,
     MOVING,
     REAL,
     STILL,
     WHITE,
     Noise,
-    effect_of,
     hide,
-    ordinary,
     write_csv,
 )
 from warmlink.orchestration.diagnosis.verdict import Assessment, assess

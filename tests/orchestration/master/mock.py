@@ -112,6 +112,7 @@ class MockSlave:
         self.capabilities = capabilities or ABLE
         self.dependencies = {n: frozenset((feedthrough or {}).get(n, ())) for n in self.outputs}
         self.accepts_nan = accepts_nan
+        self.remarks: tuple[str, ...] = ()
         self.steps = 0
         self.terminated = False
         self._state = state

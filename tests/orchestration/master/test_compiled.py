@@ -132,7 +132,7 @@ except InputError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert "an FMU was loaded in this process before the loop was compiled" in done.stdout
+    assert "FMUs were loaded before it was prepared; choose auto" in done.stdout
     assert fmi.LOADED
 
 
@@ -176,3 +176,34 @@ def test_compiled_runs_stream_and_resume_as_plain_ones(
         assert part.statistics.compiled
         assert part.status == ("completed" if share == 1.0 else "stopped")
     np.testing.assert_array_equal(whole.table.values, part.table.values)
+
+
+def test_auto_steps_plainly_where_numba_came_too_late(trivial2: Path) -> None:
+    # As where it is installed while a study runs, or its cache cannot be written.
+    script = """
+import sys
+from pathlib import Path
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master import compiled
+from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.studies.workers import prepare_stepping
+from warmlink.orchestration.system.model import Component, System
+system = System("s", {"a": Component("a", Path(sys.argv[1]))})
+simulate(system, 10.0, 1.0)
+prepare_stepping()
+compiled.PAYS_FROM_SLAVE_STEPS = 10
+print(simulate(system, 100.0, 1.0, GaussSeidel()).statistics.compiled)
+try:
+    simulate(system, 100.0, 1.0, GaussSeidel(), stepping="compiled")
+except InputError as refusal:
+    print(refusal)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(trivial2)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    plainly, refusal = done.stdout.splitlines()
+    assert plainly == "False"
+    assert refusal.endswith("; choose auto")
+    assert "prepare()" not in refusal

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import pickle
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import threading
 import time
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.master.step_doubling import StepDoubling
 from warmlink.orchestration.master.stores import read_folder
+from warmlink.orchestration.master.table import Table
 from warmlink.orchestration.system.description import Capabilities
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 
@@ -36,6 +39,7 @@ from .motor_link import motor_link
 from .pairs import assembly, counter, wire
 
 WIRES = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
+KILLS = int(os.environ.get("WARMLINK_KILLS", "5"))
 
 
 def pair(fmu: Path) -> System:
@@ -128,7 +132,7 @@ def test_kills_at_random_moments_change_nothing(trivial2: Path, tmp_path: Path) 
     folder = tmp_path / "run"
     command = [sys.executable, "-c", KILLED, str(trivial2), str(folder)]
     seeded, kills = random.Random(7), 0
-    while kills < 5:
+    while kills < KILLS:
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             assert process.stdout.readline() == "go\n"
@@ -141,6 +145,49 @@ def test_kills_at_random_moments_change_nothing(trivial2: Path, tmp_path: Path) 
     assert "completed None 10001" in done.stdout
     whole = simulate(pair(trivial2), 20.0, 0.002, FixedPoint())
     np.testing.assert_array_equal(whole.table.values, read_folder(folder).values)
+
+
+def test_a_damaged_checkpoint_is_refused_or_changes_nothing(tmp_path: Path) -> None:
+    long_run = LongRun(tmp_path / "run", every=2, resume=True)
+
+    def run() -> Table:
+        return simulate(assembly([counter("x")]), 5.0, 1.0, long_run=long_run).table
+
+    whole = np.array(run().values)
+    size, header = 8 * (tmp_path / "run" / "checkpoint").stat().st_size, 8 * 128
+    bits = {
+        "checkpoint": range(0, size, 53),
+        "values.npy": [*range(0, header, 31), *range(header, header + 8 * whole.nbytes)],
+    }
+    refused = dict.fromkeys(bits, 0)
+    for name in refused:
+        path = tmp_path / "run" / name
+        sound = {each: each.read_bytes() for each in (tmp_path / "run").iterdir()}
+        for bit in bits[name]:
+            data = bytearray(sound[path])
+            data[bit // 8] ^= 1 << bit % 8
+            path.write_bytes(data)
+            try:
+                np.testing.assert_array_equal(run().values, whole)
+            except InputError as refusal:
+                refused[name] += f"{path}: is" in str(refusal)
+            for each, content in sound.items():
+                each.write_bytes(content)
+    assert refused["checkpoint"] == len(bits["checkpoint"])
+    # Five rows are what the checkpoint counts on; the header and the last row are written anew.
+    assert refused["values.npy"] == 8 * 8 * 5
+
+
+def test_an_fmu_built_anew_with_the_same_guid_is_another_run(trivial2: Path, tmp_path: Path) -> None:
+    fmu = tmp_path / "other.fmu"
+    shutil.copyfile(trivial2, fmu)
+    long_run = LongRun(tmp_path / "run", every=5, resume=True)
+    simulate(pair(fmu), 1.0, 0.1, long_run=long_run)
+    simulate(pair(fmu), 1.0, 0.1, long_run=long_run)
+    with zipfile.ZipFile(fmu, "a") as archive:
+        archive.writestr("resources/changed", "1")
+    with pytest.raises(InputError, match=r"belongs to another run .*FMU files"):
+        simulate(pair(fmu), 1.0, 0.1, long_run=long_run)
 
 
 def test_ctrl_c_leaves_valid_results(trivial2: Path, tmp_path: Path) -> None:

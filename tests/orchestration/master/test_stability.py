@@ -11,6 +11,7 @@ from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
 
+from .mock import MockSlave
 from .motor_link import monolithic, motor_link
 from .pairs import assembly, counter, wire
 
@@ -51,4 +52,19 @@ def test_the_remark_says_what_to_do() -> None:
 def test_integrators_in_a_row_are_not_unstable() -> None:
     slaves = [counter("a"), counter("b"), counter("c")]
     result = simulate(assembly(slaves, wire("a.y -> b.u"), wire("b.y -> c.u")), 300.0, 1.0, Jacobi())
+    assert result.remarks == ()
+
+
+def test_a_nan_from_nowhere_is_not_called_instability() -> None:
+    broken = MockSlave(
+        "broken",
+        inputs={"u": 0.0},
+        outputs={"y": lambda x, u, t: float("nan") if t > 6.0 else x},
+        state=1.0,
+        advance=lambda x, u, t, h: x,
+    )
+    wires = wire("broken.y -> a.u"), wire("a.y -> broken.u")
+    result = simulate(assembly([broken, counter("a")], *wires), 20.0, 1.0, Jacobi())
+    assert result.status == "stopped"
+    assert "the output is nan" in str(result.reason)
     assert result.remarks == ()

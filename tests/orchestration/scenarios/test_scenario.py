@@ -37,7 +37,7 @@ def test_the_default_is_two_hours_of_full_duty() -> None:
 
 
 def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
-    text = b"""
+    text = """
     stop_time = "3 min"
     [[segment]]
     duration = "1 min"
@@ -56,13 +56,16 @@ def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("title = ", "not a TOML file"),
+        ("title = ", "not readable as TOML"),
         ("title = 'x'", "stop_time is missing"),
         ("stop_time = '1 h'", r"give either \[\[segment\]\] tables or one \[random\]"),
         ("colour = 1\n[[segment]]\nduration = '1 s'", "colour is not known"),
         (f"{HOUR}[[segment]]\nspeed = '1 rad/s'", "segment 1: duration is missing"),
         (f"{HOUR}[[segment]]\nduration = '0 s'", "segment 1.duration: 0 s is not positive"),
-        (f"{HOUR}[[segment]]\nduration = '1 s'\nspede = 1", "segment 1: unknown entry 'spede'"),
+        (
+            f"{HOUR}[[segment]]\nduration = '1 s'\nspede = 1",
+            "spede is not known; did you mean speed",
+        ),
         (f"{HOUR}[[segment]]\nduration = '1 s'\nspeed = '1 m'", "m does not convert to rad/s"),
         (f"{HOUR}[[segment]]\nduration = '1 s'\npad_power = 1\npad_temperature = 300", "exclude each other"),
         (f"{HOUR}segment = 3", "not a list of tables"),
@@ -73,8 +76,124 @@ def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
 )
 def test_a_bad_scenario_is_refused_in_one_sentence(content: str, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence) as refusal:
-        read_scenario("mine", content.encode())
+        read_scenario("mine", content)
     assert "\n" not in str(refusal.value)
+
+
+WRONG = ("3", "-1.5", "true", "'words'", "[]", "[1]", "{}", "{ a = 1 }", "nan", "1979-05-27", "9" * 400, "''")
+WHOLE = """
+title = 'x'
+about = 'x'
+reason = 'x'
+stop_time = '2 h'
+repeat = true
+step_size = '1 s'
+master = 'jacobi'
+controller = 'lag'
+tolerance = '5 um'
+"""
+SEGMENT = """
+[[segment]]
+duration = '1 h'
+speed = '1 rad/s'
+torque = '1 N.m'
+ambient_temperature = '20 degC'
+ambient_temperature_end = '30 degC'
+steps = 3
+pad_temperature = '30 degC'
+"""
+RANDOM = """
+[random]
+seed = 3
+duration = ['5 min', '20 min']
+speed = ['0 rad/s', '3 rad/s']
+torque = ['0 N.m', '3 N.m']
+"""
+OWN_DUTY = "[parameters]\n'link.length' = '500 mm'\n"
+FILES = (WHOLE + SEGMENT, WHOLE + RANDOM, "duty = 'continuous'\n" + OWN_DUTY)
+
+
+def keys_of(text: str) -> list[str]:
+    return [line.partition(" = ")[0] for line in text.splitlines() if " = " in line]
+
+
+@pytest.mark.parametrize("text", FILES, ids=["segment", "random", "duty"])
+def test_a_wrong_type_of_any_entry_gives_a_scenario_or_a_sentence(text: str) -> None:
+    # The sentence names the entry, so that one finds the place.
+    refused = 0
+    for key in keys_of(text):
+        for wrong in WRONG:
+            lines = [
+                f"{key} = {wrong}" if each.startswith(f"{key} =") else each for each in text.splitlines()
+            ]
+            try:
+                scenario = read_scenario("mine", "\n".join(lines))
+                components = {"link": LINK, "motor": MOTOR}
+                start_values(scenario.parameters, components, scenario.name)
+            except InputError as refusal:
+                refused += 1
+                sentence = str(refusal)
+                assert "\n" not in sentence
+                assert len(sentence) < 400, f"{key} = {wrong}"
+                assert key.strip("'") in sentence or wrong.strip("'") in sentence, (
+                    f"{key} = {wrong}: {sentence}"
+                )
+    assert refused > 5 * len(keys_of(text))
+
+
+@pytest.mark.parametrize(
+    ("entry", "sentence"),
+    [
+        ("title = 3", "title: 3 is no text"),
+        ("repeat = 'false'", "repeat: 'false' is neither true nor false"),
+        ("master = ['jacobi']", "master: a list is no text"),
+        ("controller = 1", "controller: 1 is no text"),
+        (
+            "parameters = { link = { length = '1 m' } }",
+            'put the whole name in quotes, as "link.length"',
+        ),
+        ("stop_time = 99999999999999999999", "a number beyond 64 bits is not a value"),
+        ("stop_time = '99999999999999999999 s'", "1e\\+20 s is more than a year"),
+        ("step_size = '1e-3 s'", "are 3.6e\\+06 communication points, and a run keeps at most 1000000"),
+    ],
+)
+def test_what_was_taken_for_something_else_is_refused(entry: str, sentence: str) -> None:
+    hour = "" if entry.startswith("stop_time") else HOUR
+    with pytest.raises(InputError, match=sentence):
+        read_scenario("mine", f"{entry}\n{hour}[[segment]]\nduration = '1 h'")
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("['5 min', '20 min']", "['0.1 s', '0.4 s']"), "give bounds of at least 1 s"),
+        (("'2 h'", "'1e12 s'"), "makes up to 3.33e\\+09 segments, and 100000 are the most"),
+        (("seed = 3", "seed = true"), "seed: true is no whole number"),
+    ],
+)
+def test_segments_that_could_be_drawn_for_ever_are_refused(change: tuple[str, str], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        read_scenario("mine", (WHOLE + RANDOM).replace(*change))
+
+
+def test_a_ramp_has_a_bound_too() -> None:
+    with pytest.raises(InputError, match=r"steps: 1000000000 is no whole number from 1 to 100000"):
+        read_scenario("mine", (WHOLE + SEGMENT).replace("steps = 3", "steps = 1000000000"))
+
+
+@pytest.mark.parametrize("suffix", ["", ".toml", ".csv"])
+def test_a_name_that_no_file_can_have_is_that_of_no_scenario(suffix: str) -> None:
+    with pytest.raises(InputError, match=r"^a{60,100}\.\.\.: no such") as refusal:
+        load_scenario(300 * "a" + suffix)
+    assert len(str(refusal.value)) < 400
+
+
+@pytest.mark.parametrize(("suffix", "command"), [(".ssp", "simulate"), (".fmu", "check"), (".ssv", "run")])
+def test_a_file_of_another_kind_is_told_what_takes_it(tmp_path: Path, suffix: str, command: str) -> None:
+    path = tmp_path / f"extended{suffix}"
+    path.write_bytes(b"PK")
+    with pytest.raises(InputError, match=f"is no scenario; it is .*: warmlink {command} .*extended"):
+        load_scenario(str(path))
 
 
 def test_an_unknown_scenario_names_those_there_are(tmp_path: Path) -> None:
@@ -100,6 +219,8 @@ def test_start_values_are_converted_and_differences_know_that_they_are() -> None
     [
         ("arm.length", 1, "there is no component arm"),
         ("link.lenght", 1, "did you mean length"),
+        ("length", 1, r"length: names no component; did you mean link\.length\?"),
+        ("foo", 1, "foo: names no component; choose motor or link, with a dot and the variable after it"),
         ("link.length", "3 kg", "kg does not convert to m"),
         ("link.length", "3 furlnogs", "not a known unit"),
         ("link.length", "long", "is not a value"),

@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.files import locked_folder
+
+COMPARE = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml"]
 
 
 @pytest.fixture(autouse=True)
@@ -83,22 +86,18 @@ def test_a_bad_comparison_is_refused(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    given = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml", *arguments]
-    assert sentence in refused(given, capsys, monkeypatch)
+    assert sentence in refused([*COMPARE, *arguments], capsys, monkeypatch)
 
 
 def test_a_locked_storage_and_a_busy_folder_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import fcntl
-
     monkeypatch.setattr("warmlink.orchestration.studies.storage.LOCK_TIMEOUT_S", 0.1)
-    (folder / "busy").mkdir()
-    with (folder / "busy" / ".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        assert "another study is at work there" in refused(
-            ["sweep", "study.toml", "--out", "busy"], capsys, monkeypatch
-        )
+    with locked_folder(folder / "busy"):
+        for command in (["tune", "study.toml"], ["sweep", "study.toml"], COMPARE):
+            assert "busy: another warmlink is writing there" in refused(
+                [*command, "--out", "busy"], capsys, monkeypatch
+            )
     text = (folder / "study.toml").read_text()
     (folder / "study.toml").write_text(text.replace("[tune]", '[tune]\nstorage = "sqlite:///locked.db"'))
     other = sqlite3.connect("locked.db")
@@ -108,3 +107,18 @@ def test_a_locked_storage_and_a_busy_folder_are_refused(
         assert "locked" in refused(["tune", "study.toml"], capsys, monkeypatch)
     finally:
         other.close()
+
+
+@pytest.mark.parametrize("command", [["tune", "study.toml"], ["sweep", "study.toml"], COMPARE])
+@pytest.mark.parametrize("jobs", ["0", "-3", "1000000"])
+def test_a_bad_number_of_processes_is_refused_before_fmus_are_built(
+    command: list[str],
+    jobs: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "empty"))
+    assert f"--jobs {jobs}: not a number of processes" in refused(
+        [*command, "--jobs", jobs], capsys, monkeypatch
+    )

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.commands.compare_table import table
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.closed_loop import run_scenario
+from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.scenarios.scenario import load_scenario
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.case import Case, Outcome, failed
@@ -20,7 +22,11 @@ from warmlink.orchestration.studies.compare import (
     write_csv,
 )
 from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.given import assigned, told
 from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.mismatch import Mismatch
+from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.units import parse_unit
 
 from .conftest import Here
 
@@ -135,3 +141,65 @@ def test_the_command_writes_table_and_report(
     rows = json.loads(capsys.readouterr().out)
     assert [row["controller"] for row in rows] == ["none"] * 4 + ["lag"] * 4
     assert all(row["productive_minutes_won"] is not None for row in rows)
+
+
+def test_start_values_go_to_the_controllers_that_have_them(folder: Path) -> None:
+    laws = chosen_controllers(["lag", "observer"])
+    sets = [
+        StartValueSet("--set a", {"link.length": "34 cm"}),
+        StartValueSet("--set b", {"compensator.gain": "5 um/W"}),
+        StartValueSet("--parameters c.ssv", {"compensator.gate": 4.0, "compensator.sample_time": 2.0}),
+        StartValueSet("--set d", {"link.length": "35 cm"}),
+    ]
+    values = assigned(sets, laws)
+    assert values["none"] == {"link.length": "35 cm"}
+    assert values["lag"] == {"link.length": "35 cm", "compensator.gain": "5 um/W"}
+    assert values["observer"] == {
+        "link.length": "35 cm",
+        "compensator.gate": 4.0,
+        "compensator.sample_time": 2.0,
+    }
+    assert [told(each, laws) for each in sets] == [
+        None,
+        "--set b: for lag",
+        "--parameters c.ssv: for observer",
+        None,
+    ]
+    duties = [load_scenario(str(folder / "work.toml"))]
+    wrong = [Mismatch("longer", "", {"link.length": 1.1})]
+    cases = {case.label[0]: case.values for case in plan(laws, duties, wrong, values)}
+    assert cases["none"]["link"]["length"] == pytest.approx(0.385)
+    assert cases["lag"]["compensator"]["gain"] == pytest.approx(5e-6)
+    assert cases["observer"]["compensator"]["sample_time"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("compensator.gian", r"no controller compared has compensator.gian; did you mean gain\?"),
+        ("compensator.gate", "or compare the controller that it is for"),
+    ],
+)
+def test_start_values_that_no_controller_has_are_refused(name: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        assigned([StartValueSet("--set x", {name: 1.0})], chosen_controllers(["lag"]))
+
+
+def test_the_command_takes_parameter_sets(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    gain = Parameter("gain", "Real", 0.0, parse_unit("m/W"))
+    write_ssv({"gain": gain}, folder / "off.ssv", "lag, off")
+    command = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml", "--mismatch", "nominal"]
+    extra = ["--parameters", "off.ssv", "--set", "motor.joint_conductance=0.5 W/K", "--no-report", "--json"]
+    monkeypatch.setattr("sys.argv", ["warmlink", *command, *extra])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    out, err = capsys.readouterr()
+    assert stop.value.code == 0, err
+    assert "warmlink: --parameters off.ssv: for lag\n" in err
+    without, lag = json.loads(out)
+    assert lag["max_abs_um"] == without["max_abs_um"]
+    # A worse joint lets less heat into the link: at nominal parameters it grows by 14 um.
+    assert without["max_abs_um"] < 12.0

@@ -63,7 +63,10 @@ def test_a_systems_own_parameters_are_designed_for(
     [
         (["absent.ssp"], "absent.ssp"),
         (["BenchRod"], "BenchRod: has no motor with a link"),
-        (["WarmupCell", "--law", "lag"], "'lag' has no design; choose regression, observer, observer_drift"),
+        (
+            ["WarmupCell", "--law", "lag"],
+            "'lag' has no design; choose regression, observer or",
+        ),
         (["WarmupCell", "--camera-std", "1 um"], "observer does not go by the camera; observer_drift does"),
         (["WarmupCell", "--sensors", "none,base"], "--sensors none,base: none goes with no other"),
         (["WarmupCell", "--sensors", "base,nose"], "'nose' is not measured"),
@@ -94,3 +97,51 @@ def test_a_system_without_a_motor_is_refused(fmus: FmuSet) -> None:
     kept = {"link": cell(fmus).components["link"]}
     with pytest.raises(InputError, match="needs one MotorHeatSource, and the system has none"):
         plant_of(System("rod", kept))
+
+
+def test_set_changes_the_plant_that_is_designed_for(
+    tmp_path: Path, fmus: FmuSet, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_ssp(cell(fmus, motor={"joint_conductance": 2.0}), tmp_path / "mine.ssp")
+    changes = [
+        "--set",
+        "link.length=400 mm",
+        "--set",
+        "link.tip_position=38 cm",
+        "--set",
+        "link.width=0.0254 m",
+    ]
+    stiffer = [*changes, "--set", "motor.joint_conductance=2 W/K"]
+    for name, arguments in (("a", ["WarmupCell", *stiffer]), ("b", [str(tmp_path / "mine.ssp"), *changes])):
+        assert run([*arguments, "--out", str(tmp_path / f"{name}.ssv")], monkeypatch) == 0
+        said = capsys.readouterr().out
+        for parameter in ("motor.joint_conductance", "link.length", "link.tip_position"):
+            assert parameter in said
+        assert "link.width" not in said
+    one, other = (read_ssv(tmp_path / f"{name}.ssv") for name in "ab")
+    assert {k: v.value for k, v in one.items()} == {k: v.value for k, v in other.items()}
+    assert run(["WarmupCell", "--out", str(tmp_path / "c.ssv")], monkeypatch) == 0
+    assert read_ssv(tmp_path / "c.ssv")["mode_rate[2]"].value != one["mode_rate[2]"].value
+
+
+@pytest.mark.parametrize(
+    ("setting", "sentence"),
+    [
+        ("link.length", "no value"),
+        ("link.lenght=1 m", "did you mean length"),
+        ("link.length=-1 m", "-1 m"),
+        ("link.length=1 kg", "kg does not convert"),
+        ("sensors.seed=3", "no component sensors; choose motor or link"),
+        ("motor.torque=3 N.m", "motor.torque: is an input"),
+    ],
+)
+def test_a_plant_that_cannot_be_is_refused(
+    setting: str,
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(["WarmupCell", "--set", setting, "--out", str(tmp_path / "x.ssv")], monkeypatch) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "x.ssv").exists()

@@ -1,10 +1,14 @@
-"""SIGKILL of the main process and of a worker, in the middle: resumed, the table is the same."""
+"""Killed or interrupted: resumed, the table is the same, and no process is left behind."""
 
 import os
+import random
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,18 +16,59 @@ import pytest
 pytest.importorskip("optuna")
 psutil = pytest.importorskip("psutil")
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="SIGKILL is POSIX")]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")]
+
+KILLS = int(os.environ.get("WARMLINK_KILLS", "1"))
+"""How often each study is killed at a moment drawn at random."""
+
+COMPARE = (
+    "compare --controllers lag,analytic --duty-cycles work.toml,pause.toml --mismatch nominal,draw_1,draw_2"
+)
+STUDIES = {
+    "tune": ("tune study.toml", "trials.csv"),
+    "sweep": ("sweep study.toml", "sweep.parquet"),
+    "compare": (COMPARE, "compare.csv"),
+}
 
 
-def command(*arguments: str) -> list[str]:
-    return [sys.executable, "-m", "warmlink.orchestration.cli", *arguments, "--no-report"]
+@pytest.fixture(autouse=True)
+def _longer(folder: Path) -> None:
+    text = (folder / "study.toml").read_text()
+    (folder / "study.toml").write_text(text.replace("points = 3", "points = 4"))
 
 
-def begun(folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(command(*arguments), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+def command(text: str, out: str) -> list[str]:
+    python = [sys.executable, "-m", "warmlink.orchestration.cli"]
+    return [*python, *text.split(), "--no-report", "--out", out]
 
 
-def wait_for_runs(folder: Path, count: int, process: subprocess.Popen[bytes]) -> None:
+@contextmanager
+def begun(folder: Path, text: str, out: str) -> Iterator[subprocess.Popen[str]]:
+    """A command that runs; afterwards neither it nor a process of its is there any more."""
+    process = subprocess.Popen(
+        command(text, out), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    seen: set[psutil.Process] = set()
+    try:
+        yield process
+        if process.poll() is None:
+            seen = descendants(process)
+            process.kill()
+    finally:
+        process.kill()
+        process.communicate()
+        assert psutil.wait_procs(seen, timeout=10)[1] == []
+
+
+def descendants(process: subprocess.Popen[str]) -> set[psutil.Process]:
+    return set(psutil.Process(process.pid).children(recursive=True))
+
+
+def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
+    return [child for child in descendants(process) if "spawn_main" in " ".join(child.cmdline())]
+
+
+def wait_for_runs(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
     ledger = folder / "runs.jsonl"
     give_up = time.monotonic() + 120
     while not ledger.is_file() or ledger.read_bytes().count(b"\n") < count:
@@ -32,36 +77,69 @@ def wait_for_runs(folder: Path, count: int, process: subprocess.Popen[bytes]) ->
         time.sleep(0.005)
 
 
-def pool_of(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
-    children = psutil.Process(process.pid).children(recursive=True)
-    return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
-
-
-def finished(folder: Path, *arguments: str) -> None:
-    done = subprocess.run(command(*arguments), cwd=folder, capture_output=True, text=True, timeout=240)
+def finished(folder: Path, text: str, out: str) -> str:
+    done = subprocess.run(command(text, out), cwd=folder, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stderr
+    return done.stdout.partition(out)[0]
 
 
-@pytest.mark.parametrize(("name", "table"), [("tune", "trials.csv"), ("sweep", "sweep.parquet")])
-def test_a_killed_study_goes_on_to_the_same_table(folder: Path, name: str, table: str) -> None:
-    text = (folder / "study.toml").read_text()
-    (folder / "study.toml").write_text(
-        text.replace("points = 3", "points = 6").replace('"10 min"', '"20 min"')
-    )
-    finished(folder, name, "study.toml", "--out", "whole", "--jobs", "1")
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_killed_at_random_goes_on_to_the_same_table(folder: Path, name: str) -> None:
+    text, table = STUDIES[name]
+    began = time.monotonic()
+    said = finished(folder, text, "whole")
+    took = time.monotonic() - began
+    draw, kills = random.Random(8), 0
     whole = (folder / "whole" / table).read_bytes()
-
-    for runs in (4, 19) if name == "tune" else (9,):
-        process = begun(folder, name, "study.toml", "--out", "part", "--jobs", "2")
-        wait_for_runs(folder / "part", runs, process)
-        if runs == 4:
-            pool_of(process)[0].kill()
-            wait_for_runs(folder / "part", runs + 3, process)
-        orphans = pool_of(process)
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-        # No worker outlives its parent.
-        assert psutil.wait_procs(orphans, timeout=10)[1] == []
-        assert not (folder / "part" / table).exists()
-    finished(folder, name, "study.toml", "--out", "part", "--jobs", "1")
+    while kills < KILLS:
+        with begun(folder, text, "part") as process:
+            try:
+                process.wait(draw.uniform(0.3, 1.0) * took)
+            except subprocess.TimeoutExpired:
+                kills += 1
+                continue
+        # It came to its end in spite of the kills before: the next ones have another one to disturb.
+        assert (folder / "part" / table).read_bytes() == whole
+        shutil.rmtree(folder / "part")
+    assert finished(folder, text, "part") == said
     assert (folder / "part" / table).read_bytes() == whole
+
+
+def test_a_worker_that_is_killed_costs_nothing(folder: Path) -> None:
+    text, table = STUDIES["sweep"]
+    finished(folder, text, "whole")
+    with begun(folder, text, "part") as process:
+        wait_for_runs(folder / "part", 3, process)
+        workers_of(process)[0].kill()
+        assert process.wait(120) == 0
+    assert (folder / "part" / table).read_bytes() == (folder / "whole" / table).read_bytes()
+
+
+@pytest.mark.parametrize("name", ["tune", "compare"])
+def test_ctrl_c_ends_in_order_and_keeps_what_is_finished(folder: Path, name: str) -> None:
+    text, _ = STUDIES[name]
+    with begun(folder, text, "part") as process:
+        wait_for_runs(folder / "part", 3, process)
+        children = descendants(process)
+        # As at a terminal, it goes to all of them.
+        for each in [psutil.Process(process.pid), *children]:
+            each.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+        assert psutil.wait_procs(children, timeout=10)[1] == []
+    assert process.returncode == 130
+    assert said == "warmlink: interrupted; what is finished is kept, the same command goes on\n"
+    assert (folder / "part" / "runs.jsonl").read_bytes().count(b"\n") >= 3
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_ctrl_c_pressed_twice_ends_at_once(folder: Path, name: str) -> None:
+    text, _ = STUDIES[name]
+    with begun(folder, text, "part") as process:
+        wait_for_runs(folder / "part", 2, process)
+        children = descendants(process)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        assert psutil.wait_procs(children, timeout=10)[1] == []
+    assert process.returncode in (130, -signal.SIGINT)

@@ -60,7 +60,7 @@ def test_a_constraint_tells_by_how_much_it_is_broken() -> None:
         (3, "is not a table"),
         ({"metrik": "rms_um"}, "metrik is not known"),
         ({"metric": "speed"}, "'speed' is not known; choose max_abs_um"),
-        ({"over": "median"}, "'median' is not known; choose worst, mean, cvar"),
+        ({"over": "median"}, "'median' is not known; did you mean mean?"),
         ({"level": 0}, "0 is no share"),
         ({"level": 1.5}, "1.5 is no share"),
         ({"level": math.nan}, "nan is no share"),

@@ -7,10 +7,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import State
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+from warmlink.orchestration.own_law import load_own_law
 from warmlink.orchestration.scenarios.scenario import load_scenario
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.own_law import load_own_law
 
 HERE = Path(__file__).parent
 EXAMPLE = f"{HERE / 'my_law.py'}:MyLaw"

@@ -1,3 +1,4 @@
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -6,6 +7,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.sweep import write_report
+from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
 from warmlink.orchestration.studies.sweep import points_of, sweep, write_parquet
@@ -60,4 +62,27 @@ def test_the_table_has_a_row_a_run(study: Study, fmus: FmuSet, tmp_path: Path) -
     assert frame["reason"][4] == "compensator.time_constant: -1 s is not positive; give a value above 0 s"
     assert list(frame["feasible"][4:]) == [False, False]
     write_report(study, found, tmp_path / "report.html")
-    assert "Points without an objective" in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "Points without an objective" in page
+    # Numbers beside [m/W] have no prefix of their own.
+    drawn = page.partition("Parallel coordinates")[2]
+    assert drawn.count('"exponentformat":"power"') == len(study.axes)
+    assert drawn.count('"tickformat":"~') == len(study.axes) + 1
+
+
+def test_points_are_laid_out_a_share_at_a_time(
+    study: Study, fmus: FmuSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = sweep(study, points_of(study), Here(fmus), lambda done: None)
+    asked: list[int] = []
+
+    class Counted(Here):
+        def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+            asked.append(len(cases))
+            return super().run(cases)
+
+    monkeypatch.setattr("warmlink.orchestration.studies.sweep.AT_ONCE", 4)
+    done: list[int] = []
+    assert sweep(study, points_of(study), Counted(fmus), done.append) == whole
+    assert asked == [8, 8, 2]
+    assert done == list(range(1, 10))

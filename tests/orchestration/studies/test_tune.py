@@ -50,7 +50,7 @@ class Formula:
 
 def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Trial]:
     storage = Storage(study, fmus, default_url(folder))
-    return tune(study, Ledger(folder, fmus, workers), storage, lambda done, leader: None)
+    return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None)
 
 
 @pytest.fixture
@@ -91,6 +91,17 @@ def test_tuning_finds_the_least_and_does_better_than_chance(study: Study, folder
 def test_the_first_trial_is_what_ships(study: Study, folder: Path) -> None:
     first = run(study, make(folder, "a"), Formula())[0]
     assert dict(first.point) == {"compensator.gain": 4.21e-6, "compensator.time_constant": 2440.0}
+
+
+def test_the_trials_before_anything_is_learnt_are_spread_over_the_bounds(study: Study, folder: Path) -> None:
+    study = replace(study, tune=replace(study.tune, trials=16))
+    for seed in range(3):
+        trials = run(replace(study, seed=seed), make(folder, str(seed)), Formula())[1:]
+        for axis in study.axes:
+            low, high = (math.log(bound) if axis.log else bound for bound in (axis.low, axis.high))
+            values = [trial.point[axis.name] for trial in trials]
+            shares = [((math.log(v) if axis.log else v) - low) / (high - low) for v in values]
+            assert sorted(int(15 * share) for share in shares) == list(range(15))
 
 
 def test_constraints_hold_for_the_winner_and_are_learnt(study: Study, folder: Path) -> None:

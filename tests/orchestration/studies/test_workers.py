@@ -1,4 +1,6 @@
+import math
 import os
+import random
 import signal
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +15,7 @@ from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger
 from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.workers import Workers
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)
 
@@ -115,32 +118,87 @@ def numbered(number: float) -> Case:
     return Case(("lag", "work", str(number)), "LagCompensator", values, 600.0, 1.0, "gauss_seidel", 5e-6)
 
 
+def ledger(folder: Path, workers: Workers, fmus: str = "fmus", said: list[str] | None = None) -> Ledger:
+    return Ledger(folder, fmus, workers, (said if said is not None else []).append)
+
+
 def test_what_was_run_is_not_run_again(tmp_path: Path) -> None:
     workers = Counting()
-    first = dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0), numbered(2.0), numbered(1.0)]))
+    first = dict(ledger(tmp_path, workers).run([numbered(1.0), numbered(2.0), numbered(1.0)]))
     assert workers.ran == 2
-    again = dict(Ledger(tmp_path, "fmus", workers).run([numbered(2.0), numbered(1.0), numbered(1.0)]))
+    again = dict(ledger(tmp_path, workers).run([numbered(2.0), numbered(1.0), numbered(1.0)]))
     assert workers.ran == 2
     assert [again[1], again[0], again[2]] == [first[0], first[1], first[2]]
-    dict(Ledger(tmp_path, "other fmus", workers).run([numbered(1.0)]))
+    dict(ledger(tmp_path, workers, "other fmus").run([numbered(1.0)]))
     assert workers.ran == 3
 
 
-@pytest.mark.parametrize("tail", ['{"run": "ab', '{"run": "abcdef"}\n', "nonsense\n", "\n"])
-def test_a_line_that_a_kill_cut_short_is_written_anew(tail: str, tmp_path: Path) -> None:
+def test_a_line_that_a_kill_cut_short_is_written_anew_without_a_word(tmp_path: Path) -> None:
+    workers, said = Counting(), list[str]()
+    dict(ledger(tmp_path, workers).run([numbered(1.0), numbered(2.0)]))
+    whole = (tmp_path / FILE).read_bytes()
+    for cut in range(len(whole.splitlines(keepends=True)[0]), len(whole)):
+        (tmp_path / FILE).write_bytes(whole[:cut])
+        before = workers.ran
+        dict(ledger(tmp_path, workers, said=said).run([numbered(1.0), numbered(2.0)]))
+        assert workers.ran == before + 1
+        assert (tmp_path / FILE).read_bytes() == whole
+    assert said == []
+
+
+def test_every_damage_to_a_line_is_noticed_and_costs_that_run_alone(tmp_path: Path) -> None:
     workers = Counting()
-    dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0), numbered(2.0)]))
-    whole = (tmp_path / FILE).read_text()
-    (tmp_path / FILE).write_text(whole + tail)
-    dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0), numbered(3.0)]))
-    lines = (tmp_path / FILE).read_text().splitlines(keepends=True)
-    assert "".join(lines[:2]) == whole
-    assert len(lines) == 3
-    assert workers.ran == 3
+    three = [numbered(1.0), numbered(2.0), numbered(3.0)]
+    right = dict(ledger(tmp_path, workers).run(three))
+    whole = (tmp_path / FILE).read_bytes()
+    lines = whole.splitlines(keepends=True)
+    draw = random.Random(4)
+    for _ in range(300):
+        damaged = bytearray(lines[1])
+        at = draw.randrange(len(damaged) - 1)
+        damaged[at] ^= 1 << draw.randrange(8)
+        (tmp_path / FILE).write_bytes(lines[0] + damaged + lines[2])
+        before, said = workers.ran, list[str]()
+        assert dict(ledger(tmp_path, workers, said=said).run(three)) == right
+        assert workers.ran == before + 1
+        assert len(said) == 1
+        assert "line 2" in said[0]
+        assert "damaged" in said[0]
+        assert sorted((tmp_path / FILE).read_bytes().splitlines()) == sorted(whole.splitlines())
+
+
+@pytest.mark.parametrize(
+    "line",
+    ['{"run": "abcdef"}', "nonsense", "", "[" * 100_000, '"run"', "\xff"],
+    ids=["short", "nonsense", "empty", "deep", "string", "binary"],
+)
+def test_a_line_that_is_none_is_removed(line: str, tmp_path: Path) -> None:
+    workers, said = Counting(), list[str]()
+    dict(ledger(tmp_path, workers).run([numbered(1.0), numbered(2.0)]))
+    whole = (tmp_path / FILE).read_bytes()
+    (tmp_path / FILE).write_bytes(line.encode("latin-1") + b"\n" + whole)
+    dict(ledger(tmp_path, workers, said=said).run([numbered(1.0), numbered(2.0)]))
+    assert (tmp_path / FILE).read_bytes() == whole
+    assert workers.ran == 2
+    assert "line 1: damaged" in said[0]
+    dict(ledger(tmp_path, workers, said=said).run([numbered(1.0)]))
+    assert len(said) == 1
+
+
+def test_runs_of_an_fmu_with_one_other_byte_are_told_apart() -> None:
+    one, other = (FmuSet("native", {"ThermalLink": content}).digest for content in (b"guid a", b"guid b"))
+    assert one != other
 
 
 def test_runs_that_gave_no_figures_are_tried_again(tmp_path: Path) -> None:
     workers = Counting(stopped=True)
     for _ in range(2):
-        assert dict(Ledger(tmp_path, "fmus", workers).run([numbered(1.0)]))[0].stopped == "no"
+        assert dict(ledger(tmp_path, workers).run([numbered(1.0)]))[0].stopped == "no"
+    assert workers.ran == 2
+
+
+def test_runs_whose_figures_are_no_numbers_are_tried_again(tmp_path: Path) -> None:
+    workers = Counting()
+    for _ in range(2):
+        assert math.isnan(dict(ledger(tmp_path, workers).run([numbered(math.nan)]))[0].max_abs_um)
     assert workers.ran == 2

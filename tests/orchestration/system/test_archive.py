@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import stat
 import struct
 import zipfile
@@ -141,3 +142,44 @@ def test_a_deep_document_is_refused() -> None:
 
 def test_comments_and_instructions_are_left_out() -> None:
     assert [e.tag for e in parse_xml(b"<a><!-- c --><?p q?><b/></a>", "a.ssd")] == ["b"]
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_packing_that_unpacks_without_bound_is_refused(tmp_path: Path, method: int) -> None:
+    with zipfile.ZipFile(tmp_path / "a.fmu", "w", method) as archive:
+        archive.writestr("modelDescription.xml", b"\0" * 1000)
+    assert "another method than deflate" in refused(tmp_path / "a.fmu", tmp_path / "out")
+    with pytest.raises(InputError, match="another method than deflate"):
+        read_member(tmp_path / "a.fmu", "modelDescription.xml")
+
+
+def test_a_list_of_entries_that_fills_the_memory_is_refused_before_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("warmlink.orchestration.system.archive.DIRECTORY_LIMIT_BYTES", 1 << 20)
+    path = tmp_path / "a.fmu"
+    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 65535, 65535, 2 << 20, 0, 0)
+    path.write_bytes(b"PK\1\2" * (1 << 19) + end)
+    assert "its list of entries takes more than 1 MiB" in refused(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["<a/>" * 500_001, "<a " + "".join(f'b{i}="" ' for i in range(2_000_001)) + "/>"],
+    ids=["tags", "attributes"],
+)
+def test_xml_whose_tree_fills_the_memory_is_refused_before_it_is_parsed(text: str) -> None:
+    with pytest.raises(InputError, match=r"x: (has more than 500000 tags|is larger than 16 MiB)"):
+        parse_xml(f"<r>{text}</r>".encode(), "x")
+
+
+def test_a_full_disk_is_not_called_a_broken_archive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_zip(tmp_path / "a.fmu", {"modelDescription.xml": "<a/>" * 1000})
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "open", full)
+    assert "cannot be unpacked into" in refused(path, tmp_path / "out")
+    monkeypatch.setattr("tempfile.mkdtemp", full)
+    assert "No space left on device" in refused(path, tmp_path / "out")

@@ -191,3 +191,16 @@ def test_a_variable_without_type_is_named(lab: Lab) -> None:
 def test_an_absent_fmu_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_description(tmp_path / "none.fmu")
+
+
+@pytest.mark.parametrize("reference", [-1, 1 << 32, 99999999999])
+def test_a_value_reference_that_does_not_fit_into_32_bits_is_refused(lab: Lab, reference: int) -> None:
+    text = FMI3.replace('name="ambient" valueReference="1"', f'name="ambient" valueReference="{reference}"')
+    assert text != FMI3
+    with pytest.raises(
+        InputError, match=f"ambient: the valueReference {reference} is not between 0 and 4294967295"
+    ):
+        read_description(lab.fmu("Link3", text))
+    text = fmi2("Link", LINK).replace('valueReference="1"', f'valueReference="{reference}"', 1)
+    with pytest.raises(InputError, match=f"the valueReference {reference} is not between 0 and 4294967295"):
+        read_description(lab.fmu("Link", text))

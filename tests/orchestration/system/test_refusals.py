@@ -108,7 +108,7 @@ CASES = [
     Case(
         "absent_component",
         cell(connection("motor.heat_flow", "rod.heat_flow")),
-        "motor.heat_flow -> rod.heat_flow: there is no component rod; correct the name or add it",
+        "motor.heat_flow -> rod.heat_flow: there is no component rod; choose motor or link, or add it",
     ),
     Case(
         "absent_connector",
@@ -158,7 +158,7 @@ CASES = [
     Case(
         "unknown_connector",
         alone(connector("heat", "input")),
-        "link.heat: Link.fmu has no variable heat; correct the name",
+        "link.heat: Link.fmu has no variable heat; did you mean heat_flow?",
     ),
     Case(
         "wrong_kind",
@@ -334,6 +334,11 @@ CASES = [
         "link.length: 11 m is above its maximum; give at most 10 m",
     ),
     Case(
+        "value_too_long",
+        cell(link=parameters("cells:Integer:4294967298")),
+        "link.cells: 4294967298 does not fit into 32 bits; give -2147483648 to 2147483647",
+    ),
+    Case(
         "value_unit",
         cell(link=parameters("length:Real:11:K")),
         "link.length: K does not convert to m; give the value in a unit of its variable",
@@ -346,7 +351,7 @@ CASES = [
     Case(
         "value_item",
         cell(link=parameters("metal:Enumeration:wood")),
-        "link.metal: 'wood' is not an item of its enumeration; it has steel, brass",
+        "link.metal: 'wood' is not an item of its enumeration; choose steel or brass",
     ),
     Case(
         "value_binary",

@@ -170,7 +170,8 @@ def test_on_failure_nothing_is_written(made: System, tmp_path: Path) -> None:
         ),
         (
             (Connection("rod", "temperature", "elbow", "ambient"),),
-            "rod.temperature -> elbow.ambient: there is no component elbow; correct the name or add it",
+            "rod.temperature -> elbow.ambient: there is no component elbow; "
+            "choose motor, arm.link, rod or third, or add it",
         ),
         (
             (Connection("rod", "ambient", "motor", "ambient"),),
@@ -182,7 +183,7 @@ def test_on_failure_nothing_is_written(made: System, tmp_path: Path) -> None:
         ),
         (
             (Connection("motor", "step", "motor", "ambient"),),
-            "motor.step: Motor.fmu has no variable step; correct the name",
+            "motor.step: Motor.fmu has no variable step; did you mean steps?",
         ),
     ],
 )

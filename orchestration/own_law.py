@@ -81,6 +81,11 @@ class OwnLaw:
             ) from fault
 
 
+def is_own_law(name: str) -> bool:
+    """Whether a controller's name is a place in somebody's file, as `my_law.py:MyLaw`."""
+    return Path(name.rpartition(":")[0] or name).suffix == ".py"
+
+
 def load_own_law(place: str) -> OwnLaw:
     """Law from `my_law.py:MyLaw`: a subclass of `warmlink.controllers.own.Law`, or a Component.
 
@@ -92,9 +97,9 @@ def load_own_law(place: str) -> OwnLaw:
     file, colon, attribute = place.rpartition(":")
     path = Path(file)
     if not colon or path.suffix != ".py" or not attribute.isidentifier():
-        raise InputError(f"--with {place}: names no law; write it as my_law.py:MyLaw")
+        raise InputError(f"{place}: names no law; write it as my_law.py:MyLaw")
     if not path.is_file():
-        raise InputError(f"--with {place}: there is no file {path}; give the path of an existing one")
+        raise InputError(f"{place}: there is no file {path}; give the path of an existing one")
     source = path.read_bytes()
     digest = hashlib.sha256(source + attribute.encode()).hexdigest()[:16]
     package = f"warmlink_own_{digest}"
@@ -138,7 +143,7 @@ def _shim(law: ModuleType, attribute: str, package: str, place: str) -> str:
     ]
     there = ", ".join(name for name in laws if name != "Law") or "none"
     raise InputError(
-        f"--with {place}: {attribute} is no law; name a subclass of warmlink.controllers.own.Law or a "
+        f"{place}: {attribute} is no law; name a subclass of warmlink.controllers.own.Law or a "
         f"Component; the file has {there}"
     )
 
@@ -154,8 +159,7 @@ def _check(component: Component, place: str) -> None:
         missing = [variable.name for variable in wanted if variable.name not in held.index]
         if missing:
             raise InputError(
-                f"--with {place}: has no {kind} {missing[0]}; take warmlink.controllers.interface's "
-                f"{kind.upper()}S"
+                f"{place}: has no {kind} {missing[0]}; take warmlink.controllers.interface's {kind.upper()}S"
             )
     with _refused(place):
         instance = Instance(component, component.name)
@@ -171,12 +175,10 @@ def _refused(place: str) -> Iterator[None]:
         yield
     except InputError as fault:
         sentence = str(fault)
-        raise InputError(
-            sentence if sentence.startswith("--with") else f"--with {place}: {sentence}"
-        ) from None
+        raise InputError(sentence if sentence.startswith(place) else f"{place}: {sentence}") from None
     except Exception as fault:
         raise InputError(
-            f"--with {place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
+            f"{place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
         ) from fault
 
 

@@ -1,0 +1,62 @@
+"""What to say about a name that does not exist: the nearest there are, or a choice that fits on a line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import SequenceMatcher
+
+MOST_LISTED = 12
+"""Names that a sentence lists; the rest are counted."""
+
+_NEAR = 0.6
+_MOST_MEANT = 3
+_SHORTEST_PART = 3
+
+
+def listed(names: Iterable[str], joint: str = "and") -> str:
+    """Names in a sentence, `a, b and c`; of many the first ones, and how many more there are."""
+    every = list(names)
+    more = len(every) - MOST_LISTED
+    if more > 0:
+        return f"{', '.join(every[:MOST_LISTED])} and {more} more"
+    return f" {joint} ".join(part for part in (", ".join(every[:-1]), *every[-1:]) if part) or "none"
+
+
+def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Remedy for a name that does not exist.
+
+    Parameters
+    ----------
+    name : as it was given
+    known : the names there are
+    otherwise : what else could be given, as "or give a TOML file"; said where no name is near
+
+    Returns
+    -------
+    str
+        `did you mean lag?` where a name is near, else `choose a, b or c`.
+    """
+    every = list(known)
+    near = _nearest(name, every)
+    if near:
+        return f"did you mean {listed(near, 'or')}?"
+    ranked = every if len(every) <= MOST_LISTED else sorted(every, key=lambda each: -_likeness(name, each))
+    choice = f"choose {listed(ranked, 'or')}" if ranked else "there are none"
+    return f"{choice}, {otherwise}" if otherwise else choice
+
+
+def _nearest(name: str, known: list[str]) -> list[str]:
+    """The names that somebody may have meant: those that hold what was given, else the one most alike."""
+    lower = name.lower()
+    same = [each for each in known if each.lower() == lower]
+    if same:
+        return same[:1]
+    holding = [each for each in known if lower in each.lower()] if len(name) >= _SHORTEST_PART else []
+    if 0 < len(holding) <= _MOST_MEANT:
+        return holding
+    best = max(known, key=lambda each: _likeness(name, each), default="")
+    return [best] if best and _likeness(name, best) >= _NEAR else []
+
+
+def _likeness(name: str, other: str) -> float:
+    return SequenceMatcher(None, name.lower(), other.lower()).ratio()

@@ -1,0 +1,209 @@
+"""A run in a process of its own, from which every value recorded comes back, whatever its FMUs do.
+
+An FMU in the process may end it, crash it (also when everything is computed and it is only freed), never
+return, change the folder, or print. Here it does so in a copy of this process: what it prints goes to
+standard error, what was recorded lies in memory that both processes share, and this process goes on.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from types import FrameType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.master import under_way
+from warmlink.orchestration.master.line import Line, Sketch, serve
+from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.table import Table
+
+Progress = Callable[[int, int], None]
+Remark = Callable[[str], None]
+
+ENDING_SECONDS = 10.0
+
+
+def guarded(
+    work: Callable[[Line | None], Result],
+    progress: Progress | None = None,
+    remark: Remark | None = None,
+) -> Result:
+    """Do a run in a process of its own.
+
+    Ctrl-C ends it after the present step; pressed again, at once, also where an FMU does not return. What
+    was recorded is kept in both cases, and where the process dies.
+
+    Parameters
+    ----------
+    work : callable
+        Does the run: `lambda line: simulate(..., line=line)`. It is called in the other process; on
+        platforms other than Linux in this one, with None.
+    progress : callable, optional
+        Called here with communication steps done and to do.
+    remark : callable, optional
+        Called with what the user should know at once.
+
+    Raises
+    ------
+    InputError, SlaveError
+        As the run does; SlaveError too where the process dies before there is a first value.
+    """
+    if sys.platform != "linux":
+        return work(None)
+    ours, theirs = Pipe()
+    status = mmap.mmap(-1, under_way.SIZE)
+    memory = os.memfd_create("warmlink-values")
+    parent = os.getpid()
+    child = os.fork()
+    if child == 0:
+        ours.close()
+        serve(work, theirs, memory, status, parent)
+    theirs.close()
+    with suppress(OSError):  # done by whichever of the two comes first
+        os.setpgid(child, child)
+    try:
+        return _Guard(child, ours, under_way.UnderWay(status), memory, progress, remark).result()
+    finally:
+        ours.close()
+        os.close(memory)
+
+
+@dataclass
+class _Guard:
+    """Follows the other process until it ends."""
+
+    child: int
+    pipe: Connection
+    status: under_way.UnderWay
+    memory: int
+    progress: Progress | None
+    remark: Remark | None
+    _sketch: Sketch | None = None
+    _result: Result | None = None
+    _ended: bool = False
+    _pressed: int = 0
+    _death: str = "ended"
+
+    def result(self) -> Result:
+        """Wait for the other process and give what came of it."""
+        with self._listening():
+            try:
+                hangs = not self._follow()
+            finally:
+                # Everything that the run started goes with it.
+                with suppress(OSError):
+                    os.killpg(self.child, signal.SIGKILL)
+                self._reap(wait=True)
+        if self._result is None:
+            return self._rescued()
+        if self._ended:
+            return self._result
+        name, _ = self.status.described()
+        how = f"did not end within {ENDING_SECONDS:g} s" if hangs else self._death
+        told = f"{name}: its process {how} while the FMUs were freed, after the run; the values are complete"
+        return replace(self._result, remarks=(*self._result.remarks, told))
+
+    def _follow(self) -> bool:
+        """Take what the other process tells until it has ended; False where it does not end."""
+        give_up = np.inf
+        while not self._ended:
+            if time.monotonic() > give_up:
+                return False
+            try:
+                if self.pipe.poll(0.1):
+                    self._take(*self.pipe.recv())
+                elif self._reap() and not self.pipe.poll(0):
+                    return True
+            except (EOFError, ConnectionError):
+                return True
+            if self._result is not None:
+                give_up = min(give_up, time.monotonic() + ENDING_SECONDS)
+        return True
+
+    def _take(self, kind: str, content: Any) -> None:
+        if kind == "fault":
+            raise content
+        if kind == "began":
+            self._sketch = content
+        elif kind == "progress" and self.progress is not None:
+            self.progress(*content)
+        elif kind == "result" and self._sketch is not None:
+            result, rows = content
+            self._result = self._sketch.filled(result, self._values(self._sketch, rows))
+        elif kind == "ended":
+            self._ended = True
+
+    def _values(self, sketch: Sketch, rows: int) -> NDArray[np.float64]:
+        """Give the values recorded; those of the memory are this process's own from now on."""
+        if sketch.file is not None:
+            streamed: NDArray[np.float64] = np.load(sketch.file, mmap_mode="r")
+            return streamed
+        columns = len(sketch.names)
+        if rows * columns == 0:
+            return np.empty((rows, columns))
+        block = mmap.mmap(self.memory, 0, access=mmap.ACCESS_COPY)
+        return np.frombuffer(block, count=rows * columns).reshape(rows, columns)
+
+    def _rescued(self) -> Result:
+        """Make a result of what was recorded before the other process ended."""
+        sketch, rows = self._sketch, self.status.cells[under_way.ROWS]
+        at = 0.0 if sketch is None else sketch.points.time(max(rows - 1, 0))
+        name, call = self.status.described()
+        doing = f" in {call}" if name else ""
+        if self._pressed > 1:
+            fault = None
+            reason = f"interrupted at {at:g} s" + (f", {name} had not returned from {call}" if name else "")
+        else:
+            fault = SlaveError(name or "the run", "crash", at, f"its process {self._death}{doing}")
+            reason = str(fault)
+        if sketch is None or rows == 0:
+            raise fault or SlaveError(name or "the run", "crash", at, reason)
+        nothing = Table((), {}, sketch.points, np.empty((0, 0)))
+        return sketch.filled(Result(nothing, "stopped", reason, fault), self._values(sketch, rows))
+
+    def _reap(self, *, wait: bool = False) -> bool:
+        """Tell whether the process has ended, and note how."""
+        try:
+            pid, status = os.waitpid(self.child, 0 if wait else os.WNOHANG)
+        except ChildProcessError:
+            return True
+        if pid:
+            code = os.waitstatus_to_exitcode(status)
+            how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+            self._death = f"ended ({how})"
+        return bool(pid)
+
+    @contextmanager
+    def _listening(self) -> Iterator[None]:
+        """Take Ctrl-C for the other process, where this is the main thread."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        old = signal.signal(signal.SIGINT, self._press)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, old)
+
+    def _press(self, number: int, frame: FrameType | None) -> None:
+        self._pressed += 1
+        if self._pressed == 1:
+            self.status.cells[under_way.ASKED] = 1
+            if self.remark is not None:
+                self.remark("Ctrl-C: the run ends after the present step; press again to end it at once")
+        else:
+            with suppress(OSError):
+                os.killpg(self.child, signal.SIGKILL)

@@ -1,0 +1,64 @@
+"""Which slave is being called, how many rows are recorded, and whether to stop: legible from outside.
+
+The figures lie in one piece of memory, so that another process can read them when this one has died
+(`warmlink.orchestration.master.guard`) and the compiled loop can write them.
+"""
+
+from __future__ import annotations
+
+import mmap
+
+# Places of the figures. The first three are for the compiled loop: what failed, which slave, its status.
+CALL, ROWS, ASKED = 3, 4, 5
+CELLS = 6
+NAMES_FROM = 8 * CELLS
+SIZE = 1 << 16
+
+CALLS = ("", "loading", "initialization", "a step", "exchanging values", "copying its state", "ending")
+LOADING, INITIALIZING, STEPPING, EXCHANGING, COPYING, ENDING = range(1, len(CALLS))
+
+
+class UnderWay:
+    """What a process is doing.
+
+    Parameters
+    ----------
+    memory : bytearray or mmap
+        `SIZE` bytes, all zero at first; another process may share them.
+
+    Attributes
+    ----------
+    cells : memoryview of int64
+        At `CALL` the slave's number times 16 plus one of `CALLS`, at `ROWS` the rows recorded, at `ASKED`
+        whether to stop.
+    """
+
+    def __init__(self, memory: bytearray | mmap.mmap) -> None:
+        self._names = memoryview(memory)[NAMES_FROM:]
+        self.cells = memoryview(memory)[:NAMES_FROM].cast("q")
+        self._count = self._end = 0
+
+    def register(self, name: str) -> int:
+        """Give a slave its number: they are counted from 0."""
+        written = f"{name}\n".encode()
+        if self._end + len(written) <= len(self._names):
+            self._names[self._end : self._end + len(written)] = written
+            self._end += len(written)
+        self._count += 1
+        return self._count - 1
+
+    def described(self) -> tuple[str, str]:
+        """Name the slave last called and what was asked of it; both empty where there was none."""
+        number, call = divmod(self.cells[CALL], 16)
+        names = bytes(self._names).rstrip(b"\0").decode().split("\n")
+        return (names[number] if call and number < len(names) else ""), CALLS[call]
+
+
+here = UnderWay(bytearray(SIZE))
+"""What this process is doing."""
+
+
+def share(memory: mmap.mmap) -> None:
+    """From now on, tell it in memory that another process reads."""
+    global here
+    here = UnderWay(memory)

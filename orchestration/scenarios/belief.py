@@ -1,0 +1,140 @@
+"""What a controller was made for, held against the cell that it runs in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib.util import find_spec
+
+from warmlink.controllers.start_values import by_scalar
+from warmlink.fmus.names import listed
+from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration.scenarios.overrides import start_value, start_values
+from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.shipped import COMPENSATOR
+
+PLANT = ("motor", "link")
+THERMOMETERS = "sensors"
+
+SUBSTITUTE = "observer"
+"""Law that can be designed for any cell, proposed where the one in use cannot."""
+
+_NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
+
+Written = Mapping[str, str | float]
+"""Start values as written, by `instance.variable`."""
+
+
+def advice(controller: str, components: Mapping[str, Component], believed: Written) -> str | None:
+    """What to do where a law was made for another cell than it is meant to run in.
+
+    Parameters
+    ----------
+    controller : name of a shipped law
+    components : declaration behind each instance of the cell
+    believed : start values of the cell as the law should know them, and of the law
+
+    Returns
+    -------
+    str or None
+        A sentence with the command that designs the law anew; None where it suits the cell.
+
+    Raises
+    ------
+    InputError
+        If a start value does not exist or is refused.
+    """
+    changed = _changed(believed, components, PLANT)
+    made_for = {name: believed[name] for name in changed}
+    differing = f"differs in {listed(changed)}" if changed else "is the nominal one"
+    if has_design(controller):
+        if knows(controller, components, believed):
+            return None
+        return (
+            f"{controller} was designed for another cell, this one {differing}; design it anew: "
+            f"{_command(controller, made_for)}; then add --parameters {controller}.ssv"
+        )
+    own = {name.partition(".")[2] for name in _changed(believed, components, (COMPENSATOR,))}
+    if not changed or own - _NO_PART_OF_A_DESIGN or _is_nominal(SUBSTITUTE, components, believed):
+        return None
+    return (
+        f"the parameters of {controller} suit the nominal cell, this one {differing}; tune them, or take a "
+        f"law that is designed for it: {_command(SUBSTITUTE, made_for)}; then run with "
+        f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
+    )
+
+
+def has_design(controller: str) -> bool:
+    """Whether a shipped law's parameters come from a design; told without loading what designs it."""
+    return find_spec(f"warmlink.controllers.{controller}.designed") is not None
+
+
+def knows(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
+    """Whether a law that can be designed holds the facts of the motor and link given with it.
+
+    Raises
+    ------
+    InputError
+        If a start value does not exist or is refused.
+    """
+    if not _changed(parameters, components, (*PLANT, COMPENSATOR)):
+        return True
+    own = _values(parameters, components).get(COMPENSATOR, {})
+    held = {scalar.name: scalar.start for scalar in components[COMPENSATOR].scalars()} | own
+    facts = _facts(controller, components, parameters)
+    return all(math.isclose(float(held[n] or 0.0), v, rel_tol=1e-6, abs_tol=1e-12) for n, v in facts.items())
+
+
+def is_ideal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
+    """Whether a law runs in just the cell that it was designed for, by thermometers without a fault.
+
+    Raises
+    ------
+    InputError
+        If a start value does not exist or is refused.
+    """
+    perfect = not _changed(parameters, components, (THERMOMETERS,))
+    return has_design(controller) and perfect and knows(controller, components, parameters)
+
+
+def _is_nominal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
+    """Whether a design for this cell would be that for the nominal one."""
+    return _facts(controller, components, parameters) == _facts(controller, components, {})
+
+
+def _facts(controller: str, components: Mapping[str, Component], parameters: Written) -> dict[str, float]:
+    from warmlink.controllers.design.plant import Plant
+    from warmlink.controllers.design.shipped import PLANT_FACTS
+
+    values = _values(parameters, components)
+    motor, link = (
+        {name: float(v) for name, v in values.get(part, {}).items() if name in components[part].p.index}
+        for part in PLANT
+    )
+    return by_scalar(PLANT_FACTS[controller](Plant(motor, link)))
+
+
+def _values(parameters: Written, components: Mapping[str, Component]) -> dict[str, dict[str, Value]]:
+    return start_values(parameters, components, "start values")
+
+
+def _changed(
+    parameters: Written, components: Mapping[str, Component], instances: tuple[str, ...]
+) -> list[str]:
+    """Names of start values that differ from what the components declare."""
+    declared = {
+        f"{part}.{scalar.name}": scalar.start
+        for part in instances
+        for scalar in components[part].scalars()
+        if scalar.name in components[part].p.index
+    }
+    return [
+        name
+        for name, written in parameters.items()
+        if name in declared and start_value(name, written, components, "start values") != declared[name]
+    ]
+
+
+def _command(law: str, plant: Written) -> str:
+    settings = "".join(f' --set "{name}={value}"' for name, value in plant.items())
+    return f"warmlink design WarmupCell --law {law}{settings} --out {law}.ssv"

@@ -1,0 +1,143 @@
+"""Text files that people write, read with one sentence where that cannot be done."""
+
+from __future__ import annotations
+
+import codecs
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead, listed
+
+MOST_SHOWN = 80
+"""Characters of a name or value that a sentence repeats."""
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; a name that no file can have is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long, or with a zero byte
+        return False
+
+
+def read_text(path: Path, remedy: str) -> str:
+    """Text of a file in UTF-8, with or without a byte order mark.
+
+    Parameters
+    ----------
+    path : the file
+    remedy : what to give where there is no such file
+
+    Raises
+    ------
+    InputError
+        There is no such file, it cannot be read, or it is in another encoding.
+    """
+    if not is_file(path):
+        raise InputError(f"{shortened(str(path))}: no such file; {remedy}")
+    try:
+        return decoded(path.read_bytes(), path.name)
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror}); check its permissions") from None
+
+
+def decoded(content: bytes, name: str) -> str:
+    """Text in UTF-8, with or without a byte order mark; raises InputError where it is in another encoding."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        line = content[: fault.start].count(b"\n") + 1
+        raise InputError(f"{name}: line {line} is not text in UTF-8; save the file as UTF-8") from None
+
+
+def measured_text(path: Path) -> str:
+    """Text of a file of measurements in UTF-8, UTF-16 with its mark, or else Latin-1, as spreadsheets write.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds no text.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror}); give the path of a file") from None
+    marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        text = content.decode("utf-16" if marked else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    if "\0" in text:
+        raise InputError(f"{path.name}: is no text in UTF-8, UTF-16 or Latin-1; save it as UTF-8")
+    return text
+
+
+def read_toml(path: Path, remedy: str = "give an existing TOML file") -> dict[str, Any]:
+    """Tables of a TOML file. Raises as `read_text` and `tables_of`."""
+    return tables_of(read_text(path, remedy), path.name)
+
+
+def tables_of(text: str, name: str) -> dict[str, Any]:
+    """Tables of a TOML text.
+
+    Raises
+    ------
+    InputError
+        It is not TOML.
+    """
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as fault:  # numbers of 5000 digits, brackets in brackets
+        raise InputError(f"{name}: not readable as TOML ({fault}); mend that place") from None
+
+
+def known_entries(table: Any, allowed: set[str], where: str) -> None:
+    """Raise InputError where a table of a file is none, or has an entry that it may not have."""
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: {shown(table)} is no table; give it {listed(sorted(allowed))}")
+    unknown = sorted(set(table) - allowed)
+    if unknown:
+        raise InputError(f"{where}: {unknown[0]} is not known; {instead(unknown[0], sorted(allowed))}")
+
+
+def text_entry(table: Mapping[str, Any], key: str, default: str, where: str) -> str:
+    """A text of a table; raises InputError where the entry is something else."""
+    value = table.get(key, default)
+    if not isinstance(value, str):
+        raise InputError(f'{where}: {key}: {shown(value)} is no text; write {key} = "..."')
+    return value
+
+
+def flag_entry(table: Mapping[str, Any], key: str, default: bool, where: str) -> bool:
+    """A yes or no of a table; raises InputError where the entry is something else."""
+    value = table.get(key, default)
+    if not isinstance(value, bool):
+        raise InputError(f"{where}: {key}: {shown(value)} is neither true nor false; write {key} = true")
+    return value
+
+
+def whole_entry(value: Any, least: int, most: int, where: str) -> int:
+    """A whole number of a table; raises InputError where it is none, or beyond its bounds."""
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(f"{where}: {shown(value)} is no whole number from {least} to {most}; give one")
+    return value
+
+
+def shown(value: object) -> str:
+    """What a file holds, in few words for a sentence."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return repr(shortened(value))
+    if isinstance(value, float) or (isinstance(value, int) and abs(value) < 2**63):
+        return repr(value)
+    names = {int: "a number beyond 64 bits", list: "a list", dict: "a table", type(None): "nothing"}
+    return names.get(type(value), f"a {type(value).__name__}")
+
+
+def shortened(text: str) -> str:
+    """What somebody wrote, as far as it fits into a sentence."""
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."

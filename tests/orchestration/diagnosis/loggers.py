@@ -1,0 +1,94 @@
+"""Runs as real loggers write them: uneven rows, a room that is never quite still, a pad that is regulated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.effects import CHANNELS
+from warmlink.orchestration.diagnosis.hidden import COLD, Segment, Truth, simulate
+from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, write_csv
+from warmlink.orchestration.diagnosis.measured import Run
+
+Columns = dict[str, np.ndarray]
+
+PADDED = (
+    Segment(900, 2.0, 2.5),
+    Segment(1500, 0.0, 0.0, pad=COLD + 28),
+    Segment(600, 0.0, 4.0),
+    Segment(1200, 4.0, 1.0),
+    Segment(900, 1.5, 3.0, pad=COLD + 35),
+    Segment(900, 3.43, 2.5),
+)
+"""A hundred minutes with the heating pad on twice, once while the motor works."""
+
+
+@dataclass(frozen=True)
+class Logger:
+    """How a run is logged.
+
+    Attributes
+    ----------
+    interval, jitter : s between rows, and by how much a row may come early or late
+    room, pad_noise : K by which the room wanders, and noise of the pad's logged temperature
+    """
+
+    interval: float = 10.0
+    jitter: float = 0.0
+    room: float = 0.0
+    pad_noise: float = 0.0
+
+
+def logged_inputs(logger: Logger, seed: int) -> tuple[Columns, Truth]:
+    """Times and inputs by header, and a cell in the room that wandered; a row where the duty changes."""
+    random = np.random.default_rng(seed)
+    ends = np.cumsum([segment.duration for segment in PADDED])
+    count = int(ends[-1] / logger.interval)
+    rows = logger.interval * np.arange(count) + logger.jitter * random.uniform(-1, 1, count)
+    rows = np.union1d(np.round(rows[rows > 1.0], 2), [0.0, *ends])
+    phase = random.uniform(0, 2 * np.pi)
+
+    def room(time: float) -> float:
+        return logger.room * float(np.sin(2 * np.pi * time / 3000 + phase) - np.sin(phase))
+
+    at = [PADDED[i] for i in np.clip(np.searchsorted(ends, rows, side="right"), 0, len(PADDED) - 1)]
+    pad = np.array([np.nan if s.pad is None else s.pad for s in at]) - KELVIN_ZERO
+    columns = {
+        "time [s]": rows,
+        "speed [rad/s]": np.array([s.speed for s in at]),
+        "torque [N.m]": np.array([s.torque for s in at]),
+        "pad_temperature [degC]": pad + logger.pad_noise * random.standard_normal(rows.size),
+        "ambient_temperature [degC]": np.array([COLD - KELVIN_ZERO + room(t) for t in rows]),
+    }
+    return columns, Truth(room=room)
+
+
+def logged_file(folder: Path, effect: Mapping[str, float], logger: Logger, seed: int) -> Path:
+    """A CSV file of a cell with an effect, a field of `Truth` in SI, as the logger writes it."""
+    columns, cell = logged_inputs(logger, seed)
+    rows = columns["time [s]"]
+    course = simulate(replace(cell, **effect), list(PADDED), rows)  # type: ignore[arg-type]
+    random = np.random.default_rng(seed)
+    true = (course.shaft, course.winding, course.base, course.middle, course.tip)
+    for name, values in zip(CHANNELS, true, strict=True):
+        columns[f"{name} [degC]"] = values - KELVIN_ZERO + 0.08 * random.standard_normal(rows.size)
+    columns["elongation [um]"] = 1e6 * course.elongation + 0.4 * random.standard_normal(rows.size)
+    path = folder / "logged.csv"
+    write_csv(columns, path)
+    return path
+
+
+def logged_run(logger: Logger, seed: int) -> Run:
+    """Inputs alone, of which a run is simulated."""
+    columns, _ = logged_inputs(logger, seed)
+    time, speed, torque, pad, ambient = columns.values()
+    inputs = {
+        "motor.speed": speed,
+        "motor.torque": torque,
+        "motor.pad_temperature": pad + KELVIN_ZERO,
+        "motor.ambient_temperature": ambient + KELVIN_ZERO,
+    }
+    return Run("logged", time, inputs, {})

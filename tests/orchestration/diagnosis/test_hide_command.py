@@ -1,0 +1,157 @@
+"""`warmlink hide` and `warmlink diagnose` on the command line: duties, names, full and read-only disks."""
+
+import errno
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.diagnosis.effects import EFFECTS, about_effects, effect_of
+from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.hide import STILL, duty_of, hide, write_csv
+from warmlink.orchestration.diagnosis.verdict import assess
+
+DUTY = (
+    "time [s],speed [rad/s],torque [N.m],pad_temperature [degC]\n0,3,2,\n613,0,0,40\n1801,1,4,\n3600,1,4,\n"
+)
+
+
+@pytest.fixture(autouse=True)
+def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def ended(
+    arguments: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> tuple[object, str, str]:
+    """Exit code, answer and remarks of a command."""
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    out, err = capsys.readouterr()
+    return stop.value.code or 0, out, err
+
+
+def test_a_run_follows_a_recorded_duty_cycle(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A row stands where the duty changes, so that what is hidden is found and nothing else."""
+    Path("shift.csv").write_text(DUTY)
+    arguments = ["hide", "joint_resistance", "--duty", "shift.csv", "--out", "run.csv"]
+    code, out, _ = ended(arguments, monkeypatch, capsys)
+    assert code == 0
+    assert "1 h with joint_resistance" in out
+    table = pd.read_csv("run.csv").set_index("time [s]")
+    assert table.loc[612.9:613.1, "speed [rad/s]"].tolist() == [0]
+    assert table["pad_temperature [degC]"].notna().sum() == pytest.approx(119, abs=2)
+    assert assess(read_experiment(Path("run.csv"))).best.key == {"joint_resistance"}
+
+
+def test_a_scenario_s_duty_cycle_lasts_as_long_as_the_scenario() -> None:
+    Path("shift.toml").write_text(
+        'stop_time = "50 min"\nrepeat = true\n[[segment]]\nduration = "20 min"\nspeed = "3 rad/s"\n'
+        '[[segment]]\nduration = "10 min"\ntorque = "2 N.m"\n'
+    )
+    assert [(s.duration, s.speed, s.torque) for s in duty_of("shift.toml")] == [
+        (1200, 3, 0),
+        (600, 0, 2),
+        (1200, 3, 0),
+    ]
+    assert sum(s.duration for s in duty_of("windshield_wiper")) == 7200
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--duty", "absent.csv"], "absent.csv"),
+        (["--duty", "nowhere"], "nowhere: no such scenario"),
+        (["--duty", "power.toml"], "give pad_temperature"),
+        (["--duty", "long.toml"], "give at most 100"),
+        (["--duty", "shift.csv", "--axis", "3"], "leave --duty shift.csv out"),
+        (["radiatoin"], "did you mean radiation"),
+        (["radiation:tip_temperature"], "write radiation"),
+        (["radiation=nan"], "'nan' is not a number"),
+        (["radiation=1e999"], "'1e999' is not a number"),
+    ],
+)
+def test_hide_refuses_in_one_sentence(
+    arguments: list[str],
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("shift.csv").write_text(DUTY)
+    Path("power.toml").write_text('stop_time = "1 h"\n[[segment]]\nduration = "1 h"\npad_power = "20 W"\n')
+    Path("long.toml").write_text('stop_time = "9000 h"\n[[segment]]\nduration = "1 h"\n')
+    code, _, err = ended(["hide", *arguments], monkeypatch, capsys)
+    assert code == 2
+    assert said in err
+    assert err.count("\n") == 1
+    assert not Path("run.csv").exists()
+
+
+def test_every_effect_says_what_it_is(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    about = about_effects()
+    assert len(about) == len(EFFECTS)
+    assert all(text[0].isupper() and ". Ordinarily" in text for text in about.values())
+    for name in about:
+        effect_of(name.replace("CHANNEL", "tip_temperature"))
+    _, out, _ = ended(["list", "--json"], monkeypatch, capsys)
+    assert all(f'"{name}"' in out for name in about)
+
+
+def full(*arguments: object, **named: object) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def read_only(*arguments: object, **named: object) -> None:
+    raise OSError(errno.EROFS, "Read-only file system")
+
+
+@pytest.mark.parametrize("fault", [full, read_only])
+@pytest.mark.parametrize("where", ["pandas.DataFrame.to_csv", "pathlib.Path.replace"])
+def test_a_made_up_run_that_cannot_be_written_is_not_there(
+    where: str, fault: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    columns = hide({}, STILL, seed=0)
+    Path("run.csv").write_text("an older run")
+    monkeypatch.setattr(where, fault)
+    with pytest.raises(InputError, match=r"run\.csv: cannot be written"):
+        write_csv(columns, Path("run.csv"))
+    assert Path("run.csv").read_text() == "an older run"
+    assert [path.name for path in Path().iterdir()] == ["run.csv"]
+
+
+def test_a_folder_that_is_not_there_is_a_sentence() -> None:
+    with pytest.raises(InputError, match=r"absent/run\.csv: cannot be written"):
+        write_csv({"time [s]": np.arange(3.0)}, Path("absent/run.csv"))
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        "warmlink.orchestration.files.tempfile.mkdtemp",
+        "warmlink.orchestration.diagnosis.diagnose.write_ssv_of",
+        "warmlink.orchestration.diagnosis.diagnose.write_ssp_of",
+        "pathlib.Path.write_text",
+        "pathlib.Path.replace",
+    ],
+)
+def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
+    where: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_csv(hide({}, STILL, seed=0), Path("run.csv"))
+    monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr(where, full)
+    code, out, err = ended(["diagnose", "run.csv", "--out", "found"], monkeypatch, capsys)
+    assert code == 2
+    assert "run: adequate" in out
+    assert "found: cannot be written" in err
+    assert err.count("\n") == 1
+    assert not Path("found").exists()

@@ -1,0 +1,204 @@
+"""What nobody gave is said aloud, assumed on request, or refused: never quietly taken as nothing."""
+
+import json
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.equations import Equations
+from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.forward import input_table
+from warmlink.orchestration.diagnosis.hide import STILL, hide, write_csv
+from warmlink.orchestration.diagnosis.inputs import with_inputs
+from warmlink.orchestration.diagnosis.measured import Run, condensed
+from warmlink.orchestration.diagnosis.nominal import with_nominal
+from warmlink.orchestration.diagnosis.rigs import rig
+
+Columns = dict[str, np.ndarray]
+INPUTS = ("speed", "torque", "pad_temperature", "ambient_temperature")
+
+
+@pytest.fixture(scope="module")
+def whole() -> Columns:
+    return hide({}, STILL, seed=1)
+
+
+def without(columns: Columns, *names: str) -> Columns:
+    return {header: values for header, values in columns.items() if header.split()[0] not in names}
+
+
+def written(folder: Path, columns: Columns, name: str = "run.csv") -> Path:
+    write_csv(columns, folder / name)
+    return folder / name
+
+
+def experiment(folder: Path, columns: Columns, more: str) -> Path:
+    written(folder, columns)
+    path = folder / "lab.toml"
+    path.write_text(f'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n{more}')
+    return path
+
+
+def test_a_run_with_every_input_needs_no_remark(tmp_path: Path, whole: Columns) -> None:
+    assert with_inputs(read_experiment(written(tmp_path, whole))).remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("torque", "no torque column: taken as 0 N.m; give --assume torque=0 to say so"),
+        (
+            "pad_temperature",
+            "no pad_temperature column: taken as off; give --assume pad_temperature=off to say",
+        ),
+        ("ambient_temperature", 'taken as 22 degC; give --assume ambient_temperature="22 degC" to say so'),
+    ],
+)
+def test_an_absent_input_is_said_aloud_until_it_is_assumed(
+    tmp_path: Path, whole: Columns, name: str, said: str
+) -> None:
+    read = read_experiment(written(tmp_path, without(whole, name)))
+    (remark,) = with_inputs(read).remarks
+    assert said in remark
+    option = remark.partition("--assume ")[2].partition(" to say")[0].replace('"', "")
+    assert with_inputs(read, [option]).remarks == ()
+
+
+def test_a_remark_names_the_runs_that_lack_the_column(tmp_path: Path, whole: Columns) -> None:
+    written(tmp_path, without(whole, "torque"), "first.csv")
+    path = experiment(tmp_path, whole, '[[run]]\ndata = "first.csv"\n')
+    assert with_inputs(read_experiment(path)).remarks[0].startswith("first: no torque column")
+
+
+def test_a_run_that_nothing_drives_is_refused(tmp_path: Path, whole: Columns) -> None:
+    path = written(tmp_path, without(whole, *INPUTS))
+    with pytest.raises(InputError, match="nothing drives the run") as refusal:
+        diagnose(path)
+    option = str(refusal.value).rpartition("stood still: ")[2]
+    still = with_inputs(read_experiment(path), option.replace("--assume ", "").split())
+    assert [remark.partition(" column")[0] for remark in still.remarks] == ["no ambient_temperature"]
+
+
+def test_channels_add_to_the_names_that_columns_have_anyway(tmp_path: Path, whole: Columns) -> None:
+    renamed = {h.replace("speed", "axis speed"): values for h, values in whole.items()}
+    path = experiment(tmp_path, renamed, '[channels]\n"axis speed [rad/s]" = "motor.speed"\n')
+    run = read_experiment(path).runs[0]
+    assert set(run.inputs) == {f"motor.{name}" for name in INPUTS}
+    assert len(run.readings) == 6
+
+
+def test_a_column_that_nothing_is_made_of_is_said(tmp_path: Path, whole: Columns) -> None:
+    columns = {**without(whole, "torque"), "torqe [N.m]": whole["torque [N.m]"]}
+    path = experiment(tmp_path, columns, '[channels]\n"speed [rad/s]" = "motor.speed"\n')
+    remarks = with_inputs(read_experiment(path)).remarks
+    assert "no torque column" in remarks[0]
+    assert "torqe [N.m]" in remarks[1]
+
+
+@pytest.mark.parametrize(
+    ("assumed", "said"),
+    [
+        ("torque", "no value"),
+        ("torque=much", "not a value"),
+        ("torque=2 kg", "does not convert"),
+        ("speed=1", "every run has this input"),
+        ("link.length=1 m", "is no input"),
+        ("torqe=0", "is no input"),
+    ],
+)
+def test_a_wrong_assumption_is_refused(tmp_path: Path, whole: Columns, assumed: str, said: str) -> None:
+    read = read_experiment(written(tmp_path, without(whole, "torque")))
+    with pytest.raises(InputError, match=said):
+        with_inputs(read, [assumed])
+
+
+def test_two_columns_for_one_input_are_refused(tmp_path: Path, whole: Columns) -> None:
+    twice = {**whole, "torque [mN.m]": 1000 * whole["torque [N.m]"]}
+    with pytest.raises(InputError, match=r"'torque \[N.m\]' and 'torque \[mN.m\]' are both motor.torque"):
+        read_experiment(written(tmp_path, twice))
+
+
+def test_remarks_stand_in_json_on_the_page_and_on_the_terminal(
+    tmp_path: Path, whole: Columns, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, without(whole, "ambient_temperature"))
+    monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr("sys.argv", ["warmlink", "diagnose", str(path), "--out", str(tmp_path / "out")])
+    with suppress(SystemExit):  # which typer raises with 0 when all is well
+        main()
+    said = "no ambient_temperature column"
+    assert said in capsys.readouterr().err
+    assert said in json.loads((tmp_path / "out" / "diagnosis.json").read_text())["remarks"][0]
+    assert said in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("inputs", "known", "mode"),
+    [
+        ({"motor.pad_temperature": np.array([310.0, np.nan])}, {}, [2, 0]),
+        (
+            {"motor.pad_temperature": np.array([310.0, 310.0]), "motor.pad_mode": np.array([0.0, 2.0])},
+            {},
+            [0, 2],
+        ),
+        ({"motor.pad_power": np.array([20.0, 0.0])}, {}, [1, 1]),
+        ({}, {"motor.pad_temperature": 310.0}, [2, 2]),
+        ({}, {}, [0, 0]),
+    ],
+)
+def test_the_pad_is_switched_by_whatever_was_said_of_it(
+    inputs: dict[str, np.ndarray], known: dict[str, float], mode: list[int]
+) -> None:
+    equations = Equations(rig("WarmupCell", 20), [], ["link.elongation"])
+    table = input_table(equations, Run("run", np.array([0.0, 1.0]), inputs, {}), known)
+    assert table[equations.rig.externals.index("motor.pad_mode")].tolist() == mode
+
+
+def test_a_discrete_input_of_a_condensed_run_is_taken_not_averaged() -> None:
+    on = np.array([1.0, 0.0, 0.0, 1.0, 1.0, 0.0])
+    run = Run("long", np.arange(6.0), {"heater.on": on, "link.speed": on}, {"link.elongation": on})
+    short = condensed(run, ["heater.on"], most=2)
+    assert short.inputs["heater.on"].tolist() == [1.0, 1.0]
+    assert short.inputs["link.speed"].tolist() == pytest.approx([1 / 3, 2 / 3])
+
+
+def test_a_mode_that_is_no_mode_is_refused(tmp_path: Path, whole: Columns) -> None:
+    columns = {**without(whole, "pad_temperature"), "mode [1]": np.full(whole["time [s]"].size, 1.5)}
+    path = experiment(tmp_path, columns, '[channels]\n"mode [1]" = "motor.pad_mode"\n')
+    with pytest.raises(InputError, match=r"row 2, column 'mode.*not a whole number"):
+        read_experiment(path)
+
+
+def test_another_nominal_is_where_the_diagnosis_starts_from(tmp_path: Path, whole: Columns) -> None:
+    """A cell of half the convection, said so, is adequate; and the extended model has it."""
+    columns = hide({"still_air_convection": 0.5}, STILL, seed=2)
+    path = written(tmp_path, columns)
+    assert diagnose(path).verdict != "adequate"
+    found = diagnose(path, settings={"link.convection_still": "2.275 W/(m2.K)"})
+    assert found.verdict == "adequate"
+    files = found.write(tmp_path / "out")
+    assert "link.convection_still" in files["extended.ssv"].read_text()
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"link.lenght": "1 m"}, "did you mean length"),
+        ({"link.length": "1 kg"}, "does not convert"),
+        ({"link.length": "200 mm"}, "lies beyond the link's end"),
+        ({"link.width": "-1 mm"}, "not positive"),
+        ({"motor.torque": "2"}, "--assume motor.torque=2"),
+    ],
+)
+def test_a_nominal_that_cannot_be_is_refused(
+    tmp_path: Path, whole: Columns, settings: dict[str, str], said: str
+) -> None:
+    read = read_experiment(written(tmp_path, whole))
+    with pytest.raises(InputError, match=said):
+        with_nominal(read, settings)

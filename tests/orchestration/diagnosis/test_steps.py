@@ -1,0 +1,105 @@
+"""The steps of a simulation meet their tolerance on the inputs as a logger wrote them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
+from warmlink.orchestration.diagnosis import problem as problem_module
+from warmlink.orchestration.diagnosis.equations import Equations
+from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.forward import Forward
+from warmlink.orchestration.diagnosis.grid import FINAL, SEARCH, Levels, Resolution
+from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.noise import NoiseModel
+from warmlink.orchestration.diagnosis.problem import Problem
+from warmlink.orchestration.diagnosis.rigs import rig
+from warmlink.orchestration.diagnosis.verdict import assess
+
+BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")
+CELLS = 20
+
+LOGGERS = {
+    "rows as the clock has them": Logger(),
+    "uneven rows": Logger(jitter=2.4),
+    "a room that wanders": Logger(interval=15.0, room=0.4),
+    "a pad that is regulated": Logger(jitter=1.0, pad_noise=0.2),
+    "all at once": Logger(interval=8.0, jitter=3.0, room=0.8, pad_noise=0.1),
+}
+
+
+def course(run: Run, resolution: Resolution) -> np.ndarray:
+    simulated = Forward(Equations(rig("WarmupCell", CELLS), [], BASE_AND_SHAFT), run, {}, resolution)
+    return simulated(simulated.start_values(), run.time).values
+
+
+def finest(run: Run) -> np.ndarray:
+    """Simulated in steps of a quarter of a second."""
+    cells = Equations(rig("WarmupCell", CELLS), [], BASE_AND_SHAFT)
+    simulated = Forward(cells, run, {}, Resolution(CELLS, 0.25, 0, 0.25, np.inf))
+    return simulated(simulated.start_values(), run.time).values
+
+
+@pytest.mark.parametrize("name", LOGGERS)
+@pytest.mark.parametrize(
+    ("resolution", "most", "ordinary"), [(SEARCH, 0.06, 0.01), (FINAL, 0.02, 0.002)], ids=["search", "final"]
+)
+def test_base_and_shaft_are_right_whatever_the_logger(
+    name: str, resolution: Resolution, most: float, ordinary: float
+) -> None:
+    run = logged_run(LOGGERS[name], seed=3)
+    error = course(run, resolution) - finest(run)  # K
+    assert np.abs(error).max() < most
+    assert np.sqrt(np.mean(error**2, axis=0)).max() < ordinary
+
+
+def test_a_discrete_input_is_never_averaged() -> None:
+    """Two means of equal values by weights that sum to a little more than one, and one of unequal values."""
+    time = np.array([0.0, 9.59, 22.08, 30.3])
+    inputs = np.array([[2.0, 2.0, 2.0, 0.0], [21.9, 22.0, 22.1, 22.1]])
+    levels = Levels(time, inputs, np.array([True, False]))
+    joined = levels.mean(levels.within(0.0, 30.3))
+    assert joined is not None
+    assert joined[0] == 2.0
+    assert joined[1] == pytest.approx(21.998, abs=0.01)
+    switched = Levels(time, inputs[:, [0, 3, 2, 1]], np.array([True, False]))
+    assert switched.mean(switched.within(0.0, 30.3)) is None
+
+
+def test_a_step_that_errs_is_cut_in_two() -> None:
+    run = logged_run(LOGGERS["uneven rows"], seed=4)
+    exact = finest(run)
+    coarse = Resolution(CELLS, 60.0, 0.0, 60.0, np.inf)
+    before = np.abs(course(run, coarse) - exact).max()
+    after = np.abs(course(run, Resolution(CELLS, 60.0, 0.0, 60.0, 0.005)) - exact).max()
+    assert before > 0.15
+    assert after < 0.015
+
+
+def test_too_coarse_a_simulation_is_noticed_and_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(problem_module, "FINAL", Resolution(CELLS, 60.0, 0.0, 60.0, np.inf))
+    problem = Problem(read_experiment(logged_file(tmp_path, {}, LOGGERS["uneven rows"], seed=5)))
+    white = [NoiseModel(0.08 if "temperature" in v else 4e-7, 0.0, 60.0) for v in problem.variables]
+    coarse = problem.finest(0, problem.neutral[0])
+    assert problem.artefact(problem.neutral, white) > 3
+    assert np.abs(problem.finest(0, problem.neutral[0]) - coarse)[:, 0].max() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("name", "effect", "logger"),
+    [
+        ("friction_level", {"friction": 1.25}, Logger(jitter=3.0, room=0.4)),
+        ("joint_resistance", {"joint": 0.6}, Logger(jitter=2.4, room=0.4)),
+        ("conductivity", {"conductivity": 140.0}, Logger(interval=8.0, jitter=3.0, room=0.4)),
+    ],
+)
+def test_a_cause_is_named_whatever_the_logger(
+    tmp_path: Path, name: str, effect: dict[str, float], logger: Logger
+) -> None:
+    found = assess(read_experiment(logged_file(tmp_path, effect, logger, seed=6)))
+    assert found.word == "named"
+    assert found.best.key == {name}
+    assert found.artefact < 1.0

@@ -1,0 +1,56 @@
+"""The command as such: its version, its names for the shell, the ways to start it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.packaging.release import version
+
+
+def started(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "warmlink", *arguments],
+        cwd=folder,
+        env={**os.environ, **more},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_it_starts_as_a_module_and_says_its_version(tmp_path: Path) -> None:
+    done = started("--version", folder=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"warmlink {version()}\n", "")
+
+
+def test_a_misspelt_command_is_told_the_right_one(tmp_path: Path) -> None:
+    done = started("rnu", folder=tmp_path)
+    assert done.returncode == 2
+    assert "Usage: warmlink" in done.stderr
+    assert "Did you mean 'run'?" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "proposed"),
+    [
+        ("run wind", "windshield_wiper"),
+        ("run six", "six_axis_shift"),
+        ("run --controller la", "lag"),
+        ("run --mismatch noi", "noisy_sensors"),
+        ("run --master gauss", "gauss_seidel"),
+        ("sim", "simulate"),
+    ],
+)
+def test_the_shell_completes_commands_and_names(tmp_path: Path, words: str, proposed: str) -> None:
+    done = started(
+        folder=tmp_path,
+        _WARMLINK_COMPLETE="complete_bash",
+        COMP_WORDS=f"warmlink {words}",
+        COMP_CWORD=str(len(words.split())),
+    )
+    assert proposed in done.stdout.split()

@@ -1,0 +1,115 @@
+"""Folders that one process writes, and what killed processes leave."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="locks are those of POSIX")
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder
+with {holder} as folder:
+    print(folder, flush=True)
+    time.sleep(60)
+"""
+
+
+def holding(holder: str) -> tuple[subprocess.Popen[str], str]:
+    """A process that holds a folder, and the folder's path."""
+    script = HOLDS.format(holder=holder)
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    return process, process.stdout.readline().strip()
+
+
+def kill(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+
+def test_a_second_writer_is_refused_until_the_first_is_gone(tmp_path: Path) -> None:
+    folder = tmp_path / "out" / "a"
+    process, _ = holding(f"locked_folder(Path({str(folder)!r}))")
+    with pytest.raises(InputError, match="another warmlink is writing there"), locked_folder(folder):
+        pass
+    kill(process)
+    with locked_folder(folder):
+        (folder / "x").write_text("1")
+    assert [path.name for path in folder.iterdir()] == ["x"]
+
+
+def test_a_lock_on_a_new_folder_leaves_nothing_behind(tmp_path: Path) -> None:
+    with locked_folder(tmp_path / "out" / "a"):
+        pass
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_its_owner_removed_meanwhile_is_locked_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import fcntl
+
+    folder, really, locked = tmp_path / "a", fcntl.flock, []
+
+    def flock(handle: int, how: int) -> None:
+        really(handle, how)
+        if not locked:  # the one before ends between our opening of the folder and our lock on it
+            folder.rmdir()
+        locked.append(handle)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    with locked_folder(folder):
+        assert folder.is_dir()
+        with pytest.raises(InputError, match="is writing there"), locked_folder(folder):
+            pass
+    assert not folder.exists()
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot be written"), locked_folder(tmp_path / "file" / "folder"):
+        pass
+
+
+def test_what_a_killed_process_was_writing_is_removed_but_not_what_another_is_writing(tmp_path: Path) -> None:
+    dead, left = holding(f"fresh_folder(Path({str(tmp_path)!r}))")
+    alive, kept = holding(f"fresh_folder(Path({str(tmp_path)!r}))")
+    kill(dead)
+    assert Path(left).is_dir()
+    with fresh_folder(tmp_path) as work:
+        (work / "results").write_text("1")
+    assert not Path(left).exists()
+    assert Path(kept).is_dir()
+    kill(alive)
+    assert (tmp_path / "results").read_text() == "1"
+
+
+def test_temporary_folders_of_killed_runs_are_removed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    dead, _ = holding("temporary_folder()")
+    kill(dead)
+    with temporary_folder() as folder:
+        assert sorted(tmp_path.iterdir()) == [folder]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_temporary_folder_that_cannot_be_made_is_told_in_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
+    with pytest.raises(InputError, match=r"cannot be written .*TMPDIR"), temporary_folder():
+        pass

@@ -1,0 +1,161 @@
+"""The disk is full from the k-th write on, for every k: what was computed is there, or its loss is told."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.trivial_fmu import build_trivial_fmu
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.system.model import (
+    Component,
+    Connection,
+    DefaultExperiment,
+    System,
+)
+from warmlink.orchestration.system.write import write_ssp
+
+pytestmark = [
+    pytest.mark.platform,
+    pytest.mark.skipif(sys.platform != "linux" or shutil.which("gcc") is None, reason="needs Linux and gcc"),
+]
+
+ALL = bool(os.environ.get("WARMLINK_ALL_FAULTS"))
+"""Whether a long command is disturbed at every write, which takes minutes, or at every seventeenth."""
+
+# In one process, which the library is loaded into; a first run counts the writes.
+EVERY_WRITE = """
+import ctypes, contextlib, io, json, os, shutil, sys
+from pathlib import Path
+library, folder, stride, *argv = sys.argv[1:]
+from warmlink.orchestration import cli
+shim = ctypes.CDLL(library)
+shim.full_disk_counters.restype = ctypes.POINTER(ctypes.c_long)
+counters = shim.full_disk_counters()
+def once(fail_at):
+    shutil.rmtree(folder, ignore_errors=True)
+    Path(folder).mkdir()
+    counters[0], counters[1] = 0, fail_at
+    out, err = io.StringIO(), io.StringIO()
+    sys.argv = ["warmlink", *argv, "--out", folder]
+    code = None
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            cli.main()
+        except SystemExit as end:
+            code = end.code
+    made, counters[1] = counters[0], 1 << 60
+    files = {path.name: path.read_bytes().hex() for path in Path(folder).rglob("*") if path.is_file()}
+    found = {"code": code, "out": out.getvalue(), "err": err.getvalue(), "files": files}
+    print(json.dumps(found), flush=True)
+    return made
+count = once(1 << 60)
+for k in sorted({*range(0, count, int(stride)), count - 1}):
+    once(k)
+"""
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("shim") / "full_disk.so"
+    source = Path(__file__).with_name("full_disk.c")
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", str(source), "-o", str(path), "-ldl"], check=True)
+    return path
+
+
+def at_every_write(
+    library: Path, tmp_path: Path, *argv: str, stride: int = 1
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """What came of an undisturbed run, and of each in which the disk was full from the k-th write on."""
+    folder = tmp_path / "full" / "out"
+    folder.parent.mkdir()
+    environment = {**os.environ, "LD_PRELOAD": str(library), "FULL_DISK": str(folder)}
+    done = subprocess.run(
+        [sys.executable, "-c", EVERY_WRITE, str(library), str(folder), str(stride), *argv],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    whole, *disturbed = map(json.loads, done.stdout.splitlines())
+    assert whole["code"] == 0, whole["err"]
+    return whole, disturbed
+
+
+def check(whole: dict[str, Any], disturbed: dict[str, Any], names: tuple[str, ...]) -> None:
+    said, files = disturbed["err"], disturbed["files"]
+    assert "Traceback" not in said
+    assert disturbed["code"] in (1, 2), disturbed
+    assert "o space left on device" in said
+    for name in names:
+        # Each file is there to the last byte, or its loss is told.
+        if name in files:
+            assert files[name] == whole["files"][name], name
+        else:
+            assert name in said or "there are no results" in said or disturbed["code"] == 2, (name, said)
+    assert not [name for name in files if name.endswith(".new")]
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("system")
+    try:
+        fmu = build_trivial_fmu(folder)
+    except InputError as fault:
+        pytest.skip(str(fault))
+    parts = {"a": Component("a", fmu), "b": Component("b", fmu)}
+    wires = (Connection("a", "y", "b", "u"),)
+    write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 300.0, 1.0)), folder / "two.ssp")
+    return folder / "two.ssp"
+
+
+def test_simulate(library: Path, system: Path, tmp_path: Path) -> None:
+    whole, disturbed = at_every_write(library, tmp_path, "simulate", str(system), "--no-error-budget")
+    assert len(disturbed) >= 4
+    for each in disturbed:
+        check(whole, each, ("results.csv", "results.parquet"))
+        assert "a.y" in each["out"]  # the answer is given nevertheless
+
+
+def test_simulate_with_checkpoints(library: Path, system: Path, tmp_path: Path) -> None:
+    options = ("--checkpoint", "100", "--no-error-budget")
+    whole, disturbed = at_every_write(library, tmp_path, "simulate", str(system), *options)
+    assert len(disturbed) >= 12
+    for each in disturbed:
+        said = each["err"]
+        if "stopped early" in said:
+            assert "cannot be written any more (No space left on device)" in said
+            assert each["code"] == 1
+            assert bytes.fromhex(each["files"]["values.npy"])[:6] == b"\x93NUMPY"
+            assert "Traceback" not in said
+        else:
+            check(whole, each, ("results.csv", "results.parquet"))
+
+
+def test_run(library: Path, tmp_path: Path) -> None:
+    try:
+        FmuStore("native").files(["ThermalLink"])
+    except InputError as fault:
+        pytest.skip(str(fault))
+    command = ("run", "--stop", "2 min", "--step", "10 s")
+    whole, disturbed = at_every_write(library, tmp_path, *command, stride=1 if ALL else 17)
+    names = ("metrics.json", "results.csv", "results.parquet", "report.html")
+    for each in (whole, *disturbed):
+        if "metrics.json" in each["files"]:
+            each["files"]["metrics.json"] = (
+                len(each["files"]["metrics.json"]) > 1000
+            )  # it holds the wall time
+    for each in disturbed:
+        check(whole, each, names)
+        assert "largest error" in each["out"]

@@ -1,0 +1,200 @@
+"""`warmlink simulate` with FMUs that do what an FMU must not do: nothing computed is lost, and it is said."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from benchmarks.trivial_fmu import build_trivial_fmu
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.model import (
+    Component,
+    Connection,
+    DefaultExperiment,
+    ParameterSet,
+    System,
+    Value,
+)
+from warmlink.orchestration.system.write import write_ssp
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux")
+
+COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
+STEPS = 10
+ALONE = ["--no-error-budget"]
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    try:
+        return build_trivial_fmu(tmp_path_factory.mktemp("fmu"))
+    except InputError as fault:
+        pytest.skip(str(fault))
+
+
+@pytest.fixture(autouse=True)
+def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def two(fmu: Path, second: str = "b", **values: Value) -> Path:
+    """Two integrators, the second fed by the first; the values are the second's."""
+    parts = {"a": Component("a", fmu), second: Component(second, fmu, (), ParameterSet("p", dict(values)))}
+    path = Path("two.ssp")
+    wires = (Connection("a", "y", second, "u"),)
+    write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 1.0, 1.0 / STEPS)), path)
+    return path
+
+
+def simulate(path: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(
+        [*COMMAND, str(path), "--out", "o", *options],
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def rows() -> int:
+    found = len(pd.read_csv("o/results.csv"))
+    assert len(pd.read_parquet("o/results.parquet")) == found
+    return found
+
+
+@pytest.mark.parametrize("stepping", ["plain", "compiled"])
+@pytest.mark.parametrize(
+    ("status", "how"), [(8, "exit code 0"), (5, "signal SIGSEGV")], ids=["exit", "crash"]
+)
+def test_an_fmu_that_ends_the_process_is_named_and_the_values_are_kept(
+    fmu: Path, status: int, how: str, stepping: str
+) -> None:
+    done = simulate(two(fmu, fail_at=0.55, fail_status=status), *ALONE, "--stepping", stepping)
+    assert done.returncode == 1
+    assert f"stopped early: b: crash at 0.5 s: its process ended ({how}) in a step" in done.stderr
+    assert rows() == 6
+
+
+@pytest.mark.parametrize(
+    ("label", "how"),
+    [
+        ("crash in terminate", "ended (signal SIGSEGV)"),
+        ("crash in free", "ended (signal SIGSEGV)"),
+        ("hang in free", "did not end within"),
+    ],
+)
+def test_an_fmu_that_fails_when_it_is_freed_costs_no_values(fmu: Path, label: str, how: str) -> None:
+    done = simulate(two(fmu, label=label), *ALONE, "--json")
+    assert done.returncode == 0, done.stderr
+    assert f"b: its process {how}" in done.stderr
+    assert "the values are complete" in done.stderr
+    assert json.loads(done.stdout)["stop_time_s"] == 1.0
+    assert rows() == STEPS + 1
+
+
+@pytest.mark.parametrize(
+    ("status", "what"),
+    [(9, "the working folder"), (10, "how numbers are rounded"), (11, "the locale")],
+    ids=["folder", "rounding", "locale"],
+)
+@pytest.mark.parametrize("stepping", ["plain", "compiled"])
+def test_an_fmu_that_changes_what_others_share_is_named_and_changes_no_digit(
+    fmu: Path, status: int, what: str, stepping: str
+) -> None:
+    assert simulate(two(fmu), *ALONE, "--stepping", stepping).returncode == 0
+    whole = pd.read_csv("o/results.csv")
+    done = simulate(two(fmu, fail_at=0.0, fail_status=status), *ALONE, "--stepping", stepping)
+    assert done.returncode == 0, done.stderr
+    assert f"b: in a step it changed {what}" in done.stderr
+    # Its own arithmetic, in the step in which it changed the rounding, is its own affair.
+    same = ["time [s]", "a.y [1]", "a.z [1]"]
+    assert pd.read_csv("o/results.csv")[same].equals(whole[same])
+
+
+@pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "isolated"])
+def test_what_an_fmu_prints_does_not_mix_with_the_answer(fmu: Path, options: list[str]) -> None:
+    done = simulate(two(fmu, fail_at=0.0, fail_status=12), "--json", *options)
+    assert json.loads(done.stdout)["stop_time_s"] == 1.0
+    assert "printed by the FMU" in done.stderr
+
+
+@pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "isolated"])
+def test_an_fmu_that_forks_leaves_one_run(fmu: Path, options: list[str]) -> None:
+    done = simulate(two(fmu, fail_at=0.45, fail_status=13), "--json", *ALONE, *options)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["stop_time_s"] == 1.0
+    assert rows() == STEPS + 1
+
+
+@pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "isolated"])
+def test_a_second_ctrl_c_ends_an_endless_step_and_keeps_the_values(fmu: Path, options: list[str]) -> None:
+    path = two(fmu, fail_at=0.55, fail_status=6)
+    with subprocess.Popen(
+        [*COMMAND, str(path), "--out", "o", *ALONE, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        wait_for_load(process.pid)
+        process.send_signal(signal.SIGINT)
+        assert process.stderr is not None
+        assert "press again to end it at once" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == 1
+    assert "interrupted at 0.5 s" in err
+    assert "Traceback" not in err
+    assert rows() == 6
+
+
+def wait_for_load(pid: int) -> None:
+    """Wait until a process below this one has worked for half a second without anybody's help."""
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        if any(busy(child) > 1.5 for child in descendants(pid)):
+            return
+        time.sleep(0.05)
+    raise AssertionError("no FMU is at work")
+
+
+def descendants(pid: int) -> list[int]:
+    found = []
+    for path in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in map(int, path.read_text().split()):
+            found += [child, *descendants(child)]
+    return found
+
+
+def busy(pid: int) -> float:
+    """Processor time in s that a process has had."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_the_time_limit_covers_instantiation(fmu: Path) -> None:
+    done = simulate(two(fmu, "endless"), "--isolate", "--time-limit", "1 s")
+    assert done.returncode == 1
+    assert "endless: time limit at 0 s: instantiating has not returned within 1 s" in done.stderr
+    assert "there are no results" in done.stderr
+
+
+def test_an_isolated_fmu_that_takes_all_memory_is_named(fmu: Path) -> None:
+    path = two(fmu, fail_at=0.55, fail_status=14)
+    done = simulate(path, "--isolate", "--memory-limit", "300 MB", *ALONE)
+    assert done.returncode == 1, done.stderr
+    assert "b: crash at 0.5 s: its process died in step (signal SIGABRT;" in done.stderr
+    assert "memory limit was 300 MB" in done.stderr
+    assert rows() == 6
