@@ -23,12 +23,14 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
-from warmlink.orchestration.scenarios.closed_loop import ELONGATION, cell_values
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.duty import Duty
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, ParameterSet, System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
+
+ELONGATION = "link.elongation"
 
 TIME_LIMIT = 600.0
 """For one process, in s."""
@@ -164,7 +166,7 @@ def _cases(extent: Extent, work: Path) -> Iterator[Case]:
     for kind in FMU_KINDS:
         law = catalogue.controller("lag")
         files = FmuStore(kind).files(WARMUP_CELL.components_with(law.name).values())
-        cell = WARMUP_CELL.system(files, law.name, cell_values(load_scenario("windshield_wiper"), law))
+        cell = load_scenario("windshield_wiper").system(files, law)
         cell = _lasting(cell, extent.cell_steps)
         folder = work / kind
         folder.mkdir()
@@ -212,7 +214,9 @@ def elongation_without_coupling_error(seconds: int) -> float:
     from warmlink.fmus.packaging.reference import integrate
     from warmlink.fmus.plant import demand, plant
 
-    first = load_scenario("windshield_wiper").duty.segments[0]
+    duty = load_scenario("windshield_wiper").duty
+    assert isinstance(duty, Duty)
+    first = duty.segments[0]
     phase = demand(float(seconds), first.speed, first.torque, first.ambient_temperature)
     found = integrate(plant(), [phase], [ELONGATION], every=float(seconds), tolerance=1e-11)
     return float(found.values[ELONGATION][-1])

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated
 
 import typer
 
 from benchmarks.command import start
 from warmlink.fmus.arm_kinematics.equations import AXES as SHIFT_AXES
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, merged
-from warmlink.orchestration.arm.compensation import OBSERVER
-from warmlink.orchestration.arm.program import Program, load_program
-from warmlink.orchestration.arm.run import arm_system, program_values
-from warmlink.orchestration.arm.scenario import load_arm_scenario
+from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
+from warmlink.orchestration.arm.program import Program
+from warmlink.orchestration.arm.setup import OBSERVER
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.compiled import prepare
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.model import System
 
 AXES = (1, 2, 6, 12, 24)
@@ -80,19 +82,24 @@ def bench_scale(counts: Sequence[int] = AXES, axis_steps: int = AXIS_STEPS) -> I
         If there is no C compiler, or no Numba.
     """
     prepare()
-    program = load_program("six_axis_inspection")
     for count in counts:
-        yield _timed("motors and links", _plain(program, count), count, max(1, axis_steps // count), REPEATS)
-    shift = load_arm_scenario(SHIFT)
+        yield _timed("motors and links", _plain(count), count, max(1, axis_steps // count), REPEATS)
+    shift = load_scenario(SHIFT)
     steps, store = round(shift.stop_time), FmuStore("native")
-    for what, controller in (("8 h shift", None), ("8 h shift, observers", OBSERVER)):
-        yield _timed(what, arm_system(shift, controller, store), SHIFT_AXES, steps, 2)
+    for what, name in (("8 h shift, no controller", NO_CONTROLLER), ("8 h shift, observers", OBSERVER)):
+        law = controller(name)
+        system = replace(shift, controller=name).system(store.files(shift.setup.kinds([law])), law)
+        yield _timed(what, system, SHIFT_AXES, steps, 2)
 
 
-def _plain(program: Program, count: int) -> System:
+def _plain(count: int) -> System:
+    """Motors and links of an arm alone, doing what its inspection program asks."""
     blueprint = arm_blueprint(count, compensated=False)
     files = FmuStore("native").files(set(blueprint.components.values()))
-    return blueprint.system(files, None, merged(arm_values(count), program_values(program, count)))
+    program = load_scenario("six_axis_inspection").duty
+    assert isinstance(program, Program)
+    driven = replace(program, axes=count).start_values()
+    return blueprint.system(files, None, merged(arm_values(count), driven))
 
 
 def _timed(what: str, system: System, axes: int, steps: int, repeats: int) -> Scale:

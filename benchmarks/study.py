@@ -16,8 +16,7 @@ from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.scenarios.closed_loop import cell_components
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.cluster import ClusterWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
@@ -56,12 +55,11 @@ class StudyTime:
 def cases_of(hours: float, controller: str) -> list[Case]:
     """Runs of at least so many closed-loop hours, each with thermal parameters of its own."""
     law = catalogue.controller(controller)
-    declared = cell_components(law)
     duties = [load_scenario(name) for name in DUTY_CYCLES]
     rounds = math.ceil(hours / (sum(duty.stop_time for duty in duties) / 3600))
     return [
         case_of(
-            replace(duty, parameters=draw(seed).applied(duty.parameters, declared)),
+            draw(seed).applied(replace(duty, controller=controller), law),
             law,
             (controller, duty.name, f"draw_{seed}"),
         )

@@ -6,7 +6,7 @@ the link's tip. Instances are `axis1.motor`, `axis1.link` and so on, beside `pos
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 from warmlink.fmus.arm_kinematics.equations import AXES
@@ -78,15 +78,6 @@ def arm_values(count: int = AXES, cut: bool = False) -> dict[str, dict[str, Valu
         values[f"{axis_name(i)}.link"] = dict(axis(i).link)
         if cut or i == 1:
             values[f"{axis_name(i)}.motor"]["neighbour_conductance"] = 0.0
-    return values
-
-
-def merged(*parts: Mapping[str, Mapping[str, Value]]) -> dict[str, dict[str, Value]]:
-    """Start values of several sources as one, later ones winning."""
-    values: dict[str, dict[str, Value]] = {}
-    for part in parts:
-        for instance, chosen in part.items():
-            values.setdefault(instance, {}).update(chosen)
     return values
 
 

@@ -14,8 +14,6 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import arm_values, axis_name
 from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
-from warmlink.orchestration.arm.run import arm_system
-from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.diagnosis.cause import Cause
 from warmlink.orchestration.diagnosis.cause import catalogue as causes
 from warmlink.orchestration.diagnosis.effects import EFFECTS
@@ -25,6 +23,8 @@ from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 
 PROGRAM = "six_axis_random_jobs"
 INTERVAL = 10.0
@@ -64,7 +64,7 @@ def hide_in_arm(
     """
     if not 1 <= number <= AXES:
         raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
-    scenario = load_arm_scenario(program)
+    scenario = load_scenario(program)
     hidden = {name: value for each, size in effects.items() for name, value in _set(number, each, size)}
     scenario = replace(scenario, parameters={**scenario.parameters, **hidden})
     return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
@@ -103,11 +103,14 @@ def _set(number: int, effect: str, size: float) -> list[tuple[str, float]]:
     return found
 
 
-def _run(scenario: ArmScenario, store: FmuStore) -> Result:
+def _run(scenario: Scenario, store: FmuStore) -> Result:
     names = [f"duty.{name}" for name in ("speed", "torque")] + [*TEMPERATURES.values(), *ELONGATIONS.values()]
     record = [f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names]
     record.append(f"{axis_name(1)}.duty.ambient_temperature")
-    system = arm_system(scenario, None, store)
+    # No compensator acts on the plant, and what it corrects is not asked for.
+    law = catalogue.controller(NO_CONTROLLER)
+    scenario = replace(scenario, controller=NO_CONTROLLER)
+    system = scenario.system(store.files(sorted(scenario.setup.kinds([law]))), law)
     # By Jacobi a step goes by what the duty cycle says at its beginning, as the row there says it.
     stop, step = scenario.stop_time, scenario.step_size
     result = guarded(lambda line: simulate(system, stop, step, Jacobi(), record=record, line=line))

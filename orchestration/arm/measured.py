@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.chain import NEIGHBOUR
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import axis_name
@@ -97,9 +96,9 @@ def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Vec
         **{f"link.{name}": value for name, value in this.link.items()},
     }
     if number == 1:
-        known[f"motor.{NEIGHBOUR}"] = 0.0
+        known["motor.neighbour_conductance"] = 0.0
     if number < AXES:
-        known["link.tip_conductance"] = axis(number + 1).motor[NEIGHBOUR]
+        known["link.tip_conductance"] = axis(number + 1).motor["neighbour_conductance"]
     # Said of the link too: the room's temperature would else feed the tip's sink as well.
     inputs = {**run.inputs, "link.ambient_temperature": run.inputs["motor.ambient_temperature"]}
     for name in _NEIGHBOURS:

@@ -10,17 +10,17 @@ and z, with the tool's `pitch` above the horizontal and `roll`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
+from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
+from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.inverse import joint_angles
-from warmlink.orchestration.arm.library import PROGRAMS, arm_scenario_names
 from warmlink.orchestration.scenarios.duty import Duty, Segment
 from warmlink.orchestration.scenarios.duty_files import MOST_SEED, SHORTEST_DRAWN
 from warmlink.orchestration.scenarios.extent import check_segments
@@ -28,9 +28,7 @@ from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.text_files import (
     flag_entry,
-    is_file,
     known_entries,
-    read_toml,
     shown,
     text_entry,
     whole_entry,
@@ -55,6 +53,7 @@ class Program:
     ----------
     duties : duty cycle of each joint, from the base outwards
     poses : gone through one after another, again and again
+    axes : number of axes that the arm has; beyond six the duty cycles begin again
     """
 
     name: str
@@ -63,34 +62,30 @@ class Program:
     stop_time: float
     duties: tuple[Duty, ...]
     poses: tuple[Pose, ...]
+    axes: int = AXES
 
-    def pose_values(self) -> dict[str, Value]:
-        """Parameters of the PoseSequence component."""
-        values: dict[str, Value] = {"repeat": True}
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was taken for granted where a file did not say it."""
+        return tuple(remark for duty in self.duties for remark in duty.remarks)
+
+    def until(self, stop_time: float) -> Program:
+        """The same with another stop time in s."""
+        return replace(self, stop_time=stop_time)
+
+    def start_values(self) -> dict[str, dict[str, Value]]:
+        """Start values of the duty cycles and of the poses, by instance."""
+        values: dict[str, dict[str, Value]] = {
+            f"{axis_name(i)}.duty": dict(self.duties[(i - 1) % AXES].component_parameters())
+            for i in range(1, self.axes + 1)
+        }
+        poses: dict[str, Value] = {"repeat": True}
         for i in range(POSES):
             pose = self.poses[i] if i < len(self.poses) else Pose(0.0, (0.0,) * AXES)
-            values[f"duration[{i + 1}]"] = pose.hold
+            poses[f"duration[{i + 1}]"] = pose.hold
             for joint, angle in enumerate(pose.angles, start=1):
-                values[f"joint_{joint}[{i + 1}]"] = angle
-        return values
-
-    def duty_values(self, axis: int) -> dict[str, Value]:
-        """Parameters of the DutyCycle component of an axis, numbered from 1; beyond six they begin again."""
-        return dict(self.duties[(axis - 1) % AXES].component_parameters())
-
-
-def load_program(name: str) -> Program:
-    """Program by the name of a shipped one.
-
-    Raises
-    ------
-    InputError
-        There is none of that name.
-    """
-    path = PROGRAMS / f"{name}.toml"
-    if not is_file(path):
-        raise InputError(f"{name}: no such program of the arm; {instead(name, arm_scenario_names())}")
-    return parsed({key: value for key, value in read_toml(path).items() if key in KEYS}, name)
+                poses[f"joint_{joint}[{i + 1}]"] = angle
+        return {**values, POSE_SEQUENCE: poses}
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Program:

@@ -7,10 +7,9 @@ from collections.abc import Iterable
 
 def scenarios(incomplete: str) -> list[str]:
     """Scenarios of the cell and of the arm."""
-    from warmlink.orchestration.arm.library import arm_scenario_names
-    from warmlink.orchestration.scenarios.scenario import scenario_names
+    from warmlink.orchestration.scenarios.load import scenario_names
 
-    return _beginning(incomplete, [*scenario_names(), *arm_scenario_names()])
+    return _beginning(incomplete, scenario_names())
 
 
 def controllers(incomplete: str) -> list[str]:

@@ -10,6 +10,7 @@ from warmlink.fmus.packaging.build import build_python_fmus
 from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.commands.console import answer, answer_json, counted, progress_bar
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import write_ssp
 
@@ -60,11 +61,9 @@ def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
 
 def _build_joined(platforms: str | None, out: Path) -> list[Path]:
     """Cell and arm, each as one FMU, for tools that read no SSP."""
-    from warmlink.orchestration.arm.run import joined_arm
-    from warmlink.orchestration.arm.scenario import load_arm_scenario
-
     cell = WARMUP_CELL.joined(controller(SHOWN_CONTROLLER).name)
-    arm = joined_arm(load_arm_scenario(SHOWN_ARM_SCENARIO))
+    scenario = load_scenario(SHOWN_ARM_SCENARIO)
+    arm = scenario.joined(controller(scenario.controller))
     return _build_native([Entry(each, JOINED_HOME) for each in (cell, arm)], platforms, out)
 
 
@@ -93,11 +92,9 @@ def _write_system(blueprint: Blueprint, fmus: dict[str, Path], out: Path) -> Pat
 def _write_arm(fmus: dict[str, Path], out: Path) -> list[Path]:
     """The arm in its shift, nested and flat, with an observer an axis."""
     from warmlink.orchestration.arm.blueprint import write_arm
-    from warmlink.orchestration.arm.run import system_of
-    from warmlink.orchestration.arm.scenario import load_arm_scenario
 
-    scenario = load_arm_scenario(SHOWN_ARM_SCENARIO)
-    return write_arm(system_of(scenario, scenario.controller, fmus), out)
+    scenario = load_scenario(SHOWN_ARM_SCENARIO)
+    return write_arm(scenario.system(fmus, controller(scenario.controller)), out)
 
 
 def _validate(built: list[Path]) -> None:

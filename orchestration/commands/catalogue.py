@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
 from warmlink.orchestration.arm.library import NAME as ARM
-from warmlink.orchestration.arm.library import arm_scenario_names
-from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
 from warmlink.orchestration.diagnosis.effects import about_effects
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about
-from warmlink.orchestration.scenarios.scenario import load_scenario, scenario_names
+from warmlink.orchestration.scenarios.load import load_scenario, scenario_names
 from warmlink.orchestration.studies import mismatch
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.studies.study import names as study_names
@@ -21,7 +19,6 @@ def list_command(as_json: bool) -> None:
     """Print the catalogue as tables, or as JSON."""
     found = {
         "scenarios": {name: load_scenario(name).title for name in scenario_names()},
-        "scenarios of the arm": {name: load_arm_scenario(name).title for name in arm_scenario_names()},
         "controllers": {name: law.description for name, law in controllers().items()},
         "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
         "components": {name: component.description for name, component in components().items()},

@@ -11,12 +11,12 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
-from warmlink.orchestration.commands.run import chosen_kind, start_value_sets
+from warmlink.orchestration.commands.run import start_value_sets
 from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
 from warmlink.orchestration.own_law import load_own_law
-from warmlink.orchestration.scenarios import duty_files
-from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
-from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario, names_on
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies import mismatch as mismatches_
 from warmlink.orchestration.studies.compare import (
     Comparison,
@@ -28,9 +28,7 @@ from warmlink.orchestration.studies.compare import (
 )
 from warmlink.orchestration.studies.given import assigned, told
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
-DEFAULT_OUT = Path("out") / "compare"
 DEFAULT_MISMATCHES = (
     NOMINAL,
     "thermal_high",
@@ -42,6 +40,9 @@ DEFAULT_MISMATCHES = (
     "noisy_sensors",
     "camera_absent",
 )
+SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
+"""Systems whose scenarios are compared unasked, each with the mismatches taken then."""
+
 STOPPED_EARLY = 1
 
 
@@ -61,35 +62,24 @@ def compare_command(
 ) -> int:
     """Run, write and answer; gives the exit code."""
     sets = start_value_sets(parameter_files, settings)
-    if system == ARM:
-        from warmlink.orchestration.commands.compare_arm import compare_arm_command
-
-        if own:
-            raise InputError(f"--with {own[0]}: laws of your own run on WarmupCell; leave --system {ARM} out")
-        if sets:
-            raise InputError(f"{sets[0].origin}: compare takes no start values for {ARM}; leave it out")
-        compare_arm_command(
-            listed(controllers), listed(duty_cycles), listed(mismatches), chosen_kind(fmus), out, as_json
-        )
-        return 0
-    if system != WARMUP_CELL.name:
-        raise InputError(
-            f"--system {system}: no such system to compare on; {instead(system, (WARMUP_CELL.name, ARM))}"
-        )
-    laws = chosen_controllers(_listed(controllers, list(catalogue.controllers())))
+    if system not in SYSTEMS:
+        raise InputError(f"--system {system}: no such system to compare on; {instead(system, SYSTEMS)}")
+    laws = chosen_controllers(_listed(controllers, _designed(system)))
     owned = [load_own_law(place) for place in own]
     distinct([*laws, *(law.name for law in owned)], "controllers")
     laws |= {law.name: law.component for law in owned}
-    duties = _duties(_listed(duty_cycles, duty_files.names()))
+    duties = _duties(_listed(duty_cycles, names_on(system)))
     for each in sets:
         sentence = told(each, laws)
         if sentence is not None:
             remark(sentence)
-    wrong = _mismatches(_listed(mismatches, DEFAULT_MISMATCHES))
+    wrong = _mismatches(_listed(mismatches, SYSTEMS[system]))
     cases = plan(laws, duties, wrong, assigned(sets, laws))
-    folder = out or DEFAULT_OUT
+    folder = out or Path("out") / (f"compare_{system}" if system == ARM else "compare")
+    kinds = {kind for duty in duties for kind in duty.setup.kinds(laws.values())}
+    foreign = {name: path for duty in duties for name, path in duty.setup.foreign.items()}
     try:
-        with interruptible(), means(list(laws.values()), owned, fmus, None, jobs, folder) as study:
+        with interruptible(), means(kinds, foreign, owned, fmus, None, jobs, folder) as study:
             with progress_bar(f"{len(cases)} runs") as progress:
                 comparison = run_comparison(cases, study.workers, progress)
             with results(folder) as target:
@@ -116,6 +106,15 @@ def compare_command(
     if len(stopped) > 3:
         remark(f"{len(stopped) - 3} more runs stopped early")
     return STOPPED_EARLY if stopped else 0
+
+
+def _designed(system: str) -> list[str]:
+    """Controllers to compare where none are named: all, or those that have a design for the system."""
+    if system != ARM:
+        return list(catalogue.controllers())
+    from warmlink.orchestration.arm.setup import DESIGNED
+
+    return list(DESIGNED)
 
 
 def _listed(text: str | None, default: Sequence[str]) -> list[str]:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies.compare import Comparison, Row
 from warmlink.orchestration.studies.mismatch import NOMINAL
 

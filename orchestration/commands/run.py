@@ -9,28 +9,21 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.library import is_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.master.pacing import Interruption
 from warmlink.orchestration.own_law import is_own_law, load_own_law
 from warmlink.orchestration.report.series import series_writers
-from warmlink.orchestration.scenarios.closed_loop import (
-    NO_CONTROLLER,
-    ClosedLoop,
-    cell_components,
-    run_scenario,
-)
+from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
 from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.scenarios.parameter_files import parameters_of
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.studies import mismatch
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 STOPPED_EARLY = 1
 
@@ -67,14 +60,12 @@ class RunOptions:
 
 def run_command(options: RunOptions, as_json: bool) -> int:
     """Run, write and answer; gives the exit code."""
-    given = start_values_given(options.parameter_files, options.settings)
-    if is_arm_scenario(options.scenario):
-        return _run_arm(options, given, as_json)
-    scenario = _scenario(options, given)
+    scenario = _scenario(options, start_values_given(options.parameter_files, options.settings))
     own = load_own_law(scenario.controller) if is_own_law(scenario.controller) else None
     law = catalogue.controller(scenario.controller) if own is None else own.component
-    scenario = _mismatched(scenario, law, options.mismatches)
-    needed = set(WARMUP_CELL.components_with(law.name).values()) - ({law.name} if own else set())
+    for name in options.mismatches:
+        scenario = mismatch.load(name).applied(scenario, law)
+    needed = scenario.setup.kinds([law]) - ({law.name} if own else set())
     fmu_store = store(chosen_kind(options.fmus), sorted(needed), remark)
     folder = options.out or Path("out") / scenario.name
     with fresh_folder(folder) as target:
@@ -98,35 +89,11 @@ def run_command(options: RunOptions, as_json: bool) -> int:
     return 0 if lost is None and outcome.cut_short is None else STOPPED_EARLY
 
 
-def _run_arm(options: RunOptions, given: dict[str, str | float], as_json: bool) -> int:
-    from warmlink.orchestration.commands.run_arm import run_arm_command
-
-    if options.mismatches:
-        raise InputError(
-            f"--mismatch {options.mismatches[0]}: is for the warm-up cell; for the arm there is "
-            f"warmlink compare --system SixAxisArm --mismatch {options.mismatches[0]}"
-        )
-    if options.controller is not None and is_own_law(options.controller):
-        raise InputError(f"--controller {options.controller}: laws of your own run in the warm-up cell alone")
-    return run_arm_command(
-        options.scenario,
-        options.controller,
-        chosen_kind(options.fmus),
-        options.out,
-        given,
-        options.step,
-        options.stop,
-        options.master,
-        options.report,
-        as_json,
-    )
-
-
 def _scenario(options: RunOptions, given: dict[str, str | float]) -> Scenario:
     scenario = load_scenario(options.scenario)
     duty = scenario.duty
     if options.stop is not None:
-        duty = replace(duty, stop_time=positive(options.stop, "s", "--stop"))
+        duty = duty.until(positive(options.stop, "s", "--stop"))
     return replace(
         scenario,
         duty=duty,
@@ -134,20 +101,6 @@ def _scenario(options: RunOptions, given: dict[str, str | float]) -> Scenario:
         master=options.master or scenario.master,
         controller=options.controller or scenario.controller,
         parameters={**scenario.parameters, **given},
-    )
-
-
-def _mismatched(scenario: Scenario, law: Component, names: Sequence[str]) -> Scenario:
-    """The scenario in a cell that differs from what the law may know of it."""
-    parameters: dict[str, str | float] = scenario.parameters
-    found = [mismatch.load(name) for name in names]
-    for each in found:
-        parameters = each.applied(parameters, cell_components(law))
-    return replace(
-        scenario,
-        parameters=parameters,
-        mismatches=tuple(each.name for each in found),
-        believed=scenario.parameters,
     )
 
 

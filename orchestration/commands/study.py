@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.commands.console import remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder, locked_folder
@@ -21,7 +20,6 @@ from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger
 from warmlink.orchestration.studies.local import LocalWorkers, check_jobs
 from warmlink.orchestration.studies.workers import Workers
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 INTERRUPTED = 130
 KEPT = "interrupted; what is finished is kept, the same command goes on"
@@ -37,14 +35,22 @@ class Means:
 
 @contextmanager
 def means(
-    laws: Sequence[Component],
+    kinds: Collection[str],
+    foreign: Mapping[str, Path],
     own: Sequence[OwnLaw],
     fmus: str | None,
     scheduler: str | None,
     jobs: int,
     out: Path,
 ) -> Iterator[Means]:
-    """FMUs of the laws, and workers that keep what they finish in a folder, which is theirs alone.
+    """FMUs, and workers that keep what they finish in a folder, which is theirs alone.
+
+    Parameters
+    ----------
+    kinds : components of ours that are needed
+    foreign : FMUs of others, by the component's name
+    own : laws of one's own
+    fmus, scheduler, jobs, out : what the command line says
 
     A folder made for the purpose goes again where no run was finished.
 
@@ -59,7 +65,7 @@ def means(
     fresh = not out.exists()
     with locked_folder(out):
         try:
-            chosen = _fmu_set(laws, own, kind)
+            chosen = _fmu_set(kinds, foreign, own, kind)
             with _workers(chosen, scheduler, jobs) as workers:
                 yield Means(chosen, Ledger(out, chosen.digest, workers, remark))
         except InputError:
@@ -122,12 +128,12 @@ def _workers(fmus: FmuSet, scheduler: str | None, jobs: int) -> Iterator[Workers
         yield local
 
 
-def _fmu_set(laws: Sequence[Component], own: Sequence[OwnLaw], kind: FmuKind | None) -> FmuSet:
-    owned = {law.component.name for law in own}
-    kinds = {each for law in laws for each in WARMUP_CELL.components_with(law.name).values()}
-    needed = sorted(kinds - owned)
+def _fmu_set(
+    kinds: Collection[str], foreign: Mapping[str, Path], own: Sequence[OwnLaw], kind: FmuKind | None
+) -> FmuSet:
+    needed = sorted(set(kinds) - {law.component.name for law in own})
     chosen = store(kind, needed, remark)
-    files = chosen.files(needed, remark)
+    files = {**chosen.files(needed, remark), **foreign}
     for law in own:
         files[law.component.name] = law.fmu(chosen)
     return FmuSet.read(chosen.kind, files)

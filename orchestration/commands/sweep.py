@@ -28,7 +28,7 @@ def sweep_command(
     folder = out or Path("out") / study.name / "sweep"
     try:
         own = () if study.own is None else (study.own,)
-        with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:
+        with interruptible(), means(study.kinds, study.foreign, own, fmus, scheduler, jobs, folder) as given:
             with progress_bar(study.title) as progress:
                 found = sweep(study, points, given.workers, lambda done: progress(done / len(points)))
             with results(folder) as target:

@@ -37,7 +37,7 @@ def tune_command(
     folder = out or Path("out") / study.name / "tune"
     try:
         own = () if study.own is None else (study.own,)
-        with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:
+        with interruptible(), means(study.kinds, study.foreign, own, fmus, scheduler, jobs, folder) as given:
             url = study.tune.storage or default_url(folder)
             storage = Storage(study, given.fmus.digest, url)
             with noted_progress_bar(study.title) as show:

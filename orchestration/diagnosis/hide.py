@@ -14,8 +14,8 @@ from warmlink.orchestration.diagnosis.effects import CHANNELS, Readings, effect_
 from warmlink.orchestration.diagnosis.hidden import COLD, Course, Segment, Truth, simulate
 from warmlink.orchestration.diagnosis.table import MOST_DAYS
 from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, Duty
+from warmlink.orchestration.scenarios.load import load_scenario
 
 Vector = NDArray[np.float64]
 
@@ -74,6 +74,8 @@ def duty_of(name: str) -> tuple[Segment, ...]:
         There is no such scenario, it is too long to be logged, or it heats by a pad of given power.
     """
     duty = load_scenario(name).duty
+    if not isinstance(duty, Duty):
+        raise InputError(f"{name}: is a program of the arm; give a duty cycle, or --axis with the program")
     if duty.stop_time > MOST_DAYS * 86400:
         raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
     found: list[Segment] = []

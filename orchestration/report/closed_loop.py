@@ -6,15 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from warmlink.fmus.names import listed
+from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.report.figures import Band, Line, time_plot
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
-from warmlink.orchestration.scenarios.closed_loop import (
-    CORRECTION,
-    ELONGATION,
-    NO_CONTROLLER,
-    ClosedLoop,
-)
+from warmlink.orchestration.scenarios.closed_loop import ClosedLoop
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+from warmlink.orchestration.scenarios.setup import CELL
 
 ZERO_CELSIUS = 273.15
 
@@ -37,10 +36,12 @@ def write_report(outcome: ClosedLoop, path: Path) -> None:
         _lead(outcome),
         [
             Section("Figures", text=scenario.about.strip(), table=_figures(outcome)),
-            Section("Error of the tool point", _ERROR_TEXT, figure=_error_plot(outcome)),
-            Section("Elongation and correction", figure=_elongation_plot(outcome)),
-            Section("Temperatures", figure=_temperature_plot(outcome)),
-            Section("Heat flows", figure=_heat_plot(outcome)),
+            Section(
+                "Error of the tool point",
+                _ERROR_TEXT.format(score=scenario.setup.roles.score.text),
+                figure=_error_plot(outcome),
+            ),
+            *_of_the_system(outcome),
             Section("How far to trust this", _trust(outcome), table=_budget(outcome)),
             Section("Settings", table=_settings(outcome)),
             Section("Versions", table=versions()),
@@ -48,7 +49,43 @@ def write_report(outcome: ClosedLoop, path: Path) -> None:
     )
 
 
-_ERROR_TEXT = "True elongation minus correction, at the communication points."
+_ERROR_TEXT = "{score}, at the communication points."
+
+MOST_LINES = 10
+"""Lines in a plot of a system of one's own."""
+
+
+def _of_the_system(outcome: ClosedLoop) -> list[Section]:
+    """Sections for what the system is: the arm's, the cell's, or the outputs of one's own by their units."""
+    system = outcome.scenario.setup.name
+    if system == ARM:
+        from warmlink.orchestration.report.arm import sections
+
+        return sections(outcome)
+    if system != CELL.name:
+        return [
+            Section(heading, figure=_unit_plot(outcome, unit, factor, zero, label))
+            for heading, unit, factor, zero, label in _BY_UNIT
+        ]
+    return [
+        Section("Elongation and correction", figure=_elongation_plot(outcome)),
+        Section("Temperatures", figure=_temperature_plot(outcome)),
+        Section("Heat flows", figure=_heat_plot(outcome)),
+    ]
+
+
+def _unit_plot(outcome: ClosedLoop, unit: str, factor: float, zero: float, label: str) -> object:
+    table = outcome.result.table
+    names = [name for name in table.names if table.units[name] == unit and "[" not in name][:MOST_LINES]
+    lines = [Line(name, factor * (outcome.result[name] - zero)) for name in names]
+    return time_plot(outcome.time, lines, label)
+
+
+_BY_UNIT = (
+    ("Lengths", "m", 1e6, 0.0, "length [µm]"),
+    ("Temperatures", "K", 1.0, ZERO_CELSIUS, "temperature [°C]"),
+    ("Heat flows", "W", 1.0, 0.0, "heat flow [W]"),
+)
 
 
 def _lead(outcome: ClosedLoop) -> str:
@@ -93,7 +130,7 @@ def _error_plot(outcome: ClosedLoop) -> object:
     tolerance = 1e6 * outcome.scenario.tolerance
     lines = [
         Line(outcome.controller, 1e6 * outcome.error),
-        Line(NO_CONTROLLER, 1e6 * outcome.result[ELONGATION], dash="dot"),
+        Line(NO_CONTROLLER, 1e6 * outcome.uncompensated_error, dash="dot"),
     ]
     band = Band(-tolerance, tolerance, f"±{tolerance:g} µm")
     return time_plot(outcome.time, lines, "error [µm]", band)
@@ -102,8 +139,8 @@ def _error_plot(outcome: ClosedLoop) -> object:
 def _elongation_plot(outcome: ClosedLoop) -> object:
     run = outcome.result
     lines = [
-        Line("elongation", 1e6 * run[ELONGATION]),
-        Line("correction", 1e6 * run[CORRECTION], dash="dash"),
+        Line("elongation", 1e6 * run["link.elongation"]),
+        Line("correction", 1e6 * run["compensator.correction"], dash="dash"),
     ]
     return time_plot(outcome.time, lines, "length [µm]")
 
@@ -126,15 +163,18 @@ def _heat_plot(outcome: ClosedLoop) -> object:
 def _trust(outcome: ClosedLoop) -> str:
     return (
         "Coupling: bounded by a run with half the communication step. "
-        "Discretisation: the link's own estimate for its grid. Heat balance: heat that left the motor less "
-        "heat that reached the link."
+        "Discretisation: the links' own estimate for their grids. Heat balance: heat that left a part less "
+        "heat that reached the next."
     )
 
 
 def _budget(outcome: ClosedLoop) -> Table:
     rows = [
-        ("coupling error of the elongation", _bound(outcome.coupling_error_um)),
-        ("discretisation error of the elongation", _bound(outcome.discretisation_error_um)),
+        (
+            f"coupling error of {listed(outcome.scenario.setup.roles.plant)}",
+            _bound(outcome.coupling_error_um),
+        ),
+        ("discretisation error of any elongation", _bound(outcome.discretisation_error_um)),
     ]
     for audit in outcome.result.audits:
         share = abs(audit.total) / max(abs(audit.delivered), 1e-12)

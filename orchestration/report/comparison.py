@@ -8,7 +8,7 @@ from typing import Any
 
 from warmlink.orchestration.report.figures import heat_map
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
-from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.compare import Comparison, Row
 from warmlink.orchestration.studies.mismatch import NOMINAL

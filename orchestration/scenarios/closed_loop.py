@@ -1,10 +1,11 @@
-"""One scenario in closed loop: how far off the cell was with a controller, and how far without."""
+"""One scenario in closed loop: how far off the tool point was with a controller, and how far without."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,15 +23,8 @@ from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.belief import advice, is_ideal
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
-from warmlink.orchestration.scenarios.overrides import start_values
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
-
-ELONGATION = "link.elongation"
-CORRECTION = "compensator.correction"
-
-NO_CONTROLLER = "none"
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.setup import CELL, Setup
 
 Progress = Callable[[float], None]
 """Called with the share of the work that is done, 0 to 1."""
@@ -40,16 +34,16 @@ Progress = Callable[[float], None]
 class ClosedLoop:
     """What a scenario came to, with a controller and without.
 
-    No controller acts on motor or link, so the elongation of the one run is also the error without any.
+    No controller acts on what it corrects, so the one run also tells the error without any.
 
     Attributes
     ----------
     controller : its name
     result : the run
-    coupling_error_um : bound on what the finite communication step costs the elongation, by a run with half
-        of it; None where one of the two stopped early
+    coupling_error_um : bound on what the finite communication step costs the plant, by a run with half of
+        it; None where one of the two stopped early
     cut_short : why a run ended early, None where both came to their end
-    advice : what to do where the controller was made for another cell, None where it was not
+    advice : what to do where the controller was made for another system, None where it was not
     ideal : whether the cell and its thermometers are just what the controller was designed for
     """
 
@@ -70,13 +64,18 @@ class ClosedLoop:
 
     @property
     def error(self) -> Series:
-        """True elongation minus correction in m at the communication points."""
-        return remaining_error(self.result)
+        """Error of the tool point in m at the communication points."""
+        return remaining_error(self.scenario.setup, self.result)
+
+    @property
+    def uncompensated_error(self) -> Series:
+        """The same without a controller."""
+        return np.asarray(self.scenario.setup.roles.uncompensated.value(self.result.__getitem__))
 
     @property
     def uncompensated(self) -> ErrorMetrics:
         """Figures without a controller."""
-        return error_metrics(self.time, self.result[ELONGATION], self.scenario.tolerance)
+        return error_metrics(self.time, self.uncompensated_error, self.scenario.tolerance)
 
     @property
     def metrics(self) -> ErrorMetrics:
@@ -85,8 +84,8 @@ class ClosedLoop:
 
     @property
     def discretisation_error_um(self) -> float:
-        """Largest estimate that the link makes of its grid's error."""
-        return 1e6 * float(np.max(np.abs(self.result["link.discretisation_error"])))
+        """Largest estimate that a link makes of its grid's error."""
+        return discretisation_um(self.result)
 
     @property
     def reduction_percent(self) -> float | None:
@@ -103,8 +102,11 @@ class ClosedLoop:
 
     def to_dict(self) -> dict[str, Any]:
         """What stands in `metrics.json`."""
+        detail = self.scenario.setup.detail
+        more = {} if detail is None else detail(self.result)
         return {
             "scenario": self.scenario.name,
+            "system": self.scenario.setup.name,
             "controller": self.controller,
             "mismatches": list(self.scenario.mismatches),
             "fmus": self.fmus,
@@ -112,8 +114,8 @@ class ClosedLoop:
             "communication_step_size_s": self.scenario.step_size,
             "master": self.scenario.master,
             "tolerance_um": 1e6 * self.scenario.tolerance,
-            "uncompensated": self.uncompensated.to_dict(),
-            "compensated": self.metrics.to_dict(),
+            "uncompensated": {**self.uncompensated.to_dict(), **more.get("uncompensated", {})},
+            "compensated": {**self.metrics.to_dict(), **more.get("compensated", {})},
             "reduction_percent": self.reduction_percent,
             "heat_balance_error_J": sum(audit.total for audit in self.result.audits),
             "error_budget_um": {
@@ -133,9 +135,15 @@ IDEAL = (
 )
 
 
-def remaining_error(result: Result) -> Series:
-    """True elongation minus correction in m at the communication points."""
-    return result[ELONGATION] - result[CORRECTION]
+def remaining_error(setup: Setup, result: Result) -> Series:
+    """Error of the tool point in m at the communication points of a run, shape (n,)."""
+    return np.asarray(setup.roles.score.value(result.__getitem__))
+
+
+def discretisation_um(result: Result) -> float:
+    """Largest estimate in um that a link makes of its grid's error; 0 where nothing estimates one."""
+    estimates = [result[name] for name in result.table.names if name.endswith(".discretisation_error")]
+    return 1e6 * float(np.max(np.abs(estimates), initial=0.0))
 
 
 def run_scenario(
@@ -145,7 +153,7 @@ def run_scenario(
     progress: Progress | None = None,
     own: OwnLaw | None = None,
 ) -> ClosedLoop:
-    """Run a scenario's cell with a controller, and once more at half the step.
+    """Run a scenario with a controller, and once more at half the step.
 
     Ctrl-C ends it in order: what was computed up to there is kept.
 
@@ -168,16 +176,15 @@ def run_scenario(
     began = time.perf_counter()
     report = progress or (lambda share: None)
     law = catalogue.controller(controller) if own is None else own.component
-    cell = _system(scenario, law, store, own)
-    components = cell_components(law)
-    believed = scenario.parameters if scenario.believed is None else scenario.believed
-    told = None if own or controller == NO_CONTROLLER else advice(controller, components, believed)
-    ideal = own is None and is_ideal(controller, components, scenario.parameters)
+    scenario = replace(scenario, controller=controller)
+    setup = scenario.setup
+    system = scenario.system(files_for(setup, law, store, own), law)
+    told, ideal = (None, False) if own else judged(scenario, law)
     chosen = algorithm(scenario.master)
     stop, step = scenario.stop_time, scenario.step_size
     with temporary_folder() as home:
         result = guarded(
-            lambda line: simulate(cell, stop, step, chosen, unpacked=home, line=line),
+            lambda line: simulate(system, stop, step, chosen, unpacked=home, line=line),
             lambda at, count: report(at / count / 3),
         )
         coupling, cut_short = None, result.reason
@@ -185,18 +192,19 @@ def run_scenario(
             try:
                 fine = guarded(
                     lambda line: simulate(
-                        cell,
+                        system,
                         stop,
                         step / 2,
                         chosen,
-                        record=(ELONGATION,),
+                        record=setup.roles.plant,
                         unpacked=home,
                         check_stability=False,
                         line=line,
                     ),
                     lambda at, count: report((1 + 2 * at / count) / 3),
                 )
-                coupling, cut_short = _coupling_um(result, fine, chosen.order), fine.reason
+                coupling = coupling_um(result, fine, chosen.order, setup)
+                cut_short = fine.reason
             except KeyboardInterrupt:
                 cut_short = "interrupted"
             except SlaveError as fault:  # before its first value, which costs the first run nothing
@@ -215,38 +223,29 @@ def run_scenario(
     )
 
 
-def _coupling_um(result: Result, fine: Result, order: int) -> float | None:
-    (bound,) = coupling_error(result, fine, order, (ELONGATION,))
-    return 1e6 * bound.largest if np.isfinite(bound.largest) else None
+def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
+    """Bound in um on what the communication step costs the plant; None where a run stopped early."""
+    bounds = coupling_error(result, fine, order, setup.roles.plant)
+    largest = max((bound.largest for bound in bounds), default=np.inf)
+    return 1e6 * largest if np.isfinite(largest) else None
 
 
-def cell_components(controller: Component) -> dict[str, Component]:
-    """Declaration behind each instance of the cell with a controller."""
-    return {
-        instance: controller if instance == COMPENSATOR else catalogue.components()[kind]
-        for instance, kind in WARMUP_CELL.components.items()
-    }
+def judged(scenario: Scenario, law: Component) -> tuple[str | None, bool]:
+    """What to do where the controller was not made for the system, and whether all is as it was made for."""
+    name, setup = scenario.controller, scenario.setup
+    if name == NO_CONTROLLER:
+        return None, False
+    if scenario.design is None:
+        return f"{name} has no design for {setup.name}; it runs with the parameters that it ships with", False
+    if setup.name != CELL.name:
+        return None, False
+    declared = setup.declared(law)
+    believed = scenario.parameters if scenario.believed is None else scenario.believed
+    perfect = scenario.in_use.noise is None
+    return advice(name, declared, believed), perfect and is_ideal(name, declared, scenario.parameters)
 
 
-def cell_values(scenario: Scenario, controller: Component) -> dict[str, dict[str, Value]]:
-    """Start values of the cell that a scenario asks for, in SI units by instance and variable.
-
-    Raises
-    ------
-    InputError
-        If the scenario names a parameter or unit that does not exist, or a component refuses a value.
-    """
-    values = start_values(scenario.parameters, cell_components(controller), scenario.name)
-    values.setdefault("duty", {}).update(scenario.duty.component_parameters())
-    if "tolerance" in controller.p.index:
-        values.setdefault(COMPENSATOR, {}).setdefault("tolerance", scenario.tolerance)
-    return values
-
-
-def _system(scenario: Scenario, law: Component, store: FmuStore, own: OwnLaw | None) -> System:
-    values = cell_values(scenario, law)
-    kinds = WARMUP_CELL.components_with(law.name).values()
-    files = store.files(kind for kind in kinds if own is None or kind != law.name)
-    if own is not None:
-        files[law.name] = own.fmu(store)
-    return WARMUP_CELL.system(files, law.name, values)
+def files_for(setup: Setup, law: Component, store: FmuStore, own: OwnLaw | None) -> dict[str, Path]:
+    """Files of the FMUs that a system needs from us, by the component's name."""
+    files = store.files(sorted(setup.kinds([law]) - ({law.name} if own else set())))
+    return files if own is None else {**files, law.name: own.fmu(store)}

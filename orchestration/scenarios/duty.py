@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,14 @@ class Duty:
     def fits_component(self) -> bool:
         """Whether the DutyCycle component can hold it; a finer one is fed by the master as a table."""
         return len(self.segments) <= SEGMENTS
+
+    def until(self, stop_time: float) -> Duty:
+        """The same with another stop time in s."""
+        return replace(self, stop_time=stop_time)
+
+    def start_values(self) -> dict[str, dict[str, float | bool]]:
+        """Start values of the instance `duty`; raises as `component_parameters`."""
+        return {"duty": self.component_parameters()}
 
     def component_parameters(self) -> dict[str, float | bool]:
         """Parameters of the DutyCycle component, by scalar name.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -64,6 +64,18 @@ class Expression:
         """Value for the variables' values: numbers, or arrays of one shape."""
         with np.errstate(all="ignore"):
             return self._of(self._tree, of)
+
+    def without(self, names: Collection[str]) -> Expression:
+        """The same with some variables taken as zero."""
+
+        class Zero(ast.NodeTransformer):
+            def generic_visit(self, node: ast.AST) -> ast.AST:
+                if isinstance(node, ast.Attribute | ast.Subscript) and ast.unparse(node) in names:
+                    return ast.Constant(0.0)
+                return super().generic_visit(node)
+
+        tree = Zero().visit(ast.parse(self.text, mode="eval").body)
+        return Expression(ast.unparse(tree), self.where)
 
     def weights(self) -> dict[str, float]:
         """Weight of each variable in an expression that is linear.

@@ -1,38 +1,55 @@
-"""Scenarios: a duty cycle, the cell it runs in, and how it is run.
-
-A scenario file names a shipped duty cycle, `duty = "shift_with_breaks"`, or holds one of its own in the form
-of the duty cycle files. Every duty cycle is a scenario too, with the default settings.
-"""
+"""Scenarios: a system, what drives it, what is scored, and how it is run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Protocol
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios import duty_files
-from warmlink.orchestration.scenarios.duty import Duty
+from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.extent import check_extent
-from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.text_files import (
-    is_file,
-    known_entries,
-    read_text,
-    shortened,
-    tables_of,
-    text_entry,
-)
-
-LIBRARY = Path(__file__).parent / "library"
+from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, StartValues, merged
+from warmlink.orchestration.system.model import System, Value
 
 DEFAULT_SCENARIO = "windshield_wiper"
 DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
 DEFAULT_MASTER = "gauss_seidel"
 DEFAULT_CONTROLLER = "lag"
+NO_CONTROLLER = "none"
+
+
+class Drive(Protocol):
+    """What drives a system: a duty cycle, or a program of an arm."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def title(self) -> str:
+        """In a few words."""
+
+    @property
+    def reason(self) -> str:
+        """Why it is as it is."""
+
+    @property
+    def stop_time(self) -> float:
+        """In s."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was taken for granted where a file did not say it."""
+
+    def until(self, stop_time: float) -> Drive:
+        """The same with another stop time in s."""
+
+    def start_values(self) -> StartValues:
+        """Start values of the instances that drive the others."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +59,7 @@ class Scenario:
     Attributes
     ----------
     parameters : start values as written, `"2 W/K"` under `motor.joint_conductance`
+    sensors : what the controllers go by; what is None there is the system's
     mismatches : names of those that change the parameters
     believed : the parameters without them, which is what a law may know; None where there are none
     """
@@ -49,12 +67,14 @@ class Scenario:
     name: str
     title: str
     about: str
-    duty: Duty
+    duty: Drive
+    setup: Setup = CELL
     step_size: float = DEFAULT_STEP
     master: str = DEFAULT_MASTER
     controller: str = DEFAULT_CONTROLLER
     tolerance: float = DEFAULT_TOLERANCE
     parameters: dict[str, str | float] = field(default_factory=dict)
+    sensors: Sensors = AS_THEY_ARE
     mismatches: tuple[str, ...] = ()
     believed: dict[str, str | float] | None = None
 
@@ -63,120 +83,64 @@ class Scenario:
 
     @property
     def stop_time(self) -> float:
-        """Stop time in s, that of the duty cycle."""
+        """Stop time in s, that of what drives the system."""
         return self.duty.stop_time
 
+    @property
+    def in_use(self) -> Sensors:
+        """What the controllers go by."""
+        mine, theirs = self.sensors, self.setup.sensors
+        return Sensors(
+            theirs.noise if mine.noise is None else mine.noise,
+            theirs.used if mine.used is None else mine.used,
+        )
 
-_SETTINGS = {
-    "title",
-    "about",
-    "duty",
-    "stop_time",
-    "step_size",
-    "master",
-    "controller",
-    "tolerance",
-    "parameters",
-}
+    @property
+    def design(self) -> StartValues | None:
+        """Parameters of the controllers for this system; None where it has no design of the law."""
+        if self.setup.designs is None:
+            return {}
+        return self.setup.designs(self.controller, self.in_use)
 
-_OTHERS = {
-    ".ssp": "it is a system: warmlink simulate {}",
-    ".fmu": "it is an FMU: warmlink check {}",
-    ".ssv": "it is a parameter set: warmlink run --parameters {}",
-}
-"""What to do with files that are no scenario, by their ending."""
+    def values(self, law: Component) -> dict[str, dict[str, Value]]:
+        """Start values in SI units by instance and variable.
 
+        Raises
+        ------
+        InputError
+            If the scenario names a parameter or unit that does not exist, or a component refuses a value.
+        """
+        noise = self.in_use.noise
+        declared = self.setup.declared(law)
+        chosen = merged(
+            self.setup.values,
+            {} if noise is None else self.setup.noisy(noise),
+            self.design or {},
+            start_values(self.parameters, declared, self.name),
+            self.duty.start_values(),
+        )
+        for instance in self.setup.controllers:
+            if "tolerance" in law.p.index:
+                chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
+        return chosen
 
-def scenario_names() -> list[str]:
-    """Names of the scenarios that warmlink ships, its duty cycles among them."""
-    return sorted(_shipped() | set(duty_files.names()))
+    def system(self, fmus: Mapping[str, Path], law: Component) -> System:
+        """System with its FMUs; raises as `values`."""
+        blueprint = replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
+        return blueprint.system({**self.setup.foreign, **fmus}, law.name, self.values(law))
 
+    def joined(self, law: Component) -> Component:
+        """The same as one component.
 
-def _shipped() -> set[str]:
-    return {path.stem for path in LIBRARY.glob("*.toml")}
-
-
-def load_scenario(name: str) -> Scenario:
-    """Scenario by the name of a shipped one, or by the path of a TOML or CSV file.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name, or the file does not hold a scenario.
-    """
-    path = Path(name)
-    if name in _shipped():
-        return read_scenario(name, read_text(LIBRARY / f"{name}.toml", ""))
-    if path.suffix == ".toml":
-        return read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"))
-    if path.suffix == ".csv" or name in duty_files.names():
-        return _of_duty(duty_files.load(name))
-    if path.suffix in _OTHERS and is_file(path):
-        raise InputError(f"{name}: is no scenario; {_OTHERS[path.suffix].format(name)}")
-    raise InputError(
-        f"{shortened(name)}: no such scenario; "
-        f"{instead(name, scenario_names(), 'or give a TOML or CSV file')}"
-    )
-
-
-def read_scenario(name: str, text: str) -> Scenario:
-    """Scenario from the text of its file.
-
-    Raises
-    ------
-    InputError
-        If the text does not hold one.
-    """
-    return of_tables(name, tables_of(text, name))
-
-
-def of_tables(name: str, table: Mapping[str, Any]) -> Scenario:
-    """Scenario from the tables of its file; raises as `read_scenario`."""
-    known_entries(table, _SETTINGS | duty_files.KEYS, name)
-    scenario = _of_duty(_duty(name, table))
-    return replace(
-        scenario,
-        name=name,
-        title=text_entry(table, "title", scenario.title, name),
-        about=text_entry(table, "about", scenario.about, name),
-        step_size=positive(table.get("step_size", DEFAULT_STEP), "s", f"{name}: step_size"),
-        master=text_entry(table, "master", DEFAULT_MASTER, name),
-        controller=text_entry(table, "controller", DEFAULT_CONTROLLER, name),
-        tolerance=positive(table.get("tolerance", DEFAULT_TOLERANCE), "m", f"{name}: tolerance"),
-        parameters=written_parameters(name, table),
-    )
-
-
-def _of_duty(duty: Duty) -> Scenario:
-    return Scenario(duty.name, duty.title, duty.reason, duty)
-
-
-def _duty(name: str, table: Mapping[str, Any]) -> Duty:
-    own = {key: value for key, value in table.items() if key in duty_files.KEYS}
-    if "duty" not in table:
-        return duty_files.parsed(own, name)
-    twice = sorted({"segment", "random", "repeat"} & set(own))
-    if twice:
-        raise InputError(f"{name}: {twice[0]} beside duty; name a duty cycle or write one, not both")
-    duty = duty_files.load(text_entry(table, "duty", "", name))
-    if "stop_time" in table:
-        duty = replace(duty, stop_time=positive(table["stop_time"], "s", f"{name}: stop_time"))
-    return duty
-
-
-def written_parameters(name: str, table: Mapping[str, Any]) -> dict[str, str | float]:
-    """Start values of a scenario file as they are written, by `instance.variable`.
-
-    Raises
-    ------
-    InputError
-        If they are no table, or a name in it is a table again, as TOML takes a name with a dot.
-    """
-    parameters = table.get("parameters", {})
-    if not isinstance(parameters, dict):
-        raise InputError(f"{name}: parameters is not a table; write [parameters] above them")
-    for key, value in parameters.items():
-        if isinstance(value, dict):
-            inner = next(iter(value), "length")
-            raise InputError(f'{name}: {key}: put the whole name in quotes, as "{key}.{inner}" = "..."')
-    return dict(parameters)
+        Raises
+        ------
+        InputError
+            If the system holds FMUs that are not ours, or as `values`.
+        """
+        if self.setup.foreign:
+            raise InputError(
+                f"{self.setup.name}: holds FMUs of others ({', '.join(self.setup.foreign)}), whose equations "
+                "nobody knows; run it by the master"
+            )
+        blueprint = replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
+        return blueprint.joined(law.name, self.values(law))

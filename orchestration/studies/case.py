@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +15,13 @@ import numpy as np
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.error_budget import estimate_coupling_error
 from warmlink.orchestration.master.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.closed_loop import (
-    CORRECTION,
-    ELONGATION,
-    cell_values,
-    remaining_error,
-)
+from warmlink.orchestration.scenarios.closed_loop import coupling_um, discretisation_um, remaining_error
 from warmlink.orchestration.scenarios.metrics import Series, error_metrics
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.shipped import WARMUP_CELL
-
-DISCRETISATION = "link.discretisation_error"
-RECORDED = (ELONGATION, CORRECTION, DISCRETISATION)
 
 WARM_UP_GRID_S = 60.0
 """Time between the moments at which the end of a warm-up is tried, in s."""
@@ -38,12 +29,13 @@ WARM_UP_GRID_S = 60.0
 
 @dataclass(frozen=True)
 class Case:
-    """One run of the warm-up cell.
+    """One run of a system.
 
     Attributes
     ----------
     label : what tells this run from the others of its study, as (controller, duty cycle, mismatch)
-    law : component behind the compensator
+    setup : the system and the roles in it
+    law : component behind the controllers
     values : start values in SI units by instance and variable
     stop_time, step_size : in s
     master : name of the master algorithm
@@ -52,6 +44,7 @@ class Case:
     """
 
     label: tuple[str, ...]
+    setup: Setup
     law: str
     values: Mapping[str, Mapping[str, Value]]
     stop_time: float
@@ -68,7 +61,8 @@ class Case:
     @property
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
-        facts = {name: value for name, value in asdict(self).items() if name != "label"}
+        facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
+        facts |= {"blueprint": asdict(self.setup.blueprint), "score": self.setup.roles.score.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -127,8 +121,9 @@ def case_of(
     CommunicationPoints.between(0.0, scenario.stop_time, scenario.step_size)
     return Case(
         label=label,
+        setup=replace(scenario.setup, designs=None, detail=None),
         law=controller.name,
-        values=cell_values(scenario, controller),
+        values=scenario.values(controller),
         stop_time=scenario.stop_time,
         step_size=scenario.step_size,
         master=scenario.master,
@@ -146,28 +141,35 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
     fmus : file of each FMU by the component's name
     unpacked : folder that keeps the unpacked FMUs from run to run
     """
-    system = WARMUP_CELL.system(fmus, case.law, case.values)
-    result = _simulated(case, system, case.stop_time, case.step_size, unpacked)
+    setup = case.setup
+    system = setup.blueprint.system({**setup.foreign, **fmus}, case.law, case.values)
+    record = (*setup.roles.score.variables, *setup.roles.uncompensated.variables, *setup.corrections)
+    estimates = [f"{link}.discretisation_error" for link in setup.called("link")]
+    result = _simulated(case, system, case.step_size, (*record, *estimates, *setup.roles.plant), unpacked)
     if result.reason is not None:
         return failed(result.reason)
-    coupling = _coupling_um(case, system, result, unpacked) if case.with_budget else None
-    return figures(result, case.tolerance, coupling)
+    coupling = None
+    if case.with_budget:
+        fine = _simulated(case, system, case.step_size / 2, setup.roles.plant, unpacked)
+        coupling = coupling_um(result, fine, algorithm(case.master).order, setup)
+    return figures(setup, result, case.tolerance, coupling)
 
 
-def figures(result: Result, tolerance: float, coupling_um: float | None = None) -> Outcome:
-    """Figures of a complete run whose records hold `RECORDED`."""
-    time, error = result.times, remaining_error(result)
+def figures(setup: Setup, result: Result, tolerance: float, coupling_um: float | None = None) -> Outcome:
+    """Figures of a complete run."""
+    time, error = result.times, remaining_error(setup, result)
     errors = error_metrics(time, error, tolerance)
-    rate = np.abs(np.diff(result[CORRECTION])) / np.diff(time)
+    rates = [np.max(np.abs(np.diff(result[name])) / np.diff(time), initial=0.0) for name in setup.corrections]
+    without = np.asarray(setup.roles.uncompensated.value(result.__getitem__))
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
         rms_um=errors.rms_um,
         time_to_tolerance_s=errors.time_to_tolerance_s,
         within_tolerance_min=_minutes(np.abs(error) <= tolerance, time),
-        warm_up_first_min=warm_up_first(time, result[ELONGATION], tolerance),
-        correction_rate_um_s=1e6 * float(np.max(rate, initial=0.0)),
-        discretisation_um=1e6 * float(np.max(np.abs(result[DISCRETISATION]))),
+        warm_up_first_min=warm_up_first(time, without, tolerance),
+        correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
+        discretisation_um=discretisation_um(result),
         coupling_um=coupling_um,
     )
 
@@ -199,18 +201,7 @@ def _minutes(good: np.ndarray[Any, np.dtype[np.bool_]], time: Series) -> float:
 
 
 def _simulated(
-    case: Case, system: System, stop_time: float, step_size: float, unpacked: Path | None
+    case: Case, system: System, step_size: float, record: Sequence[str], unpacked: Path | None
 ) -> Result:
     chosen = algorithm(case.master)
-    return simulate(system, stop_time, step_size, chosen, record=RECORDED, balances=(), unpacked=unpacked)
-
-
-def _coupling_um(case: Case, system: System, result: Result, unpacked: Path | None) -> float | None:
-    (bound,) = estimate_coupling_error(
-        lambda until, half: _simulated(case, system, until, half, unpacked),
-        result,
-        case.step_size,
-        algorithm(case.master).order,
-        (ELONGATION,),
-    )
-    return 1e6 * bound.largest if math.isfinite(bound.largest) else None
+    return simulate(system, case.stop_time, step_size, chosen, record=record, balances=(), unpacked=unpacked)

@@ -10,8 +10,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, cell_components
-from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.studies.workers import Workers
@@ -124,11 +123,13 @@ def plan(
     cases = []
     alone = NOMINAL not in {mismatch.name for mismatch in mismatches}
     for name, law in controllers.items():
-        declared = cell_components(law)
         for duty in duties:
+            parameters = {**duty.parameters, **(given or {}).get(name, {})}
+            plain = replace(duty, controller=name, parameters=parameters)
+            if plain.design is None:
+                raise InputError(f"{name}: has no design for {duty.setup.name}; leave it out")
             for mismatch in mismatches:
-                parameters = {**duty.parameters, **(given or {}).get(name, {})}
-                scenario = replace(duty, parameters=mismatch.applied(parameters, declared))
+                scenario = mismatch.applied(plain, law)
                 needed = alone or mismatch.name == NOMINAL or mismatch.touches_plant
                 budget = name == NO_CONTROLLER and needed
                 cases.append(case_of(scenario, law, (name, duty.name, mismatch.name), with_budget=budget))

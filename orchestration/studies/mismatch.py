@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration.scenarios.load import written_parameters
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.scenario import written_parameters
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.setup import Setup
+from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.text_files import is_file, known_entries, read_toml, shown, text_entry
 
 LIBRARY = Path(__file__).parent / "mismatches"
@@ -59,12 +62,14 @@ class Mismatch:
     @property
     def touches_plant(self) -> bool:
         """Whether the true elongation differs from the nominal one."""
-        return any(name.partition(".")[0] in PLANT for name in (*self.scale, *self.parameters))
+        named = (name.split(".")[:-1] for name in (*self.scale, *self.parameters))
+        return any(part in PLANT for parts in named for part in parts)
 
-    def applied(
-        self, parameters: Mapping[str, str | float], components: Mapping[str, Component]
-    ) -> dict[str, str | float]:
-        """Start values of a scenario with this mismatch on top.
+    def applied(self, scenario: Scenario, law: Component) -> Scenario:
+        """Scenario with this mismatch on top, which the law does not know of.
+
+        What concerns the warm-up cell's motor concerns every motor of another system, and so on; factors act
+        on what each has. What a system does not have is left out.
 
         Raises
         ------
@@ -72,13 +77,28 @@ class Mismatch:
             If it names what does not exist, or a value that is no number.
         """
         where = f"mismatch {self.name}"
-        changed = {**parameters, **self.parameters}
-        for name, factor in self.scale.items():
-            base = scalar(name, components, where).start or 0.0
-            if name in changed:
-                base = start_value(name, changed[name], components, where)
-            changed[name] = factor * base
-        return changed
+        setup = scenario.setup
+        components = setup.declared(law)
+        changed = dict(scenario.parameters)
+        changed |= {full: value for name, value in self.parameters.items() for full in _meant(name, setup)}
+        for full, factor in ((f, factor) for name, factor in self.scale.items() for f in _meant(name, setup)):
+            instance, _, variable = full.rpartition(".")
+            declared = scalar(full, components, where).start or 0.0
+            base = float(setup.values.get(instance, {}).get(variable, declared))
+            if full in changed:
+                base = start_value(full, changed[full], components, where)
+            changed[full] = factor * base
+        believed = scenario.parameters if scenario.believed is None else scenario.believed
+        names = (*scenario.mismatches, self.name)
+        return replace(scenario, parameters=changed, mismatches=names, believed=believed)
+
+
+def _meant(name: str, setup: Setup) -> list[str]:
+    """Variables of a system that a name means."""
+    instance, _, variable = name.rpartition(".")
+    if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:
+        return [name]
+    return [f"{each}.{variable}" for each in setup.called(instance)]
 
 
 def names() -> list[str]:

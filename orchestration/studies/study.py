@@ -44,9 +44,9 @@ from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
-from warmlink.orchestration.scenarios.closed_loop import cell_components
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
+from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.axis import Axis, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
@@ -142,16 +142,25 @@ class Study:
         InputError
             If a component refuses the point.
         """
-        declared = cell_components(self.law)
         return [
             case_of(
-                replace(duty, parameters=mismatch.applied({**duty.parameters, **point}, declared)),
+                mismatch.applied(replace(duty, parameters={**duty.parameters, **point}), self.law),
                 self.law,
                 (label, duty.name, mismatch.name),
             )
             for duty in self.scenarios
             for mismatch in self.mismatches
         ]
+
+    @property
+    def kinds(self) -> set[str]:
+        """Components of ours that the runs need."""
+        return {kind for scenario in self.scenarios for kind in scenario.setup.kinds([self.law])}
+
+    @property
+    def foreign(self) -> dict[str, Path]:
+        """FMUs of others that they need, by the component's name."""
+        return {name: path for scenario in self.scenarios for name, path in scenario.setup.foreign.items()}
 
     @property
     def runs(self) -> list[tuple[str, str]]:
@@ -204,7 +213,8 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     known_entries(given, _KEYS, name)
     law, own, controller = _law(given.get("controller"), folder, name)
     duties, wrong = _named(given, "duty_cycles", name), _named(given, "mismatches", name, (NOMINAL,))
-    declared = cell_components(law)
+    scenarios = tuple(_scenario(each, given, folder, name, controller) for each in duties)
+    declared = scenarios[0].setup.declared(law)
     parameters = given.get("parameters")
     if not isinstance(parameters, dict) or not parameters:
         raise InputError(
@@ -219,7 +229,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         controller=controller,
         law=law,
         own=own,
-        scenarios=tuple(_scenario(each, given, folder, name) for each in duties),
+        scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in wrong),
         seed=whole_entry(given.get("seed", 1), 0, MOST_SEED, f"{name}: seed"),
         axes=tuple(read_axis(key, table, declared, name) for key, table in parameters.items()),
@@ -243,8 +253,8 @@ def _law(given: Any, folder: Path, name: str) -> tuple[Component, OwnLaw | None,
     return catalogue.controller(given), None, given
 
 
-def _scenario(duty: str, given: Mapping[str, Any], folder: Path, name: str) -> Scenario:
-    scenario = load_scenario(_beside(duty, folder))
+def _scenario(duty: str, given: Mapping[str, Any], folder: Path, name: str, controller: str) -> Scenario:
+    scenario = replace(load_scenario(_beside(duty, folder)), controller=controller)
     if "step_size" in given:
         scenario = replace(scenario, step_size=positive(given["step_size"], "s", f"{name}: step_size"))
     if "master" in given:

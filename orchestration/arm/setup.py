@@ -1,24 +1,30 @@
-"""Compensators for the arm's axes, each designed for the motor and link of its own axis."""
+"""The arm as what scenarios run in, its compensators designed each for the motor and link of its axis."""
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.design.chain import NEIGHBOUR
 from warmlink.controllers.design.gains import Design, design_controller
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, plant_model
 from warmlink.controllers.lag.component import COMPONENT as LAW
 from warmlink.controllers.lag.fit import first_order
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.arm_kinematics.equations import AXES
-from warmlink.orchestration.arm.blueprint import axis_name
+from warmlink.orchestration.arm.blueprint import KINEMATICS, arm_blueprint, arm_values, axis_name
+from warmlink.orchestration.arm.figures import ArmErrors
 from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup, StartValues
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 OBSERVER, LAG = "observer", "lag"
+
+SENSORS = Sensors(0.1, ("middle",))
+"""One thermometer for each axis, half-way along its link, unless a scenario says otherwise."""
 
 DESIGNED = ("none", LAG, OBSERVER)
 """Laws that have a design for any axis; the others come with the parameters of the warm-up cell."""
@@ -31,39 +37,55 @@ def plant(number: int, coupled: bool = True) -> Plant:
     """Nominal motor and link of an axis; `coupled` with the conductance to the link before it."""
     motor = dict(axis(number).motor)
     if not coupled:
-        del motor[NEIGHBOUR]
+        del motor["neighbour_conductance"]
     return Plant(motor, dict(axis(number).link))
 
 
-def compensator_values(law: str, sensor: str, noise: float, count: int = AXES) -> dict[str, dict[str, Value]]:
-    """Start values of sensors and compensators by instance.
+def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None:
+    """Start values of the compensators by instance, for a law's name; None where it has no design here.
 
     Parameters
     ----------
     law : name of the controller
-    sensor : which temperature each axis measures, as `middle`
-    noise : standard deviation of a reading in K
+    sensors : noise of a reading, and which temperatures each axis measures
     count : number of axes
     """
+    if law not in DESIGNED:
+        return None
     values: dict[str, dict[str, Value]] = {}
     for i in range(1, count + 1):
-        values[f"{axis_name(i)}.sensors"] = {
-            **{f"noise[{channel}]": noise for channel in range(1, 9)},
-            "seed": i,
-        }
         number = (i - 1) % AXES + 1
         if law == OBSERVER:
-            design = _observer(number, sensor, noise)
+            design = _observer(number, sensors.used or (), sensors.noise or 0.0)
             values[f"{axis_name(i)}.{COMPENSATOR}"] = dict(by_scalar(design.parameters))
         elif law == LAG:
             values[f"{axis_name(i)}.{COMPENSATOR}"] = dict(_lag(number))
     return values
 
 
+@lru_cache(maxsize=8)
+def arm(count: int = AXES) -> Setup:
+    """The arm, or one of another number of axes."""
+    elongations = tuple(f"{axis_name(i)}.link.elongation" for i in range(1, count + 1))
+    error = (f"{KINEMATICS}.error_norm", f"{KINEMATICS}.uncompensated_error_norm")
+    return Setup(
+        arm_blueprint(count),
+        Roles.scored_by(*error, elongations),
+        arm_values(count),
+        SENSORS,
+        partial(designs, count=count),
+        detail=_detail,
+    )
+
+
+def _detail(result: Result) -> dict[str, Any]:
+    return ArmErrors(result).to_dict()
+
+
 @lru_cache(maxsize=64)
-def _observer(number: int, sensor: str, noise: float) -> Design:
+def _observer(number: int, used: tuple[str, ...], noise: float) -> Design:
     """Observer of one axis by itself: what comes from its neighbours is unknown heat."""
-    return design_controller(OBSERVER, (sensor,), noise, plant=plant(number, coupled=False))
+    return design_controller(OBSERVER, used, noise, plant=plant(number, coupled=False))
 
 
 @lru_cache(maxsize=AXES)

@@ -1,0 +1,159 @@
+"""Somebody's SSP as what scenarios run in: its FMUs, and the roles that a scenario file gives them.
+
+```toml
+[roles]
+speed = ["joint1.speed", "joint2.speed"]       # inputs that the duty cycle drives; torque and so on likewise
+score = "link1.elongation + link2.elongation - compensator.correction"
+controller = "compensator"                     # the instance that controllers take, or several
+```
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.duty_cycle.equations import DEMANDS
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.fmu_store import cache_folder
+from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.setup import Roles, Setup
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
+from warmlink.orchestration.text_files import is_file, known_entries, shown, text_entry
+
+DUTY = "duty"
+"""Instance that drives the inputs named in the roles."""
+
+DRIVER = "DutyCycle"
+
+
+def own_setup(path: Path, roles: Any, where: str) -> Setup:
+    """System of an SSP with the roles of its parts.
+
+    Parameters
+    ----------
+    path : the .ssp file
+    roles : table of the scenario file
+    where : name of the scenario, put before a complaint
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a role names what the system does not have.
+    """
+    where = f"{where}: roles"
+    known_entries(roles, {*DEMANDS, "score", "uncompensated", "controller"}, where)
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
+    system = read_system(path, _kept(path))
+    controllers = _texts(roles.get("controller", COMPENSATOR), f"{where}.controller")
+    for name in controllers:
+        if name not in system.components:
+            known = instead(name, system.components)
+            raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
+    components: dict[str, str] = {}
+    foreign: dict[str, Path] = {}
+    values: dict[str, dict[str, Value]] = {}
+    for name, held in system.components.items():
+        model = read_description(held.fmu).model_name
+        if name in controllers:
+            components[name] = ""
+            continue
+        own = is_ours(held.fmu, catalogue.components().get(model))
+        components[name] = model if own else f"{name} of {system.name}"
+        if not own:
+            foreign[components[name]] = held.fmu
+        values[name] = dict(held.parameters.values)
+    wires = [(each.source, each.target) for each in system.connections]
+    driven = [(f"{DUTY}.{demand}", target) for demand, target in _driven(system, roles, where)]
+    if driven:
+        components = {DUTY: DRIVER, **components}
+    elif components.get(DUTY) != DRIVER:
+        raise InputError(
+            f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
+            f"has no {DRIVER} called {DUTY}"
+        )
+    experiment = system.default_experiment
+    blueprint = Blueprint(
+        system.name,
+        f"system of {path.name}",
+        components,
+        (*wires, *driven),
+        experiment.stop_time or 3600.0,
+        experiment.step_size or 1.0,
+    )
+    return Setup(blueprint, _roles(roles, system, controllers, where), values, foreign=foreign)
+
+
+def is_ours(fmu: Path, declared: Component | None) -> bool:
+    """Whether an FMU is made of a component of this version: the same variables under the same names."""
+    if declared is None:
+        return False
+    found = read_description(fmu).variables
+    return all(
+        scalar.name in found and found[scalar.name].value_reference == scalar.reference
+        for scalar in declared.scalars()
+    )
+
+
+def _roles(roles: Mapping[str, Any], system: System, controllers: list[str], where: str) -> Roles:
+    if "score" not in roles:
+        raise InputError(
+            f'{where}: says not what is scored; write score = "link.elongation - {COMPENSATOR}.correction"'
+        )
+    score = Expression(text_entry(roles, "score", "", where), f"{where}.score")
+    corrections = [f"{name}.correction" for name in controllers]
+    if "uncompensated" in roles:
+        without = Expression(text_entry(roles, "uncompensated", "", where), f"{where}.uncompensated")
+    else:
+        without = score.without(corrections)
+    for expression in (score, without):
+        for name in expression.variables:
+            if name not in corrections:
+                _check_variable(system, name, expression.where)
+    return Roles(score, without, without.variables)
+
+
+def _driven(system: System, roles: Mapping[str, Any], where: str) -> list[tuple[str, str]]:
+    """Demand and input of each wire from the duty cycle."""
+    found = []
+    fed = {each.target for each in system.connections}
+    for demand in DEMANDS:
+        for name in _texts(roles.get(demand, []), f"{where}.{demand}"):
+            _check_variable(system, name, f"{where}.{demand}")
+            if name in fed:
+                raise InputError(f"{where}.{demand}: {name} is fed in {system.name} already; leave it out")
+            found.append((demand, name))
+    return found
+
+
+def _check_variable(system: System, name: str, where: str) -> None:
+    instance, _, variable = name.rpartition(".")
+    if instance not in system.components:
+        known = instead(instance or name, system.components)
+        raise InputError(f"{where}: {name}: {system.name} has no such component; {known}")
+    variables = read_description(system.components[instance].fmu).variables
+    if variable not in variables:
+        raise InputError(f"{where}: {name}: {instance} has no such variable; {instead(variable, variables)}")
+
+
+def _texts(given: Any, where: str) -> list[str]:
+    listed = [given] if isinstance(given, str) else given
+    if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
+        raise InputError(f"{where}: {shown(given)} is no name and no list of names; write them in quotes")
+    return listed
+
+
+def _kept(path: Path) -> Path:
+    """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
+    folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
