@@ -12,7 +12,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL

@@ -11,8 +11,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.closed_loop import cell_values
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 
@@ -78,7 +77,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("cell") / "cell.ssp"
-    values = cell_values(load_scenario("windshield_wiper"), law)
+    values = load_scenario("windshield_wiper").values(law)
     write_ssp(WARMUP_CELL.system(files, law.name, values), path)
     return path
 

@@ -72,9 +72,9 @@ def test_the_default_run_loads_no_designer() -> None:
         "import sys\n"
         "from warmlink.orchestration.catalogue import controller\n"
         "from warmlink.orchestration.scenarios.belief import advice, is_ideal\n"
-        "from warmlink.orchestration.scenarios.closed_loop import cell_components\n"
+        "from warmlink.orchestration.scenarios.setup import CELL\n"
         "for law in ('lag', 'observer'):\n"
-        "    parts = cell_components(controller(law))\n"
+        "    parts = CELL.declared(controller(law))\n"
         "    advice(law, parts, {}), is_ideal(law, parts, {})\n"
         "print('scipy' in sys.modules)"
     )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, axis_name, merged
-from warmlink.orchestration.arm.program import Program, load_program
-from warmlink.orchestration.arm.run import arm_kinds
+from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
+from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.fmu_store import FmuStore, store
+from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.model import System, Value
 
 Values = dict[str, dict[str, Value]]
@@ -18,7 +20,8 @@ MakeArm = Callable[..., System]
 
 @pytest.fixture(scope="session")
 def fmu_store() -> FmuStore:
-    return store(None, arm_kinds(None), lambda text: None)
+    kinds = set(arm_blueprint(compensated=False).components.values())
+    return store(None, sorted(kinds), lambda text: None)
 
 
 @pytest.fixture(scope="session")
@@ -28,11 +31,16 @@ def plain_arm(fmu_store: FmuStore) -> MakeArm:
     def make(program: Program, count: int = 6, cut: bool = False, values: Values | None = None) -> System:
         blueprint = arm_blueprint(count, compensated=False)
         files = fmu_store.files(set(blueprint.components.values()))
-        duties: Values = {f"{axis_name(i)}.duty": program.duty_values(i) for i in range(1, count + 1)}
-        poses: Values = {"poses": program.pose_values()}
-        return blueprint.system(files, None, merged(arm_values(count, cut), duties, poses, values or {}))
+        driven = replace(program, axes=count).start_values()
+        return blueprint.system(files, None, merged(arm_values(count, cut), driven, values or {}))
 
     return make
+
+
+def load_program(name: str) -> Program:
+    program = load_scenario(name).duty
+    assert isinstance(program, Program)
+    return program
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.diagnose import diagnose_arm
 from warmlink.orchestration.arm.hide import hide_in_arm, possible_effects
 from warmlink.orchestration.arm.measured import arm_experiments, is_arm_file
-from warmlink.orchestration.arm.run import arm_kinds
+from warmlink.orchestration.arm.setup import arm
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.diagnose import diagnose_command
 from warmlink.orchestration.diagnosis.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
@@ -28,7 +29,7 @@ RESISTANCE = 0.6
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     store = FmuStore("native")
     try:
-        store.files(arm_kinds(None))
+        store.files(arm().kinds([controller("none")]))
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("arm") / "arm.csv"

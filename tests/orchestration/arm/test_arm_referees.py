@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 from tests.referees import Variables, ecos, libcosim
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, merged, without_dots, write_arm
-from warmlink.orchestration.arm.program import load_program
+from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, without_dots, write_arm
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.write import PARAMETER_SET
+
+from .conftest import load_program
 
 pytestmark = [pytest.mark.platform, pytest.mark.xdist_group("arm_referees")]
 
@@ -40,8 +42,7 @@ FEEDTHROUGH = slice(0, 2)
 @pytest.fixture(scope="module")
 def arm() -> System:
     program = load_program("six_axis_iso_9283")
-    duties = {f"axis{i}.duty": program.duty_values(i) for i in range(1, 7)}
-    values = merged(arm_values(), duties, {"poses": program.pose_values()})
+    values = merged(arm_values(), program.start_values())
     blueprint, law = arm_blueprint(), controller("lag").name
     files = FmuStore("python").files(set(blueprint.components_with(law).values()))
     return blueprint.system(files, law, values)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,47 +14,49 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.blueprint import arm_values
-from warmlink.orchestration.arm.centralised import CentralisedObserver, Readings
-from warmlink.orchestration.arm.compare import applied, compare_arm, write_csv
-from warmlink.orchestration.arm.compensation import plant
 from warmlink.orchestration.arm.error_map import workspace
-from warmlink.orchestration.arm.library import arm_scenario_names, is_arm_scenario
-from warmlink.orchestration.arm.outcome import ArmOutcome, columns
+from warmlink.orchestration.arm.figures import ArmErrors
+from warmlink.orchestration.arm.library import program_names
 from warmlink.orchestration.arm.pose import sensitivities
-from warmlink.orchestration.arm.run import arm_system, run_arm
-from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenario
+from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.setup import Sensors
 from warmlink.orchestration.studies import mismatch
+from warmlink.orchestration.studies.compare import chosen_controllers, plan, run_comparison, write_csv
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
 
 HOUR = 3600.0
 
 
-def shortened(name: str, stop_time: float) -> ArmScenario:
-    scenario = load_arm_scenario(name)
-    return replace(scenario, program=replace(scenario.program, stop_time=stop_time))
+def shortened(name: str, stop_time: float) -> Scenario:
+    scenario = load_scenario(name)
+    return replace(scenario, duty=scenario.duty.until(stop_time))
 
 
 @pytest.fixture(scope="module")
-def outcome(fmu_store: FmuStore) -> ArmOutcome:
+def outcome(fmu_store: FmuStore) -> ClosedLoop:
     """An hour of the fastest program, with the thermometers where they tell least."""
-    return run_arm(
-        replace(shortened("six_axis_iso_9283", HOUR), sensor="base", step_size=2.0), "observer", fmu_store
-    )
+    scenario = shortened("six_axis_iso_9283", HOUR)
+    scenario = replace(scenario, sensors=Sensors(used=("base",)), step_size=2.0)
+    return run_scenario(scenario, "observer", fmu_store)
 
 
-@pytest.mark.parametrize("name", arm_scenario_names())
+@pytest.mark.parametrize("name", program_names())
 def test_observers_remove_nine_tenths_in_every_program(name: str, fmu_store: FmuStore) -> None:
-    """From a cold start, one thermometer a joint with 0.1 K of noise; below 30 um throughout.
+    """From a cold start, one thermometer for each joint with 0.1 K of noise; below 30 um throughout.
 
     In steps of 10 s, in which the observers still sample each second.
     """
-    scenario = load_arm_scenario(name)
+    scenario, law = load_scenario(name), controller("observer")
     record = [f"kinematics.{each}" for each in ("error_norm", "uncompensated_error_norm")]
-    result = simulate(
-        arm_system(scenario, "observer", fmu_store), scenario.stop_time, 10.0, GaussSeidel(), record=record
-    )
+    system = scenario.system(fmu_store.files(scenario.setup.kinds([law])), law)
+    result = simulate(system, scenario.stop_time, 10.0, GaussSeidel(), record=record)
     assert result.status == "completed"
     before, after = (float(result[each].max()) for each in reversed(record))
     assert before > 30e-6
@@ -62,52 +64,25 @@ def test_observers_remove_nine_tenths_in_every_program(name: str, fmu_store: Fmu
     assert after < 0.1 * before
 
 
-def test_one_observer_over_all_axes_sees_what_comes_through_the_chain(outcome: ArmOutcome) -> None:
-    """At the link's base nothing tells of heat from the next joint, unless the model holds that joint."""
-    before, alone, together = (
-        outcome.metrics(correction).max_abs_um
-        for correction in (None, *(each.correction for each in outcome.compensations))
-    )
-    assert [each.name for each in outcome.compensations] == ["observer", "centralised"]
-    assert together < 0.05 * before
-    assert together < 0.3 * alone
-    assert alone < 0.5 * before
-
-
-def test_the_chain_s_model_predicts_without_any_reading(outcome: ArmOutcome) -> None:
-    """By duty alone, all thermometers absent: the linear, reduced chain against the co-simulated arm."""
-    result = outcome.result
-    nothing = np.full((len(result.times), 6), np.nan)
-    known = Readings(
-        outcome.scenario.step_size,
-        columns(result, "duty.speed"),
-        columns(result, "duty.torque"),
-        result["axis1.duty.ambient_temperature"],
-        nothing,
-    )
-    found = CentralisedObserver([plant(i) for i in range(1, 7)], "base_temperature", 0.1).run(known)
-    assert np.abs(found - outcome.growth).max() < 0.01 * outcome.growth.max()
-    uncoupled = CentralisedObserver([plant(i, coupled=False) for i in range(1, 7)], "base_temperature", 0.1)
-    assert np.abs(uncoupled.run(known) - outcome.growth).max() > 0.1 * outcome.growth.max()
-
-
-def test_errors_are_those_of_the_kinematics_component(outcome: ArmOutcome) -> None:
-    error = outcome.tool_error(outcome.compensations[0].correction)
+def test_errors_are_those_of_the_kinematics_component(outcome: ClosedLoop) -> None:
+    errors = ArmErrors(outcome.result)
+    error = errors.tool_error(errors.left)
     for k in range(3):
         assert np.abs(error[:, k] - outcome.result[f"kinematics.error[{k + 1}]"]).max() < 1e-12
     length = outcome.result["kinematics.uncompensated_error_norm"]
-    assert outcome.metrics().max_abs_um == pytest.approx(1e6 * length.max())
+    assert outcome.uncompensated.max_abs_um == pytest.approx(1e6 * length.max())
+    assert np.linalg.norm(error, axis=1) == pytest.approx(outcome.error, abs=1e-12)
 
 
-def test_shares_of_the_axes_sum_to_the_largest_error(outcome: ArmOutcome) -> None:
-    for correction in (None, outcome.compensations[0].correction):
-        shares = outcome.by_axis(correction)
-        assert 1e6 * shares.sum() == pytest.approx(outcome.metrics(correction).max_abs_um)
+def test_shares_of_the_axes_sum_to_the_largest_error(outcome: ClosedLoop) -> None:
+    errors = ArmErrors(outcome.result)
+    for elongation, found in ((errors.growth, outcome.uncompensated), (errors.left, outcome.metrics)):
+        assert 1e6 * errors.by_axis(elongation).sum() == pytest.approx(found.max_abs_um)
     # The forearm points elsewhere than the tool, so that growth there takes some of the error away.
-    assert outcome.by_axis()[:3].min() > 1e-6
+    assert errors.by_axis(errors.growth)[:3].min() > 1e-6
 
 
-def test_the_coupling_error_is_small_beside_what_is_left(outcome: ArmOutcome) -> None:
+def test_the_coupling_error_is_small_beside_what_is_left(outcome: ClosedLoop) -> None:
     assert outcome.coupling_error_um is not None
     assert 0 < outcome.coupling_error_um < 0.1
     assert outcome.discretisation_error_um < 0.1
@@ -133,18 +108,21 @@ def test_the_map_shows_the_error_at_its_points() -> None:
         assert error[row, column] == pytest.approx(there, rel=1e-12)
 
 
-def test_the_report_shows_axes_and_maps(outcome: ArmOutcome, tmp_path: Path) -> None:
-    from warmlink.orchestration.report.arm import moments, write_report
+def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> None:
+    from warmlink.orchestration.report.arm import moments
+    from warmlink.orchestration.report.closed_loop import write_report
 
     write_report(outcome, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text("utf-8")
-    for heading in ("axis by axis", "Error over the workspace, uncompensated", "shoulder", "centralised"):
+    for heading in ("axis by axis", "Error over the workspace, uncompensated", "shoulder", "observer"):
         assert heading in text
     assert moments(outcome)[-1] == len(outcome.time) - 1
 
 
 def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
-    changed = applied(mismatch.load("losses_high"))
+    law = controller("none")
+    scenario = replace(load_scenario("six_axis_shift"), controller="none")
+    changed = mismatch.load("losses_high").applied(scenario, law).parameters
     scaled = [name for name in changed if name.startswith("axis4.motor")]
     assert scaled
     factors = mismatch.load("losses_high").scale
@@ -152,20 +130,28 @@ def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
         own = arm_values()["axis4.motor"].get(name.rpartition(".")[2])
         if own is not None:
             assert changed[name] == pytest.approx(factors[name.removeprefix("axis4.")] * float(own))
-    assert applied(mismatch.load("nominal")) == {}
+    assert mismatch.load("nominal").applied(scenario, law).parameters == {}
 
 
-def test_a_comparison_has_a_row_a_controller(fmu_store: FmuStore, tmp_path: Path) -> None:
-    scenario = shortened("six_axis_iso_9283", 600.0)
-    rows = compare_arm(["none", "observer"], [scenario], [mismatch.load("nominal")], fmu_store)
-    assert [row.controller for row in rows] == ["none", "observer", "centralised"]
+@pytest.fixture(scope="module")
+def comparison_files(fmu_store: FmuStore) -> Iterator[FmuSet]:
+    laws = chosen_controllers(["observer"]).values()
+    kinds = load_scenario("six_axis_iso_9283").setup.kinds(laws)
+    yield FmuSet.read(fmu_store.kind, fmu_store.files(sorted(kinds)))
+
+
+def test_a_comparison_has_a_row_for_each_controller(comparison_files: FmuSet, tmp_path: Path) -> None:
+    laws = chosen_controllers(["observer"])
+    cases = plan(laws, [shortened("six_axis_iso_9283", 600.0)], [mismatch.load("nominal")])
+    with LocalWorkers(comparison_files, 1) as workers:
+        comparison = run_comparison(cases, workers, lambda share: None)
+    rows = list(comparison.rows.values())
+    assert [row.controller for row in rows] == ["none", "observer"]
     assert rows[0].removed_percent == 0
-    assert all(row.removed_percent is not None and row.removed_percent > 50 for row in rows[1:])
-    write_csv(rows, tmp_path / "compare.csv")
-    with (tmp_path / "compare.csv").open(encoding="utf-8") as stream:
-        written = list(csv.DictReader(stream))
-    assert [row["controller"] for row in written] == ["none", "observer", "centralised"]
-    assert float(written[1]["max_abs_um"]) == pytest.approx(rows[1].max_abs_um, abs=1e-6)
+    assert rows[1].removed_percent is not None
+    assert rows[1].removed_percent > 50
+    write_csv(comparison, tmp_path / "compare.csv")
+    assert len((tmp_path / "compare.csv").read_text("utf-8").splitlines()) == 3
 
 
 def warmlink(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -178,10 +164,10 @@ def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
         "run", "six_axis_inspection", "--stop", "5 min", "--no-report", "--out", str(tmp_path / "o")
     )
     assert done.returncode == 0, done.stderr
-    assert "largest tool-point error" in done.stdout
+    assert "largest error" in done.stdout
     figures = json.loads((tmp_path / "o/metrics.json").read_text("utf-8"))
     assert figures["system"] == "SixAxisArm"
-    assert set(figures["compensations"]) == {"observer", "centralised"}
+    assert figures["controller"] == "observer"
     assert set(figures["compensated"]["largest_error_by_axis_um"]) >= {"waist", "shoulder", "elbow"}
     assert (tmp_path / "o/results.csv").is_file()
     assert (tmp_path / "o/results.parquet").is_file()
@@ -194,7 +180,7 @@ def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
             ("run", "six_axis_shift", "--set", "axis9.motor.joint_conductance=1 W/K"),
             "no component axis9.motor",
         ),
-        (("compare", "--system", "SixAxisArm", "--controllers", "analytic"), "has no design for the arm"),
+        (("compare", "--system", "SixAxisArm", "--controllers", "analytic"), "has no design for SixAxisArm"),
     ],
 )
 def test_what_is_wrong_ends_in_one_sentence(
@@ -207,20 +193,16 @@ def test_what_is_wrong_ends_in_one_sentence(
     assert not (tmp_path / "o").exists()
 
 
-def test_a_file_of_one_s_own_is_a_scenario_of_the_arm(tmp_path: Path) -> None:
-    own = tmp_path / "mine.toml"
+def test_a_file_of_one_s_own_is_a_scenario_of_the_arm() -> None:
     text = (
-        'system = "SixAxisArm"\nstop_time = "1 h"\nsensor = "base"\ntolerance = "20 um"\n'
+        'system = "SixAxisArm"\nstop_time = "1 h"\ntolerance = "20 um"\n'
+        '[sensors]\nused = ["base"]\n'
         '[[segment]]\nduration = "1 h"\n'
         'speed = ["1 rad/s", "1 rad/s", "0 rad/s", "0 rad/s", "0 rad/s", "0 rad/s"]\n'
         '[[pose]]\nhold = "10 s"\npoint = ["450 mm", "0 mm", "150 mm"]\npitch = "-90 deg"\n'
     )
-    own.write_text(text)
-    assert is_arm_scenario(str(own))
-    assert not is_arm_scenario("windshield_wiper")
-    scenario = load_arm_scenario(str(own))
-    assert (scenario.sensor, scenario.sensor_channel) == ("base", 3)
+    scenario = read_scenario("mine", text)
+    assert (scenario.in_use, scenario.controller) == (Sensors(0.1, ("base",)), "observer")
     assert scenario.tolerance == pytest.approx(20e-6)
-    own.write_text(text.replace('"base"', '"sky"'))
-    with pytest.raises(InputError, match="sensor 'sky' is none"):
-        load_arm_scenario(str(own))
+    with pytest.raises(InputError, match="sensors.used: 'sky' is not measured"):
+        read_scenario("mine", text.replace('"base"', '"sky"'))

@@ -13,7 +13,7 @@ from warmlink.fmus.motor_heat_source import equations as motor_equations
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, axis_name, write_arm
 from warmlink.orchestration.arm.geometry import axes, axis
-from warmlink.orchestration.arm.program import Program, load_program
+from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
@@ -25,7 +25,7 @@ from warmlink.orchestration.system.model import DefaultExperiment
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
-from .conftest import MakeArm
+from .conftest import MakeArm, load_program
 
 HOUR = 3600.0
 
@@ -50,7 +50,7 @@ def test_with_the_chain_cut_a_moving_axis_is_the_warm_up_cell(
     none = controller("none").name
     kinds = WARMUP_CELL.components_with(none)
     values = {
-        "duty": inspection.duty_values(moving),
+        "duty": inspection.start_values()[f"axis{moving}.duty"],
         "motor": {**axis(moving).motor, "neighbour_conductance": 0.0},
         "link": dict(axis(moving).link),
     }

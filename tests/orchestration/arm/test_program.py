@@ -13,9 +13,11 @@ from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.inverse import joint_angles
-from warmlink.orchestration.arm.library import arm_scenario_names
-from warmlink.orchestration.arm.program import load_program, parsed
-from warmlink.orchestration.arm.scenario import read_arm_scenario
+from warmlink.orchestration.arm.library import program_names
+from warmlink.orchestration.arm.program import parsed
+from warmlink.orchestration.scenarios.load import of_tables
+
+from .conftest import load_program
 
 
 def tool_point(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +49,7 @@ def test_what_is_out_of_reach_has_no_angles() -> None:
     assert np.all(np.isfinite(joint_angles(0.45, 0.0, 0.15, -np.pi / 2)))
 
 
-@pytest.mark.parametrize("name", arm_scenario_names())
+@pytest.mark.parametrize("name", program_names())
 def test_every_program_fits_the_components_and_the_limits(name: str) -> None:
     program = load_program(name)
     assert program.title
@@ -56,7 +58,7 @@ def test_every_program_fits_the_components_and_the_limits(name: str) -> None:
     for pose in program.poses:
         assert np.all(np.abs(pose.angles) <= limits)
     for axis in range(1, 7):
-        assert len(program.duty_values(axis)) == 1 + 32 * 7
+        assert len(program.start_values()[f"axis{axis}.duty"]) == 1 + 32 * 7
     lasting = sum(segment.duration for segment in program.duties[0].segments)
     assert program.duties[0].repeat or lasting >= 0.95 * program.stop_time
     assert any(segment.speed > 0 for duty in program.duties for segment in duty.segments)
@@ -73,7 +75,7 @@ def test_the_programs_that_were_asked_for_are_there() -> None:
         "random_jobs",
         "shift",
     )
-    assert set(arm_scenario_names()) == {f"six_axis_{kind}" for kind in kinds}
+    assert set(program_names()) == {f"six_axis_{kind}" for kind in kinds}
 
 
 def test_random_jobs_repeat_with_their_seed() -> None:
@@ -128,9 +130,9 @@ def test_jobs_that_could_be_drawn_for_ever_are_refused(change: dict[str, Any], s
         parsed({**given, "random": {**drawn, **change}}, "mine")
 
 
-@pytest.mark.parametrize("key", ["step_size", "master", "controller", "tolerance", "sensor", "parameters"])
+@pytest.mark.parametrize("key", ["step_size", "master", "controller", "tolerance", "sensors", "parameters"])
 @pytest.mark.parametrize("wrong", [True, [], {"a": {"b": 1}}, 10**400, float("nan"), None])
 def test_a_wrong_type_of_a_setting_gives_a_sentence(key: str, wrong: object) -> None:
     with pytest.raises(InputError, match=r"^mine: ") as refusal:
-        read_arm_scenario("mine", {**GOOD, key: wrong})
+        of_tables("mine", {"system": "SixAxisArm", **GOOD, key: wrong})
     assert len(str(refusal.value)) < 300

@@ -20,7 +20,7 @@ from warmlink.orchestration.master.isolation import Isolation
 from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.step_doubling import StepDoubling
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 

@@ -9,8 +9,8 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.commands.compare_table import table
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.closed_loop import run_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import StartValueSet
-from warmlink.orchestration.scenarios.scenario import load_scenario
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.compare import (

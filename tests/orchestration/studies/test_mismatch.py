@@ -1,25 +1,27 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.closed_loop import cell_components
-from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
 
-CELL = cell_components(catalogue.controller("none"))
+LAW = catalogue.controller("none")
+IDLE = replace(load_scenario("windshield_wiper"), controller="none")
 
 
 @pytest.mark.parametrize("name", [*mismatches.names(), "draw_1", "draw_12"])
 def test_every_mismatch_gives_values_that_the_components_take(name: str) -> None:
     mismatch = mismatches.load(name)
-    values = start_values(mismatch.applied({}, CELL), CELL, name)
+    changed = mismatch.applied(IDLE, LAW)
+    changed.values(LAW)
     assert mismatch.about
-    assert bool(values) == (name != "nominal")
+    assert bool(changed.parameters) == (name != "nominal")
+    assert changed.mismatches == (name,)
+    assert changed.believed == {}
 
 
 def test_the_corners_are_20_percent_and_3_percent_off() -> None:
@@ -43,7 +45,8 @@ def test_draws_repeat_differ_and_keep_within_their_bounds() -> None:
 
 def test_a_factor_acts_on_the_scenarios_value_where_it_gives_one() -> None:
     mismatch = Mismatch("mine", "", {"motor.joint_conductance": 2.0, "link.length": 1.5})
-    applied = mismatch.applied({"motor.joint_conductance": "3 W/K"}, {"motor": MOTOR, "link": LINK})
+    given = replace(IDLE, parameters={"motor.joint_conductance": "3 W/K"})
+    applied = mismatch.applied(given, LAW).parameters
     assert applied["motor.joint_conductance"] == 6.0
     assert applied["link.length"] == pytest.approx(1.5 * 0.3302)
 
@@ -76,7 +79,7 @@ def test_a_bad_mismatch_is_refused_in_one_sentence(content: str, sentence: str, 
     path = tmp_path / "mine.toml"
     path.write_text(content)
     with pytest.raises(InputError, match=sentence) as refusal:
-        start_values(mismatches.load(str(path)).applied({}, CELL), CELL, "mine")
+        mismatches.load(str(path)).applied(IDLE, LAW).values(LAW)
     assert "\n" not in str(refusal.value)
 
 

@@ -8,7 +8,7 @@ from warmlink.fmus.packaging.component import State
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.own_law import load_own_law
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
 from warmlink.orchestration.studies.fmu_set import FmuSet
 

@@ -10,7 +10,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.scenario import load_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger

@@ -11,10 +11,8 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios import duty_files
-from warmlink.orchestration.scenarios.closed_loop import cell_components, cell_values
 from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS
-from warmlink.orchestration.scenarios.overrides import start_values
-from warmlink.orchestration.scenarios.scenario import load_scenario, of_tables, read_scenario
+from warmlink.orchestration.scenarios.load import load_scenario, of_tables, read_scenario
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.mismatch import Mismatch
 from warmlink.orchestration.studies.study import load_study, read_study
@@ -126,9 +124,9 @@ def study(given: dict[str, Any], folder: Path) -> None:
 
 
 def mismatch(given: dict[str, Any], folder: Path) -> None:
-    cell = cell_components(catalogue.controller("none"))
+    law = catalogue.controller("none")
     found: Mismatch = mismatches.parsed(given, "mine")
-    start_values(found.applied({}, cell), cell, "mine")
+    found.applied(load_scenario("windshield_wiper"), law).values(law)
 
 
 def duty(given: dict[str, Any], folder: Path) -> None:
@@ -137,7 +135,7 @@ def duty(given: dict[str, Any], folder: Path) -> None:
 
 
 def scenario(given: dict[str, Any], folder: Path) -> None:
-    cell_values(of_tables("mine", given), catalogue.controller("none"))
+    of_tables("mine", given).values(catalogue.controller("none"))
 
 
 FILES: dict[str, tuple[dict[str, Any], Callable[[dict[str, Any], Path], None]]] = {

@@ -14,13 +14,14 @@ from warmlink.fmus.packaging.check import check_fmu
 from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.packaging.reference import integrate
 from warmlink.fmus.plant import demand, plant
-from warmlink.orchestration.arm.run import arm_kinds, joined_arm, system_of
-from warmlink.orchestration.arm.scenario import load_arm_scenario
+from warmlink.orchestration.arm.program import Program
+from warmlink.orchestration.arm.setup import arm
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -118,13 +119,16 @@ def test_other_masters_run_it(
 def test_an_arm_is_one_fmu(tmp_path: Path) -> None:
     """Of two axes: six take a compiler half a minute, and `warmlink build` makes them."""
     count = 2
-    scenario = replace(load_arm_scenario("six_axis_shift"), controller="lag")
-    (fmu,) = build_native_fmus([Entry(joined_arm(scenario, count), HOME)], tmp_path)
+    scenario, law = load_scenario("six_axis_shift"), controller("lag")
+    assert isinstance(scenario.duty, Program)
+    program = replace(scenario.duty, axes=count)
+    scenario = replace(scenario, controller="lag", setup=arm(count), duty=program)
+    (fmu,) = build_native_fmus([Entry(scenario.joined(law), HOME)], tmp_path)
     found = check_fmu(fmu, cases=["runs its default experiment", "state restore is bit-identical"])
     assert not [each for each in found if each.verdict == "fail"]
     names = [f"axis{i}.link.elongation" for i in range(1, count + 1)]
     whole = simulate(alone(fmu), STOP, 1.0)
-    system = system_of(scenario, "lag", FmuStore("native").files(arm_kinds("lag")), count)
+    system = scenario.system(FmuStore("native").files(scenario.setup.kinds([law])), law)
     coupled = simulate(system, STOP, 1.0, GaussSeidel())
     bounds = estimate_coupling_error(
         lambda until, half: simulate(system, until, half, GaussSeidel(), record=names), coupled, 1.0, 1, names
