@@ -15,7 +15,8 @@ from warmlink.fmus.errors import InputError
 
 WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+"""What a full or broken disk answers."""
 
 
 @contextmanager
@@ -37,7 +38,7 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
             try:
                 yield work
             except OSError as fault:
-                if fault.errno not in _FULL:
+                if fault.errno not in FULL_DISK:
                     raise
                 told = os.strerror(fault.errno).lower()
                 raise InputError(f"{folder}: nothing was written ({told}); free space there") from None

@@ -29,9 +29,8 @@ def takers(given: StartValueSet, controllers: Mapping[str, Component]) -> list[s
     known = max((settable(law).keys() for law in controllers.values()), key=lambda held: len(names & held))
     missing = min(names - known)
     every = sorted({each for law in controllers.values() for each in settable(law)})
-    raise InputError(
-        f"{given.origin}: no controller compared has {COMPENSATOR}.{missing}; {instead(missing, every, 'or compare the controller that it is for')}"
-    )
+    remedy = instead(missing, every, "or compare the controller that it is for")
+    raise InputError(f"{given.origin}: no controller compared has {COMPENSATOR}.{missing}; {remedy}")
 
 
 def assigned(
