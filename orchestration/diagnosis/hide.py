@@ -15,6 +15,7 @@ from warmlink.orchestration.diagnosis.hidden import COLD, Course, Segment, Truth
 from warmlink.orchestration.diagnosis.table import MOST_DAYS
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, Duty
+from warmlink.orchestration.scenarios.extent import check_segments
 from warmlink.orchestration.scenarios.load import load_scenario
 
 Vector = NDArray[np.float64]
@@ -78,6 +79,8 @@ def duty_of(name: str) -> tuple[Segment, ...]:
         raise InputError(f"{name}: is a program of the arm; give a duty cycle, or --axis with the program")
     if duty.stop_time > MOST_DAYS * 86400:
         raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
+    cycles = duty.stop_time / sum(part.duration for part in duty.segments) if duty.repeat else 1.0
+    check_segments(cycles * len(duty.segments), name)
     found: list[Segment] = []
     left = duty.stop_time
     while left > 0:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Component
-from warmlink.orchestration.scenarios.extent import check_extent
+from warmlink.orchestration.scenarios.extent import MOST_POINTS, check_extent
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, StartValues, merged
 from warmlink.orchestration.system.model import System, Value
@@ -78,9 +78,6 @@ class Scenario:
     mismatches: tuple[str, ...] = ()
     believed: dict[str, str | float] | None = None
 
-    def __post_init__(self) -> None:
-        check_extent(self.name, self.stop_time, self.step_size)
-
     @property
     def stop_time(self) -> float:
         """Stop time in s, that of what drives the system."""
@@ -102,14 +99,21 @@ class Scenario:
             return {}
         return self.setup.designs(self.controller, self.in_use)
 
+    @property
+    def _most_points(self) -> int:
+        """Communication points that fit in memory: fewer where a controller takes several instances."""
+        return MOST_POINTS // max(1, len(self.setup.controllers))
+
     def values(self, law: Component) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
 
         Raises
         ------
         InputError
-            If the scenario names a parameter or unit that does not exist, or a component refuses a value.
+            If the scenario names a parameter or unit that does not exist, a component refuses a value, or the
+            run would be too long.
         """
+        check_extent(self.name, self.stop_time, self.step_size, self._most_points)
         noise = self.in_use.noise
         declared = self.setup.declared(law)
         chosen = merged(
