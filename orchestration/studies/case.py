@@ -20,7 +20,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.closed_loop import coupling_um, discretisation_um, remaining_error
 from warmlink.orchestration.scenarios.metrics import Series, error_metrics
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import Setup
+from warmlink.orchestration.scenarios.setup import CELL, Setup
 from warmlink.orchestration.system.model import System, Value
 
 WARM_UP_GRID_S = 60.0
@@ -34,17 +34,16 @@ class Case:
     Attributes
     ----------
     label : what tells this run from the others of its study, as (controller, duty cycle, mismatch)
-    setup : the system and the roles in it
     law : component behind the controllers
     values : start values in SI units by instance and variable
     stop_time, step_size : in s
     master : name of the master algorithm
     tolerance : largest error in m that production bears
     with_budget : whether to repeat the run at half the step, which bounds the coupling error
+    setup : the system and the roles in it
     """
 
     label: tuple[str, ...]
-    setup: Setup
     law: str
     values: Mapping[str, Mapping[str, Value]]
     stop_time: float
@@ -52,6 +51,7 @@ class Case:
     master: str
     tolerance: float
     with_budget: bool = False
+    setup: Setup = CELL
 
     @property
     def hours(self) -> float:

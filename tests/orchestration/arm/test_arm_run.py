@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -134,10 +133,10 @@ def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
 
 
 @pytest.fixture(scope="module")
-def comparison_files(fmu_store: FmuStore) -> Iterator[FmuSet]:
+def comparison_files(fmu_store: FmuStore) -> FmuSet:
     laws = chosen_controllers(["observer"]).values()
     kinds = load_scenario("six_axis_iso_9283").setup.kinds(laws)
-    yield FmuSet.read(fmu_store.kind, fmu_store.files(sorted(kinds)))
+    return FmuSet.read(fmu_store.kind, fmu_store.files(sorted(kinds)))
 
 
 def test_a_comparison_has_a_row_for_each_controller(comparison_files: FmuSet, tmp_path: Path) -> None:
@@ -204,5 +203,5 @@ def test_a_file_of_one_s_own_is_a_scenario_of_the_arm() -> None:
     scenario = read_scenario("mine", text)
     assert (scenario.in_use, scenario.controller) == (Sensors(0.1, ("base",)), "observer")
     assert scenario.tolerance == pytest.approx(20e-6)
-    with pytest.raises(InputError, match="sensors.used: 'sky' is not measured"):
+    with pytest.raises(InputError, match=r"sensors\.used: 'sky' is not measured"):
         read_scenario("mine", text.replace('"base"', '"sky"'))

@@ -18,7 +18,7 @@ pytest.importorskip("optuna")
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.studies.case import RECORDED, Case, Outcome, figures
+from warmlink.orchestration.studies.case import Case, Outcome, figures
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
@@ -48,12 +48,12 @@ class Followed:
                 case.stop_time,
                 case.step_size,
                 algorithm(case.master),
-                record=RECORDED,
+                record=("link.elongation", "compensator.correction", "link.discretisation_error"),
                 balances=(),
                 unpacked=fmus.unpacked,
             )
             self.growth[case.label[1]] = np.asarray(result["link.elongation"])
-            outcome = figures(result, case.tolerance)
+            outcome = figures(case.setup, result, case.tolerance)
             assert self.outcome(case).max_abs_um == pytest.approx(outcome.max_abs_um, abs=1e-6)
 
     def outcome(self, case: Case) -> Outcome:

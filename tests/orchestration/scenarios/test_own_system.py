@@ -1,0 +1,148 @@
+"""A stranger's system: two links and two motors in a chain, one scenario file, every command."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import cli
+from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
+from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.model import DefaultExperiment, System
+from warmlink.orchestration.system.write import write_ssp
+
+WIRES = (
+    ("motor1.heat_flow", "link1.heat_flow"),
+    ("link1.base_temperature", "motor1.link_base_temperature"),
+    ("motor2.heat_flow", "link2.heat_flow"),
+    ("link2.base_temperature", "motor2.link_base_temperature"),
+    ("link1.tip_temperature", "motor2.neighbour_temperature"),
+    ("motor2.neighbour_heat_flow", "link1.tip_heat_flow"),
+    ("motor1.shaft_temperature", "sensors.temperature[1]"),
+    ("link1.base_temperature", "sensors.temperature[3]"),
+    ("link1.tip_temperature", "sensors.temperature[5]"),
+    ("sensors.reading[1]", "compensator.shaft_temperature"),
+    ("sensors.reading[3]", "compensator.base_temperature"),
+    ("sensors.reading[5]", "compensator.tip_temperature"),
+)
+KINDS = {
+    "motor1": "MotorHeatSource",
+    "link1": "ThermalLink",
+    "motor2": "MotorHeatSource",
+    "link2": "ThermalLink",
+    "sensors": "TemperatureSensors",
+    "compensator": "LagCompensator",
+}
+ROLES = """
+system = "chain.ssp"
+duty = "windshield_wiper"
+stop_time = "30 min"
+controller = "lag"
+tolerance = "10 um"
+[roles]
+speed = ["motor1.speed", "motor2.speed", "link1.speed", "link2.speed", "compensator.speed"]
+torque = ["motor1.torque", "motor2.torque", "compensator.torque"]
+score = "link1.elongation + link2.elongation - compensator.correction"
+[parameters]
+"motor2.neighbour_conductance" = "0.3 W/K"
+"""
+STUDY = """
+controller = "lag"
+duty_cycles = ["chain.toml"]
+[parameters]
+"compensator.gain" = { min = "1 um/W", max = "8 um/W" }
+[tune]
+trials = 4
+batch = 2
+"""
+
+Warmlink = Callable[..., int]
+
+
+@pytest.fixture
+def warmlink(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Warmlink:
+    """The command in a folder with the chain as an SSP and its scenario."""
+    files = FmuStore("native").files(KINDS.values())
+    parts = {name: component(name, files[kind]) for name, kind in KINDS.items()}
+    system = System(
+        "Chain",
+        parts,
+        tuple(connect(parts, *wire) for wire in WIRES),
+        DefaultExperiment(0.0, 3600.0, 1.0),
+    )
+    write_ssp(system, tmp_path / "chain.ssp")
+    (tmp_path / "chain.toml").write_text(ROLES)
+    (tmp_path / "study.toml").write_text(STUDY)
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> int:
+        monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return int(ended.value.code or 0)
+
+    return run
+
+
+def test_the_chain_is_run_and_scored(warmlink: Warmlink) -> None:
+    assert warmlink("run", "chain.toml", "--out", "o") == 0
+    found = json.loads(Path("o/metrics.json").read_text("utf-8"))
+    assert found["system"] == "Chain"
+    # Two links of the cell's kind grow more than one, and less than twice as much: the first heats both.
+    assert found["uncompensated"]["max_abs_um"] > 60
+    assert found["compensated"]["max_abs_um"] < found["uncompensated"]["max_abs_um"]
+    assert found["error_budget_um"]["coupling"] < 0.1
+    text = Path("o/report.html").read_text("utf-8")
+    assert "link1.elongation + link2.elongation - compensator.correction" in text
+
+
+def test_the_chain_is_compared(warmlink: Warmlink) -> None:
+    options = ("--controllers", "lag", "--mismatch", "nominal,thermal_high", "--jobs", "1", "--no-report")
+    assert warmlink("compare", "--duty-cycles", "chain.toml", *options, "--out", "o") == 0
+    with Path("o/compare.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row["controller"], row["mismatch"]) for row in rows] == [
+        ("none", "nominal"),
+        ("none", "thermal_high"),
+        ("lag", "nominal"),
+        ("lag", "thermal_high"),
+    ]
+    assert rows[0]["max_abs_um"] != rows[1]["max_abs_um"], "the mismatch reaches both motors and links"
+
+
+def test_the_chain_is_tuned(warmlink: Warmlink) -> None:
+    assert warmlink("tune", "study.toml", "--jobs", "1", "--out", "o") == 0
+    assert (Path("o") / "trials.csv").is_file() or list(Path("o").glob("*.csv"))
+
+
+def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:
+    scenario = load_scenario("chain.toml")
+    joined = scenario.joined(controller("lag"))
+    assert {"motor2.winding_temperature", "link1.elongation"} <= {*joined.x.names, *joined.y.names}
+    start = joined.start_values()[0][joined.p.index["motor2.neighbour_conductance"]]
+    assert start == 0.3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("score = ", "skore = ", "roles: skore is not known; did you mean score"),
+        ("link2.elongation -", "link3.elongation -", "link3.elongation: Chain has no such component"),
+        ("link2.elongation -", "link2.elongated -", "link2 has no such variable; did you mean elongation"),
+        ('"motor1.torque"', '"link1.heat_flow"', "link1.heat_flow is fed in Chain already"),
+        ('controller = "lag"', "[roles.x]", "roles"),
+        ("chain.ssp", "chan.ssp", "no such file"),
+        ("torque = [", "torque = 3 # [", "is no name and no list of names"),
+        ("link1.elongation + link2", "link1.elongation ++* link2", "is no expression"),
+    ],
+)
+def test_roles_that_do_not_fit_are_refused(warmlink: Warmlink, old: str, new: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        read_scenario("chain", ROLES.replace(old, new, 1))
