@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, parameter_vector, plant_model
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Network, Plant, parameter_vector, plant_model
 from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
@@ -69,7 +69,7 @@ def design_controller(
     sensors: Sequence[str] = ("base_temperature", "tip_temperature"),
     sensor_std: float | Mapping[str, float] = 0.1,
     sample_time: float = 1.0,
-    plant: Plant | None = None,
+    plant: Plant | Network | None = None,
     unknown: Unknown | None = None,
     camera_std: float | None = None,
 ) -> Design:
@@ -126,7 +126,7 @@ def design_controller(
     return Design(values, reduced)
 
 
-def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:
+def plant_parameters(reduced: ReducedPlant, plant: Plant | Network) -> dict[str, float | list[float]]:
     """The law's parameters that describe the plant, by name."""
     motor = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
     column = {name: i for i, name in enumerate(INPUTS)}

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.design.linearise import Point, outputs_by, rates_by, start
+from warmlink.controllers.observer.model import LOSSES
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER
 from warmlink.fmus.packaging import limits
@@ -39,19 +40,72 @@ _READ = (
     "link.base_temperature",
     "link.sensor_temperature[2]",
     "link.tip_temperature",
-    "link.elongation",
 )
-"""Where the plant gives the outputs."""
+"""Where the plant of the warm-up cell gives the temperatures."""
 
-_SURROUNDINGS = ("motor.ambient_temperature", "link.ambient_temperature", "link.tip_sink_temperature")
+
+@dataclass(frozen=True)
+class Network:
+    """Motors and links to design for, and what a law sees of them.
+
+    Attributes
+    ----------
+    component : the motors and links, joined
+    given : parameters that differ from nominal, in SI units by name
+    motors, links : instances; the same duty drives all motors
+    read : variable behind each temperature that the law reads
+    growth : what the law corrects, weights of variables
+    """
+
+    component: Component
+    given: Mapping[str, float]
+    motors: tuple[str, ...]
+    links: tuple[str, ...]
+    read: Mapping[str, str]
+    growth: Mapping[str, float]
+
+    @property
+    def surroundings(self) -> list[str]:
+        """Inputs that are temperatures of the surroundings."""
+        ends = (".ambient_temperature", ".tip_sink_temperature")
+        return [name for name in self.component.u.names if name.endswith(ends)]
+
+    @property
+    def motor(self) -> dict[str, float]:
+        """Parameters of the motors that differ from nominal.
+
+        Raises
+        ------
+        InputError
+            The motors differ from each other in how they lose power, of which a law knows one motor.
+        """
+        each = [
+            {name.rpartition(".")[2]: v for name, v in self.given.items() if name.startswith(f"{motor}.")}
+            for motor in self.motors
+        ]
+        for name in LOSSES:
+            if len({values.get(name) for values in each}) > 1:
+                raise InputError(
+                    f"{', '.join(self.motors)}: differ in {name}, and a law knows the losses of one motor; "
+                    "design for one of them, or make them alike"
+                )
+        return each[0]
 
 
 @dataclass(frozen=True)
 class Plant:
-    """Parameters of motor and link that differ from nominal, by name, in SI units."""
+    """Parameters of motor and link of a warm-up cell that differ from nominal, by name, in SI units."""
 
     motor: Mapping[str, float] = field(default_factory=dict)
     link: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def network(self) -> Network:
+        """One motor and its link."""
+        given = {f"motor.{name}": value for name, value in self.motor.items()}
+        given |= {f"link.{name}": value for name, value in self.link.items()}
+        read = dict(zip(OUTPUTS, _READ, strict=False))
+        return Network(plant(), given, ("motor",), ("link",), read, {"link.elongation": 1.0})
 
 
 @dataclass(frozen=True)
@@ -71,6 +125,7 @@ class LinearPlant:
     C : shape (6, n)
     heat_capacity : heat capacity in J/K of each state, shape (n,)
     temperature : temperature in K about which the plant is linear
+    link_states : which of the states are the links'
     """
 
     A: Array
@@ -80,6 +135,7 @@ class LinearPlant:
     C: Array
     heat_capacity: Array
     temperature: float
+    link_states: tuple[int, ...]
 
     def at(self, speed: float) -> tuple[Array, Array]:
         """State and input matrix at a speed in rad/s."""
@@ -92,16 +148,16 @@ class LinearPlant:
 
     def link_loss(self, into: Array) -> float:
         """Conductance in W/K from the link's nodes to the surroundings that an input matrix holds."""
-        link = slice(2, None)  # after winding and shaft
+        link = list(self.link_states)
         return float(self.heat_capacity[link] @ into[link, INPUTS.index("ambient_temperature")])
 
 
-def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
+def plant_model(given: Plant | Network | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
     """Linear state space of motor and link, joined as in the warm-up cell.
 
     Parameters
     ----------
-    given : parameters that differ from nominal
+    given : parameters of a warm-up cell that differ from nominal, or another arrangement
     temperature : temperature in K, of everything, about which to linearise
 
     Returns
@@ -114,6 +170,8 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     InputError
         A parameter is unknown or out of range.
     """
+    if isinstance(given, Network):
+        return network_model(given, temperature)
     given = given or Plant()
     return _model(tuple(sorted(given.motor.items())), tuple(sorted(given.link.items())), temperature)
 
@@ -121,35 +179,38 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
 @lru_cache(maxsize=64)
 def _model(motor: _Items, link: _Items, temperature: float) -> LinearPlant:
     """The model, which takes a tenth of a second, kept for whoever asks for the same plant again."""
-    joined = plant()
-    given = {f"motor.{name}": value for name, value in motor} | {
-        f"link.{name}": value for name, value in link
-    }
-    still, moving = (_still_at(temperature, given, speed) for speed in (0.0, 1.0))
-    settled = joined.d.read(joined.settled(still.p))
-    heat_capacity = np.concatenate(
-        [
-            [settled.motor.winding_heat_capacity, settled.motor.shaft_heat_capacity],
-            np.asarray(settled.link.heat_capacity, dtype=float),
-        ]
-    )
-    kept = [joined.continuous.index[name] for name in _temperatures()]
+    return network_model(Plant(dict(motor), dict(link)).network, temperature)
 
-    def heat(variable: str, at: Point) -> Array:
+
+def network_model(network: Network, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
+    """Linear state space of motors and links in any arrangement; raises as `plant_model`."""
+    joined = network.component
+    still, moving = (_at_rest(network, temperature, speed) for speed in (0.0, 1.0))
+    states = [name for name in joined.continuous.names if "temperature" in name]
+    kept = [joined.continuous.index[name] for name in states]
+    heat_capacity = _heat_capacity(network, still)
+
+    def heat(variable: str, instances: tuple[str, ...], at: Point) -> Array:
         """Rates per watt of what a variable heats; the heat capacities tell how many watts it is."""
-        column = rates_by(joined, at, [variable])[kept, 0]
+        column = rates_by(joined, at, [f"{each}.{variable}" for each in instances])[kept].sum(axis=1)
         return column / (column @ heat_capacity)
 
     def state_matrix(at: Point) -> Array:
-        return rates_by(joined, at, _temperatures())[kept]
+        return rates_by(joined, at, states)[kept]
 
     def ambient(at: Point) -> Array:
-        return rates_by(joined, at, _SURROUNDINGS)[kept].sum(axis=1)
+        return rates_by(joined, at, network.surroundings)[kept].sum(axis=1)
 
-    # A current heats the winding alone, a pad's power the shaft, absorbed radiation the link's surface.
+    # A current heats the windings alone, a pad's power the shafts, absorbed radiation the links' surfaces.
     loaded = replace(still, u=still.u.copy())
-    loaded.u[joined.u.index["motor.current"]] = 1.0
-    heats = [heat("motor.current", loaded), heat("motor.pad_power", still), heat("link.absorbed_flux", still)]
+    for each in network.motors:
+        loaded.u[joined.u.index[f"{each}.current"]] = 1.0
+    count = len(network.motors)
+    heats = [
+        count * heat("current", network.motors, loaded),
+        count * heat("pad_power", network.motors, still),
+        heat("absorbed_flux", network.links, still),
+    ]
     A, into = state_matrix(still), ambient(still)
     none = np.zeros_like(into)
     return LinearPlant(
@@ -157,29 +218,49 @@ def _model(motor: _Items, link: _Items, temperature: float) -> LinearPlant:
         A_speed=state_matrix(moving) - A,
         B=np.column_stack([*heats, into]),
         B_speed=np.column_stack([none, none, none, ambient(moving) - into]),
-        C=outputs_by(joined, still, _temperatures())[[joined.y.index[name] for name in _READ]],
+        C=_outputs(network, outputs_by(joined, still, states)),
         heat_capacity=heat_capacity,
         temperature=temperature,
+        link_states=tuple(i for i, name in enumerate(states) if name.rpartition(".")[0] in network.links),
     )
 
 
-def _temperatures() -> list[str]:
-    """States that matter to the elongation; the heat counters do not."""
-    return [name for name in plant().continuous.names if "temperature" in name]
+def _outputs(network: Network, slopes: Array) -> Array:
+    """Rows of `OUTPUTS`: the temperatures that are read, 0 for those that are not, and the growth."""
+    index = network.component.y.index
+    none = np.zeros(slopes.shape[1])
+    read = [slopes[index[network.read[name]]] if name in network.read else none for name in OUTPUTS[:-1]]
+    growth = sum((weight * slopes[index[name]] for name, weight in network.growth.items()), none)
+    return np.array([*read, growth])
 
 
-def _still_at(temperature: float, given: Mapping[str, float], speed: float) -> Point:
+def _heat_capacity(network: Network, at: Point) -> Array:
+    """Heat capacity in J/K of each temperature, in the order of the states."""
+    joined = network.component
+    assert joined.joint is not None
+    d = joined.d.index
+    settled = np.asarray(joined.settled(at.p), dtype=float)
+    found: list[float] = []
+    for name in joined.continuous.names:
+        instance, _, state = name.rpartition(".")
+        if "temperature" in state:
+            cell = state.replace("temperature", "heat_capacity")
+            found.append(settled[d[f"{instance}.{cell}"]])
+    return np.array(found)
+
+
+def _at_rest(network: Network, temperature: float, speed: float) -> Point:
     """Everything at one temperature in K, nothing heated."""
-    starts = dict.fromkeys(
-        ("motor.initial_winding_temperature", "motor.initial_shaft_temperature", "link.initial_temperature"),
-        temperature,
-    )
-    inputs = dict.fromkeys((*_SURROUNDINGS, "motor.neighbour_temperature"), temperature) | {
-        "motor.speed": speed,
-        "link.speed": speed,
-        "motor.pad_mode": PAD_POWER,
-    }
-    return start(plant(), {**starts, **given, **inputs})
+    joined = network.component
+    parts = ("initial_winding_temperature", "initial_shaft_temperature")
+    starts = {f"{each}.{part}": temperature for each in network.motors for part in parts}
+    starts |= {f"{each}.initial_temperature": temperature for each in network.links}
+    inputs = dict.fromkeys(network.surroundings, temperature)
+    neighbours = [n for n in joined.u.names if n.endswith(".neighbour_temperature")]
+    inputs |= dict.fromkeys(neighbours, temperature)
+    inputs |= {f"{each}.speed": speed for each in (*network.motors, *network.links)}
+    inputs |= {f"{each}.pad_mode": PAD_POWER for each in network.motors}
+    return start(joined, {**starts, **network.given, **inputs})
 
 
 def parameter_vector(component: Component, values: Mapping[str, float], instance: str) -> Array:

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from warmlink.controllers.design.gains import sensor_stds
-from warmlink.controllers.design.plant import INPUTS, LinearPlant, Plant, parameter_vector, plant_model
+from warmlink.controllers.design.plant import (
+    INPUTS,
+    LinearPlant,
+    Network,
+    Plant,
+    parameter_vector,
+    plant_model,
+)
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.regression.law import LENGTH
 from warmlink.fmus.errors import InputError
@@ -78,7 +85,7 @@ def fit_regression(
     }
 
 
-def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
+def training_run(plant: Plant | Network | None = None, step: float = 10.0) -> TrainingRun:
     """Warm-up at 100 % duty for two hours and cooling at rest for one, from cold.
 
     The linear plant, exact for inputs held over a step in s; the losses are the motor's own.

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from warmlink.controllers.design.plant import Plant
+from warmlink.controllers.design.plant import Network, Plant
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.component import Parameter as Declared
+from warmlink.fmus.packaging.join import join
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
+from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
@@ -29,6 +32,49 @@ def plant_of(system: System) -> Plant:
         If the system has no motor or no link of ours, or several.
     """
     return Plant(motor=_differing(system, MOTOR), link=_differing(system, LINK))
+
+
+def network_of(scenario: Scenario, law: Component) -> Network:
+    """Motors and links of a scenario's system, and what its controller sees of them.
+
+    Raises
+    ------
+    InputError
+        If the system has no motors and links of ours, others act among them, or the score is no weighted sum
+        of what they grow by.
+    """
+    setup = scenario.setup
+    declared = setup.declared(law)
+    motors, links = setup.called("motor"), setup.called("link")
+    if not motors or not links:
+        raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
+    plant = [*motors, *links]
+    wires = {target: source for source, target in setup.blueprint.wires}
+    among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
+    joined = join(setup.name, {name: declared[name] for name in plant}, among)
+    values = scenario.values(law)
+    given = {
+        f"{name}.{variable}": float(value)
+        for name in plant
+        for variable, value in values.get(name, {}).items()
+        if f"{name}.{variable}" in joined.p.index
+    }
+    (controller, *_) = setup.controllers
+    read = {name: _read_at(f"{controller}.{name}", wires, set(plant)) for name in SENSED}
+    found = {name: variable for name, variable in read.items() if variable is not None}
+    growth = setup.roles.score.without(setup.corrections).weights()
+    return Network(joined, given, tuple(motors), tuple(links), found, growth)
+
+
+def _read_at(name: str, wires: Mapping[str, str], plant: set[str]) -> str | None:
+    """Variable of the plant that an input reads, through thermometers; None where it reads none."""
+    while name in wires:
+        name = wires[name]
+        if name.rpartition(".")[0] in plant:
+            return name
+        # A thermometer's reading is of the temperature of the same channel.
+        name = name.replace(".reading[", ".temperature[")
+    return None
 
 
 def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
