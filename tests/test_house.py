@@ -55,6 +55,11 @@ def test_imports_point_one_way(floor: str) -> None:
             assert not up, f"{path.relative_to(ROOT)} imports {up}"
 
 
+def test_what_a_component_is_knows_nothing_of_fmus() -> None:
+    for path in (ROOT / "fmus" / "component").rglob("*.py"):
+        assert not {name for name in imports(path) if "packaging" in name or "fmi" in name.lower()}, path
+
+
 @pytest.mark.parametrize("path", LAWS, ids=str)
 def test_equations_know_neither_fmi_nor_tables_nor_plots(path: Path) -> None:
     assert not {name.partition(".")[0] for name in imports(path)} & {*HEAVY, "pythonfmu", "matplotlib"}

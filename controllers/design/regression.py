@@ -14,10 +14,10 @@ from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.plant import INPUTS, LinearPlant, Plant, parameter_vector, plant_model
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.regression.law import LENGTH
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.arm.library import PROGRAMS, arm_scenario_names

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from warmlink.fmus.arm_kinematics.equations import AXES
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import POSES, arm_blueprint, arm_values, axis_name, merged
 from warmlink.orchestration.arm.centralised import CentralisedObserver, Readings

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.commands.console import remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder, locked_folder

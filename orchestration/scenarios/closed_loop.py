@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import estimate_coupling_error

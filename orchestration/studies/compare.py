@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.closed_loop import NO_CONTROLLER, cell_components
 from warmlink.orchestration.scenarios.scenario import Scenario

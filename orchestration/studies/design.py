@@ -7,10 +7,10 @@ from pathlib import Path
 
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.fmus.component import Component
+from warmlink.fmus.component import Parameter as Declared
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.component import Parameter as Declared
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.overrides import scalar, start_values

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.native_fmu import build_native_fmus
+from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.checkpoint import LongRun

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.referees import ecos, libcosim
-from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component.reference import integrate
 from warmlink.fmus.packaging.check import check_fmu
-from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
-from warmlink.fmus.packaging.reference import integrate
+from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.plant import demand, plant
 from warmlink.orchestration.arm.run import arm_kinds, joined_arm, system_of
 from warmlink.orchestration.arm.scenario import load_arm_scenario

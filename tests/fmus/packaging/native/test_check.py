@@ -9,12 +9,12 @@ from zipfile import ZipFile
 
 import pytest
 
+from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import native_fmu
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.catalogue import catalogue
 from warmlink.fmus.packaging.check import CheckResult, check_fmu
-from warmlink.fmus.packaging.compile import Compiler
+from warmlink.fmus.packaging.native import fmu as native_fmu
+from warmlink.fmus.packaging.native.compile import Compiler
 
 from .conftest import BuildNative
 

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from warmlink.controllers.lag.component import COMPONENT as LAG
-from warmlink.fmus.arithmetic import Number
+from warmlink.fmus.component import Component, Input, Output, Parameter, Record, State, limits
+from warmlink.fmus.component.arithmetic import Number
+from warmlink.fmus.component.join import join
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.duty_cycle.component import COMPONENT as DUTY
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component, Input, Output, Parameter, Record, State
-from warmlink.fmus.packaging.join import join
 from warmlink.fmus.plant import WIRES, plant
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 

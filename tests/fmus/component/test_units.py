@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.units import display_conversion, unit
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.component.units import display_conversion, unit
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from warmlink.fmus import arithmetic as ar
+from warmlink.fmus.component import arithmetic as ar
 
 STEP = 1e-30
 

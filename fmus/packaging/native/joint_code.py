@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from warmlink.fmus.packaging.component import Component, Joint
+from warmlink.fmus.component import Component, Joint
 
 Expression = Any
 """A CasADi SX."""

@@ -18,11 +18,11 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.snapshot import VECTORS, Snapshot, contradiction
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.exporter import finish_at_exit
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.snapshot import VECTORS, Snapshot, contradiction
+from warmlink.fmus.packaging.python.exporter import finish_at_exit
 
 _TIME_TOLERANCE = 1e-6
 """Share of a step by which two communication points may differ and be the same."""

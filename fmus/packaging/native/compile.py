@@ -19,7 +19,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.universal_binary import universal_binary
+from warmlink.fmus.packaging.native.universal_binary import universal_binary
 
 
 @dataclass(frozen=True)

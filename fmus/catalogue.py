@@ -8,7 +8,7 @@ import pkgutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 
 HOMES = ("warmlink.fmus", "warmlink.controllers")
 """Packages whose folders are searched."""

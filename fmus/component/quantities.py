@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME, Input, Output, Parameter
+from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Input, Output, Parameter
 
 ROOM_TEMPERATURE = 295.15
 """K, the temperature from which every cold start begins."""

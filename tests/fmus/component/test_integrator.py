@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from warmlink.fmus.packaging.integrator import ComplexStepJacobian, rosenbrock_step
+from warmlink.fmus.component.integrator import ComplexStepJacobian, rosenbrock_step
 
 
 def march(step: float, jacobian_factor: float) -> float:

@@ -7,141 +7,22 @@ Both FMUs, their model descriptions, the documentation tables and the SSP connec
 from __future__ import annotations
 
 import re
-from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any, Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from warmlink.fmus.arithmetic import Number, stack
-
-Record = Any
-"""Named values, one attribute a variable: a number, or a vector where the variable has a size."""
-
-VariableType = Literal["Real", "Integer", "Boolean"]
+from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component.layout import Layout, Record
+from warmlink.fmus.component.variables import Derived, Input, Output, Parameter, Scalar, State
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""
 
 MOST_IN_A_STEP = 10_000
 """Samples, or micro steps, that one communication step may take: no host waits for it for minutes."""
-
-
-@dataclass(frozen=True)
-class _Named:
-    name: str
-    unit: str
-    size: int | None = field(default=None, kw_only=True)
-
-    @property
-    def count(self) -> int:
-        """Number of scalars."""
-        return 1 if self.size is None else self.size
-
-    @property
-    def scalar_names(self) -> list[str]:
-        """Names of the scalars: `heat_flow`, or `position[1]` to `position[8]`."""
-        if self.size is None:
-            return [self.name]
-        return [f"{self.name}[{i}]" for i in range(1, self.size + 1)]
-
-
-@dataclass(frozen=True)
-class _Variable(_Named):
-    """What inputs, parameters and outputs have in common.
-
-    Attributes
-    ----------
-    unit : SI unit in Modelica's notation, as `W/(m2.K)`; "1" for a pure number
-    display : unit in which people read it, as `degC` or `um`; None where it is the unit itself
-    nominal : size of an ordinary value, by which tolerances are scaled
-    minimum, maximum : bounds that the value may reach
-    """
-
-    display: str | None = field(default=None, kw_only=True)
-    nominal: float | None = field(default=None, kw_only=True)
-    minimum: float | None = field(default=None, kw_only=True)
-    maximum: float | None = field(default=None, kw_only=True)
-    type: VariableType = field(default="Real", kw_only=True)
-
-
-@dataclass(frozen=True)
-class Input(_Variable):
-    """A variable that the master sets; `accepts_nan` for one that copes with a missing value."""
-
-    description: str
-    start: float = field(default=0.0, kw_only=True)
-    accepts_nan: bool = field(default=False, kw_only=True)
-    discrete: bool = field(default=False, kw_only=True)
-
-
-@dataclass(frozen=True)
-class Parameter(_Variable):
-    """A value fixed before the run.
-
-    Attributes
-    ----------
-    starts : start values of a vector whose elements differ
-    positive : the value must lie above 0, which it may not reach
-    """
-
-    start: float
-    description: str
-    starts: tuple[float, ...] | None = field(default=None, kw_only=True)
-    positive: bool = field(default=False, kw_only=True)
-
-
-@dataclass(frozen=True)
-class Output(_Variable):
-    """A variable that the component computes."""
-
-    description: str
-    discrete: bool = field(default=False, kw_only=True)
-
-
-@dataclass(frozen=True)
-class State(_Named):
-    """Part of what a component remembers; `start` is a number or the name of a parameter.
-
-    It is finite at all times, or NaN where `accepts_nan` says that a value may be missing.
-    """
-
-    start: float | str = field(default=0.0, kw_only=True)
-    accepts_nan: bool = field(default=False, kw_only=True)
-
-
-@dataclass(frozen=True)
-class Derived(_Named):
-    """A quantity that parameters alone settle, computed once before the run."""
-
-
-@dataclass(frozen=True)
-class Scalar:
-    """One scalar of the interface: its value reference, its name, and the declaration it belongs to."""
-
-    reference: int
-    name: str
-    variable: Input | Parameter | Output
-    element: int
-
-    @property
-    def start(self) -> float | None:
-        """Start value; None for an output, which is computed."""
-        if isinstance(self.variable, Output):
-            return None
-        if isinstance(self.variable, Parameter) and self.variable.starts is not None:
-            return self.variable.starts[self.element]
-        return self.variable.start
-
-    @property
-    def lower(self) -> float | None:
-        """The bound that a model description states: the minimum, or 0 for a positive parameter."""
-        positive = isinstance(self.variable, Parameter) and self.variable.positive
-        return 0.0 if positive else self.variable.minimum
 
 
 @dataclass(frozen=True)
@@ -159,83 +40,6 @@ class Check:
 
 FIELD = re.compile(r"\{([\w.]+(?:\[\d+\])?)\}")
 """A parameter's name in the sentence of a check."""
-
-
-class Layout:
-    """How named variables lie in one flat vector.
-
-    Names with dots, as `link.conductivity`, are read as records within records, so that the part of a joined
-    component finds its own values as if it stood alone: `values.link.conductivity`.
-    """
-
-    def __init__(self, variables: Sequence[_Named]) -> None:
-        self.variables = tuple(variables)
-        self.names = [name for variable in self.variables for name in variable.scalar_names]
-        self.size = len(self.names)
-        self.index = {name: i for i, name in enumerate(self.names)}
-        self._places: dict[str, int | slice] = {}
-        inner: dict[str, list[tuple[_Named, slice]]] = {}
-        start = 0
-        for variable in self.variables:
-            end = start + variable.count
-            part, dot, rest = variable.name.partition(".")
-            if dot:
-                inner.setdefault(part, []).append((replace(variable, name=rest), slice(start, end)))
-            else:
-                self._places[variable.name] = start if variable.size is None else slice(start, end)
-            start = end
-        self._inner = {
-            part: (Layout([v for v, _ in held]), _merged([place for _, place in held]))
-            for part, held in inner.items()
-        }
-        plain = not inner and all(name.isidentifier() for name in self._places)
-        self._record: Any = _record_type(list(self._places)) if plain else None
-
-    def read(self, vector: Number) -> Record:
-        """Named values of a flat vector of any arithmetic, shape (size,)."""
-        if self._record is not None:
-            return self._record._make([vector[place] for place in self._places.values()])
-        values = {name: vector[place] for name, place in self._places.items()}
-        values |= {part: layout.read(vector[place]) for part, (layout, place) in self._inner.items()}
-        return SimpleNamespace(**values)
-
-    def values(self, vector: Number) -> dict[str, Number]:
-        """Values of a flat vector by the variables' names, shape (size,)."""
-        found, start = {}, 0
-        for variable in self.variables:
-            end = start + variable.count
-            found[variable.name] = vector[start] if variable.size is None else vector[start:end]
-            start = end
-        return found
-
-    def record(self, values: Mapping[str, Number]) -> Record:
-        """Record of named values, each a number or a vector, for a layout whose names have no dots."""
-        return SimpleNamespace(**values) if self._record is None else self._record(**values)
-
-    def flat(self, values: Mapping[str, Number]) -> Number:
-        """Flat vector of named values, shape (size,).
-
-        Raises
-        ------
-        KeyError
-            A variable is missing, or one is named that is not declared.
-        """
-        if values.keys() != {v.name for v in self.variables}:
-            missing = [v.name for v in self.variables if v.name not in values]
-            unknown = [name for name in values if name not in {v.name for v in self.variables}]
-            raise KeyError(f"missing: {missing}, not declared: {unknown}")
-        return stack(*(values[v.name] for v in self.variables))
-
-
-def _record_type(names: list[str]) -> Any:
-    return namedtuple("Values", names)
-
-
-def _merged(places: Sequence[slice]) -> slice | list[int]:
-    """One place that holds several in their order: a slice where they adjoin."""
-    if all(a.stop == b.start for a, b in pairwise(places)):
-        return slice(places[0].start, places[-1].stop)
-    return [i for place in places for i in range(place.start, place.stop)]
 
 
 @dataclass(frozen=True)

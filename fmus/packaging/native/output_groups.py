@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 
 _SHARED_WORK = 0.25
 """Share of the lesser output's operations above which two outputs are computed together."""

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component, VariableType
+from warmlink.fmus.component import Component, VariableType, limits
 
 TICK_TOLERANCE = 1e-9
 """Share of a sample time, or of a micro step, by which a communication point may miss it."""

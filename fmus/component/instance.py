@@ -9,13 +9,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.arithmetic import Number, stack
+from warmlink.fmus.component import Component, Input, Parameter, limits
+from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component.integrator import ComplexStepJacobian, Vector, rosenbrock_step
+from warmlink.fmus.component.snapshot import CLOCK_TOLERANCE, TICK_TOLERANCE, Snapshot, samples_until
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component, Input, Parameter
-from warmlink.fmus.packaging.integrator import ComplexStepJacobian, Vector, rosenbrock_step
-from warmlink.fmus.packaging.snapshot import CLOCK_TOLERANCE, TICK_TOLERANCE, Snapshot, samples_until
 
 
 class Instance:

@@ -6,11 +6,16 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.packaging.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar
-from warmlink.fmus.packaging.elimination import Factorisation
-from warmlink.fmus.packaging.integrator import GAMMA
-from warmlink.fmus.packaging.joint_code import running_parts, sample_glue, starting_glue, starting_parts
-from warmlink.fmus.packaging.output_groups import output_groups
+from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar
+from warmlink.fmus.component.integrator import GAMMA
+from warmlink.fmus.packaging.native.elimination import Factorisation
+from warmlink.fmus.packaging.native.joint_code import (
+    running_parts,
+    sample_glue,
+    starting_glue,
+    starting_parts,
+)
+from warmlink.fmus.packaging.native.output_groups import output_groups
 
 Expression = Any
 """A CasADi SX."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import importlib.resources
+from collections.abc import Callable, Iterable
 from importlib import metadata
 from pathlib import Path
 
+from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.bundle import bundle
-from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.fmus.packaging.documentation import documentation_files
 from warmlink.fmus.packaging.model_description import Capabilities, fmi2_model_description
+from warmlink.fmus.packaging.python.bundle import bundle
+
+PYTHON_FOLDER = "python"
 
 # pythonfmu allocates everything itself.
 CAPABILITIES = Capabilities(own_memory_only=True)
@@ -43,7 +46,7 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
     entry : the component and where it is declared
     """
     component = entry.component
-    slave = "warmlink.fmus.packaging.slave"
+    slave = "warmlink.fmus.packaging.python.slave"
     carried = bundle((slave, entry.module), f"warmlink_{component.snake_name}")
     script = _SCRIPT.format(
         imports="\n".join(f"import {name}" for name in carried.modules.values()),
@@ -91,3 +94,21 @@ def _pythonfmu_license() -> bytes:
         if file.name.startswith("LICENSE"):
             return file.read_binary()
     return release.LICENSE.encode()
+
+
+def build_python_fmus(
+    entries: Iterable[Entry], out: Path, progress: Callable[[str], None] = lambda name: None
+) -> list[Path]:
+    """Write the Python FMUs of components and return their paths, in the order of the components.
+
+    Parameters
+    ----------
+    entries : from `catalogue()`, or of one's own
+    out : `dist`, say; the FMUs are put into its folder `python`, as `<Name>.fmu`
+    progress : called with the name of each FMU that is done
+    """
+    built = []
+    for entry in entries:
+        built.append(build_python_fmu(entry, out / PYTHON_FOLDER))
+        progress(entry.component.name)
+    return built

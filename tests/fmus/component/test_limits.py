@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from warmlink.fmus.component import Parameter
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Parameter
-from warmlink.fmus.packaging.instance import Instance
 from warmlink.orchestration.catalogue import components
 
 ALL = components()

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.arithmetic import Number
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.integrator import ComplexStepJacobian, Vector
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.arithmetic import Number
+from warmlink.fmus.component.integrator import ComplexStepJacobian, Vector
 
 
 @dataclass(frozen=True)

@@ -10,24 +10,24 @@ from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree as ET
 
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.catalogue import Entry
-from warmlink.fmus.packaging.codegen import generate, identity_header
-from warmlink.fmus.packaging.compile import (
-    Compiler,
-    Platform,
-    compilers,
-    host_platform,
-    merged_libraries,
-    platforms_named,
-)
-from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.documentation import documentation_files
 from warmlink.fmus.packaging.model_description import (
     Capabilities,
     fmi2_model_description,
     fmi3_model_description,
     instantiation_token,
+)
+from warmlink.fmus.packaging.native.codegen import generate, identity_header
+from warmlink.fmus.packaging.native.compile import (
+    Compiler,
+    Platform,
+    compilers,
+    host_platform,
+    merged_libraries,
+    platforms_named,
 )
 
 FmiVersion = Literal["2.0", "3.0"]
@@ -111,7 +111,7 @@ def native_sources(component: Component, fmi_version: FmiVersion) -> tuple[dict[
 
     A serialised state is taken by an FMU of the same digest alone.
     """
-    folder = importlib.resources.files("warmlink.fmus.packaging") / "native"
+    folder = importlib.resources.files("warmlink.fmus.packaging.native")
     sources = generate(component)
     for name in ("model.h", "model.c", _WRAPPERS[fmi_version]):
         sources[name] = (folder / name).read_text(encoding="utf-8")

@@ -11,11 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.integrator import ComplexStepJacobian
-from warmlink.fmus.packaging.snapshot import Snapshot
+from warmlink.fmus.component import Component, Input, Parameter, Scalar, limits
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.integrator import ComplexStepJacobian
+from warmlink.fmus.component.snapshot import Snapshot
 from warmlink.orchestration.catalogue import components
 
 ALL = components()

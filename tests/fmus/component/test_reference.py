@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.fmus.packaging.reference import Trajectory, integrate
+from warmlink.fmus.component.reference import Trajectory, integrate
 from warmlink.fmus.plant import demand, plant
 
 RECORD = ["link.tip_temperature", "link.elongation"]

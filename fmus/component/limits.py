@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from warmlink.fmus.component import FIELD, Component, Input, Parameter, Scalar
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import FIELD, Component, Input, Parameter, Scalar
 
 
 def problems(component: Component, instance: str, values: Sequence[float]) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 
 if TYPE_CHECKING:
     import casadi
