@@ -17,8 +17,8 @@ from warmlink.orchestration.arm.run import arm_system, program_values
 from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.compiled import prepare
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.compiled.loop import prepare
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System
 

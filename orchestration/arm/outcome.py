@@ -16,7 +16,7 @@ from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.pose import sensitivities
 from warmlink.orchestration.arm.scenario import ArmScenario
 from warmlink.orchestration.fmu_store import FmuKind
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, error_metrics, reduction_percent
 from warmlink.orchestration.system.shipped import COMPENSATOR
 

@@ -19,11 +19,11 @@ from warmlink.orchestration.arm.outcome import CENTRALISED, RECORDED, ArmOutcome
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.scenario import ArmScenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms import algorithm
-from warmlink.orchestration.master.compiled import try_to_prepare
+from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.compiled.loop import try_to_prepare
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
 from warmlink.orchestration.master.guard import guarded
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import Progress as MasterProgress
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import start_values

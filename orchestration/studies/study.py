@@ -42,7 +42,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.quantity import positive

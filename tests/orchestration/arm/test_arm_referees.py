@@ -12,7 +12,7 @@ from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, merg
 from warmlink.orchestration.arm.program import load_program
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System

@@ -24,7 +24,7 @@ from warmlink.orchestration.arm.pose import sensitivities
 from warmlink.orchestration.arm.run import arm_system, run_arm
 from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies import mismatch
 

@@ -18,8 +18,8 @@ from warmlink.orchestration.arm.run import arm_kinds, joined_arm, system_of
 from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.description import read_description
