@@ -17,6 +17,7 @@ from warmlink.orchestration.system.description import ModelInfo, read_descriptio
 from warmlink.orchestration.system.model import Connection, System, Value
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.master.slaves.fmi import FmiSlave
     from warmlink.orchestration.master.slaves.isolation import Isolation
 
 # What FMI gives for reading and compiling alone.
@@ -102,7 +103,7 @@ def isolate(name: str, opener: Callable[[], Slave], isolation: Isolation) -> Sla
     return IsolatedSlave(name, opener, isolation)
 
 
-def open_slave(name: str, info: ModelInfo, folder: Path) -> Slave:
+def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
     # The description was read before, and refused if it declared entities.
     accepting = inputs_accepting_nan((folder / "modelDescription.xml").read_bytes())

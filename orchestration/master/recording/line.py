@@ -7,7 +7,6 @@ import mmap
 import os
 import pickle
 import signal
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -23,8 +22,7 @@ from warmlink.orchestration.master.recording.audit import Balance, audit
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves import under_way
-
-_PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
+from warmlink.orchestration.master.slaves.process import die_with_parent, print_to_standard_error
 
 
 @dataclass(frozen=True)
@@ -124,20 +122,6 @@ def _become_inner(parent: int) -> None:
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")
     print_to_standard_error()
-
-
-def die_with_parent() -> None:
-    """Have the system end this process when the one that started it ends, however that ends."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
-
-
-def print_to_standard_error() -> None:
-    """Send to standard error whatever this process prints to standard output, in Python or in C."""
-    with suppress(OSError):
-        os.dup2(2, 1)
-    # New objects: after a fork, a lock of the old ones may be held by a thread that is no more.
-    sys.stdout = sys.stderr = open(2, "w", buffering=1, closefd=False, errors="replace")  # noqa: SIM115
 
 
 def _flush() -> None:

@@ -161,6 +161,22 @@ class FmiSlave(ABC):
         message = f"{self.prefix}{function} asks to end the simulation{self.log.tell()}"
         raise SlaveError(self.name, "terminated", self.time, message)
 
+    @abstractmethod
+    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
+        """Set up the experiment (times in s) and enter initialization mode."""
+
+    @abstractmethod
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
+        """Set time derivatives of Real inputs for the next step."""
+
+    @abstractmethod
+    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
+        """Give time derivatives of Real outputs."""
+
+    @abstractmethod
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` to `time + step_size`, both in s."""
+
     def exit_initialization(self) -> None:
         """Leave initialization mode."""
         self.call("ExitInitializationMode", self.component)
@@ -200,6 +216,15 @@ class FmiSlave(ABC):
         values, orders = (c_double * count)(), (c_order * count)(*[order] * count)
         self.call(function, self.component, self.references(names), count, orders, values, *more)
         return values[:]
+
+    def directional_derivative(self, output: str, known: str) -> float:
+        """Get the derivative of an output by an input, the state held fixed."""
+        seed, found = c_double(1.0), c_double()
+        size = (1,) if self.prefix == "fmi3" else ()
+        ends = (self.references((output,)), 1, self.references((known,)), 1)
+        name = "GetDirectionalDerivative"
+        self.call(name, self.component, *ends, byref(seed), *size, byref(found), *size)
+        return found.value
 
     def references(self, names: Names) -> Any:
         """Give an array of value references."""

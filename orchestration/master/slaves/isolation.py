@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import importlib
-import multiprocessing
 import os
-import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection as Pipe
@@ -15,7 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.recording.line import die_with_parent, print_to_standard_error
+from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.description import Capabilities, Variable
 from warmlink.orchestration.system.model import Value
@@ -76,13 +75,7 @@ class IsolatedSlave:
         self.isolation = isolation
         self._time = 0.0
         self._failure: SlaveError | None = None
-        context = multiprocessing.get_context("spawn")
-        self._pipe, other = context.Pipe()
-        self._process = context.Process(
-            target=_serve, args=(name, other, opener, isolation.memory_limit), daemon=True, name=name
-        )
-        self._process.start()
-        other.close()
+        self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
         self._face: _Face | None = None
         self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
 
@@ -170,16 +163,12 @@ class IsolatedSlave:
 
     def terminate(self) -> None:
         """End the slave and its process."""
-        if self._process.is_alive() and self._failure is None:
-            try:
+        patience = 0.0
+        if self._process.is_alive and self._failure is None:
+            with suppress(SlaveError):
                 self._ask("terminate")
-                self._process.join(5.0)
-            except SlaveError:
-                pass
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
-        self._pipe.close()
+                patience = 5.0
+        self._process.end(patience)
         self._failure = self._failure or SlaveError(self.name, "error", self._time, "it has been terminated")
 
     def _ask(self, method: str, *arguments: Any) -> Any:
@@ -188,32 +177,28 @@ class IsolatedSlave:
         if self._failure is not None:
             raise self._failure
         try:
-            self._pipe.send((method, arguments))
-        except OSError:
-            self._died(method)
+            self._process.ask((method, arguments))
+        except ProcessEndedError as ended:
+            self._died(method, ended)
         return self._answer(method, self.isolation.time_limit)
 
     def _answer(self, method: str, limit: float) -> Any:
         if self._failure is not None:
             raise self._failure
         try:
-            if not self._pipe.poll(limit):
-                self._process.kill()
-                self._fail(
-                    "time limit", f"{method} has not returned within {limit:g} s; its process was ended"
-                )
-            answer = self._pipe.recv()
-        except (EOFError, OSError):
-            self._died(method)
+            answer = self._process.answer(limit)
+        except TimeoutError:
+            told = f"{method} has not returned within {limit:g} s; its process was ended"
+            self._fail("time limit", told)
+        except ProcessEndedError as ended:
+            self._died(method, ended)
         if isinstance(answer, SlaveError | InputError):
             raise answer
         return answer
 
-    def _died(self, method: str) -> NoReturn:
-        self._process.join(5.0)
-        code = self._process.exitcode
-        how = f"signal {signal.Signals(-code).name}" if code is not None and code < 0 else f"exit code {code}"
-        if code in (-signal.SIGABRT, -signal.SIGKILL):  # as where there is no more memory
+    def _died(self, method: str, ended: ProcessEndedError) -> NoReturn:
+        how = f"signal {ended.signal_name}" if ended.signal_name else f"exit code {ended.code}"
+        if ended.signal_name in ("SIGABRT", "SIGKILL"):  # as where there is no more memory
             how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
         self._fail("crash", f"its process died in {method} ({how})")
 
@@ -222,12 +207,8 @@ class IsolatedSlave:
         raise self._failure
 
 
-def _serve(name: str, pipe: Pipe, opener: Opener, memory_limit: float) -> None:
+def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
     """Answer calls until the other end is gone or asks to terminate."""
-    # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    die_with_parent()
-    print_to_standard_error()
     # Before the time limit begins, which is the FMU's.
     for module in ("fmpy.fmi2", "fmpy.fmi3"):
         importlib.import_module(module)

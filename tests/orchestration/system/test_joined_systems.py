@@ -11,12 +11,12 @@ import pytest
 from tests.referees import ecos, libcosim
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component.reference import integrate
-from warmlink.fmus.packaging.check import check_fmu
 from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.plant import demand, plant
 from warmlink.orchestration.arm.run import arm_kinds, joined_arm, system_of
 from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
