@@ -16,7 +16,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 

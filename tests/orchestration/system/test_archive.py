@@ -14,11 +14,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import (
     Limits,
     extract,
-    parse_xml,
     read_member,
     safe_relative,
     unpack,
 )
+from warmlink.orchestration.system.xml import parse_xml
 
 from .ssp_text import write_zip
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from warmlink.orchestration.system.model import ConnectorKind, DefaultExperiment
-from warmlink.orchestration.system.parameter_values import MappingEntry, Parameter
+from warmlink.orchestration.system.ssp.parameter_values import MappingEntry, Parameter
 from warmlink.orchestration.system.units import Conversion, Unit
 
 

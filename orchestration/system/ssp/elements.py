@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning, read_unit
+from warmlink.orchestration.system.xml import parse_xml
 
 _BASE = "http://ssp-standard.org/SSP1/SystemStructure"
 PREFIXES = {
@@ -64,7 +64,7 @@ def root_element(data: bytes, expected: str, where: str) -> Any:
     InputError
         If it is not XML, not the expected kind of document, or of an unknown version.
     """
-    root = archive.parse_xml(data, where)
+    root = parse_xml(data, where)
     check_root(root, expected, where)
     return root
 

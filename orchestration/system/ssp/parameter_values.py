@@ -12,7 +12,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.ssp_xml import (
+from warmlink.orchestration.system.ssp.elements import (
     children,
     definitions_of_units,
     element,
@@ -25,7 +25,7 @@ from warmlink.orchestration.system.ssp_xml import (
     unit_elements,
 )
 from warmlink.orchestration.system.units import Conversion, Unit, parse_unit
-from warmlink.orchestration.system.xml_values import boolean, integer, number, optional_number, required
+from warmlink.orchestration.system.xml import boolean, integer, number, optional_number, required
 
 # Names of SSP 1.0 and 2.0 for values of each kind.
 _REAL = ("Real", "Float64", "Float32")

@@ -1,4 +1,8 @@
-"""Attribute texts as values, with an error that says where the text stands."""
+"""Reading other people's XML without trusting it; attribute texts as values.
+
+Nothing here expands an entity or fetches from a network; whatever is wrong becomes one `InputError` that says
+where it stands.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,60 @@ import math
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.archive import XML_LIMIT_BYTES, brief
+
+XML_LIMIT_TAGS = 500_000
+"""Opening and closing ones together: a tree in memory takes some hundred bytes for each."""
+
+
+def parse_xml(data: bytes, where: str) -> Any:
+    """Parse XML that declares no document type, so that there is no entity to expand or fetch.
+
+    Parameters
+    ----------
+    data
+        The document.
+    where
+        How an error names it, such as `cell.ssp: SystemStructure.ssd`.
+
+    Returns
+    -------
+    lxml.etree._Element
+        The root, without comments and processing instructions.
+
+    Raises
+    ------
+    InputError
+        If it is not well formed or declares a document type.
+    """
+    from lxml import etree
+
+    if len(data) > XML_LIMIT_BYTES:
+        raise InputError(f"{where}: is larger than {XML_LIMIT_BYTES >> 20} MiB, the limit; make it smaller")
+    # As many as there may be attributes; in other encodings the limit is not lower.
+    if data.count(b"<") > XML_LIMIT_TAGS or data.count(b"=") > 4 * XML_LIMIT_TAGS:
+        raise InputError(
+            f"{where}: has more than {XML_LIMIT_TAGS} tags or {4 * XML_LIMIT_TAGS} attributes, the limit; "
+            "make it smaller"
+        )
+    # Before parsing, for every encoding in which the characters are one or two bytes wide.
+    if b"<!DOCTYPE" in data.replace(b"\0", b"").upper():
+        raise InputError(f"{where}: declares a document type, which could hold entities; remove the DOCTYPE")
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        root = etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError) as fault:
+        raise InputError(f"{where}: not well-formed XML ({brief(fault)}); make it anew") from fault
+    if root is None or root.getroottree().docinfo.internalDTD is not None:
+        raise InputError(f"{where}: empty, or declares a document type, which could hold entities")
+    return root
 
 
 def required(element: Any, name: str, where: str) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.declared import (
+from warmlink.orchestration.system.ssp.declared import (
     DeclaredComponent,
     DeclaredConnection,
     DeclaredConnector,

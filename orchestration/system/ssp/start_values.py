@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.carried import Carried
 from warmlink.orchestration.system.check import checked_value
-from warmlink.orchestration.system.declared import Binding, DeclaredComponent, DeclaredSystem
-from warmlink.orchestration.system.flatten import Edge, Node, Path
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.parameter_values import MappingEntry, Parameter
-from warmlink.orchestration.system.resolve import Resolver
+from warmlink.orchestration.system.ssp.carried import Carried
+from warmlink.orchestration.system.ssp.declared import Binding, DeclaredComponent, DeclaredSystem
+from warmlink.orchestration.system.ssp.flatten import Edge, Node, Path
+from warmlink.orchestration.system.ssp.parameter_values import MappingEntry, Parameter
+from warmlink.orchestration.system.ssp.resolve import Resolver
 
 
 @dataclass

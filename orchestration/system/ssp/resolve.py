@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.carried import Carried
 from warmlink.orchestration.system.check import check_kind, check_type, own_unit, variable_of
-from warmlink.orchestration.system.flatten import Edge, Flat, Node, Path
 from warmlink.orchestration.system.model import Connection, Connector
 from warmlink.orchestration.system.model_info import ModelInfo, Variable
+from warmlink.orchestration.system.ssp.carried import Carried
+from warmlink.orchestration.system.ssp.flatten import Edge, Flat, Node, Path
 from warmlink.orchestration.system.units import Conversion, Unit
 
 

@@ -13,7 +13,8 @@ from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import archive
-from warmlink.orchestration.system.declared import (
+from warmlink.orchestration.system.model import ConnectorKind, DefaultExperiment
+from warmlink.orchestration.system.ssp.declared import (
     Binding,
     DeclaredComponent,
     DeclaredConnection,
@@ -21,14 +22,7 @@ from warmlink.orchestration.system.declared import (
     DeclaredSystem,
     Description,
 )
-from warmlink.orchestration.system.model import ConnectorKind, DefaultExperiment
-from warmlink.orchestration.system.parameter_values import (
-    Parameter,
-    parameter_mapping,
-    parameter_set,
-    transformation,
-)
-from warmlink.orchestration.system.ssp_xml import (
+from warmlink.orchestration.system.ssp.elements import (
     check_root,
     definitions_of_units,
     local,
@@ -36,8 +30,14 @@ from warmlink.orchestration.system.ssp_xml import (
     refuse_other_children,
     root_element,
 )
+from warmlink.orchestration.system.ssp.parameter_values import (
+    Parameter,
+    parameter_mapping,
+    parameter_set,
+    transformation,
+)
 from warmlink.orchestration.system.units import Unit
-from warmlink.orchestration.system.xml_values import boolean, optional_number, required
+from warmlink.orchestration.system.xml import boolean, optional_number, required
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 DEFINITION_TYPE = "application/x-ssp-definition"
