@@ -34,6 +34,8 @@ class Fmi3Slave(FmiSlave):
     def instantiate(self, library: Any) -> None:
         """Instantiate; FMPy keeps the callbacks alive."""
         self._varying: dict[int, list[float]] = {}
+        self._terminate = c_bool()
+        self._answers = (byref(c_bool()), byref(self._terminate), byref(c_bool()), byref(c_double()))
         updates = self.capabilities.intermediate_update
         inputs = [
             v.value_reference
@@ -95,13 +97,11 @@ class Fmi3Slave(FmiSlave):
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
         self.time = time
-        event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
-        flags = (byref(event), byref(terminate), byref(early), byref(last))
         self._under_way[under_way.CALL] = self.stepping
-        status = self.functions.fmi3DoStep(self.component, time, step_size, False, *flags)
+        status = self.functions.fmi3DoStep(self.component, time, step_size, False, *self._answers)
         if status > 1:
             self.fail("DoStep", status)
-        if terminate.value:
+        if self._terminate.value:
             self.end("DoStep")
         if self.watched:
             self.look_around()

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.archive import XML_LIMIT_BYTES
 from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning, read_unit
 from warmlink.orchestration.system.xml import parse_xml
 
@@ -56,15 +58,19 @@ def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> No
             )
 
 
-def root_element(data: bytes, expected: str, where: str) -> Any:
-    """Parse an SSP document and give its root.
+def root_of_file(path: Path, expected: str, where: str) -> Any:
+    """Parse an SSP document that is a file of its own, and give its root.
 
     Raises
     ------
     InputError
-        If it is not XML, not the expected kind of document, or of an unknown version.
+        If it is absent, not XML, not the expected kind of document, or of an unknown version.
     """
-    root = parse_xml(data, where)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give the path of a file that holds a {expected}")
+    with path.open("rb") as stream:
+        # One more byte than the limit, so that the parser sees and says that it is exceeded.
+        root = parse_xml(stream.read(XML_LIMIT_BYTES + 1), where)
     check_root(root, expected, where)
     return root
 

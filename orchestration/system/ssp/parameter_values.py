@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.ssp.elements import (
     children,
@@ -19,7 +18,7 @@ from warmlink.orchestration.system.ssp.elements import (
     local,
     only_child,
     refuse_other_children,
-    root_element,
+    root_of_file,
     sub_element,
     to_bytes,
     unit_elements,
@@ -78,12 +77,12 @@ def read_ssv(path: Path) -> dict[str, Parameter]:
     InputError
         If the file is absent, not an SSV, or holds what is not supported.
     """
-    return {p.name: p for p in parameter_set(_root_of(path, "ParameterSet"), path.name)}
+    return {p.name: p for p in parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)}
 
 
 def read_ssm(path: Path) -> tuple[MappingEntry, ...]:
     """Read an SSM file; raises as `read_ssv`."""
-    return parameter_mapping(_root_of(path, "ParameterMapping"), path.name)
+    return parameter_mapping(root_of_file(path, "ParameterMapping", path.name), path.name)
 
 
 def write_ssv(
@@ -230,11 +229,3 @@ def _text(value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return repr(value) if isinstance(value, float) else str(value)
-
-
-def _root_of(path: Path, expected: str) -> Any:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; give the path of a file with start values")
-    with path.open("rb") as stream:
-        data = stream.read(archive.XML_LIMIT_BYTES)
-    return root_element(data, expected, path.name)

@@ -28,7 +28,7 @@ from warmlink.orchestration.system.ssp.elements import (
     local,
     only_child,
     refuse_other_children,
-    root_element,
+    root_of_file,
 )
 from warmlink.orchestration.system.ssp.parameter_values import (
     Parameter,
@@ -82,7 +82,7 @@ class _Reader:
         self.units: dict[str, Unit] = {}
 
     def read(self) -> Description:
-        root = root_element(_bytes(self.path), "SystemStructureDescription", self.where)
+        root = root_of_file(self.path, "SystemStructureDescription", self.where)
         parts = ("System", "Enumerations", "Units", "DefaultExperiment", "Annotations", "MetaData")
         refuse_other_children(root, parts, self.where)
         self.units = definitions_of_units(only_child(root, "Units"), self.where)
@@ -243,7 +243,7 @@ class _Reader:
             )
         if source:
             path = self.file(source, where)
-            return root_element(_bytes(path), root, f"{where}: {source}"), f"{where}: {source}"
+            return root_of_file(path, root, f"{where}: {source}"), f"{where}: {source}"
         held = only_child(inline, root)
         if held is None:
             raise InputError(f"{where}: a parameter binding has neither a source nor a {root} inside")
@@ -297,14 +297,3 @@ def _experiment(element: Any, where: str) -> DefaultExperiment:
     if step is not None and step <= 0:
         raise InputError(f"{where}: baseStepSize {step:g} s is not positive; give a step above 0 s")
     return DefaultExperiment(start, stop, step)
-
-
-def _bytes(path: Path) -> bytes:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; an SSP holds a SystemStructure.ssd")
-    with path.open("rb") as stream:
-        data = stream.read(archive.XML_LIMIT_BYTES + 1)
-    if len(data) > archive.XML_LIMIT_BYTES:
-        limit = archive.XML_LIMIT_BYTES >> 20
-        raise InputError(f"{path.name}: is larger than {limit} MiB, the limit; make it smaller")
-    return data
