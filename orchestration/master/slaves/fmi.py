@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.batch import Batch
+from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.fmu_log import FmuLog
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.master.slaves.surroundings import Surroundings
@@ -306,29 +305,10 @@ class FmiSlave(ABC):
         return self._batches.get(names) or self._prepare(names)
 
     def _prepare(self, names: Names) -> list[Batch]:
-        found: dict[str, tuple[Any, list[int], list[int]]] = {}
-        for position, name in enumerate(names):
-            variable = self.variables.get(name)
-            if variable is None:
-                raise InputError(
-                    f"{self.name}.{name}: the FMU has no such variable; {instead(name, self.variables)}"
-                )
-            base = None if variable.dimensions else self.base_type(variable)
-            if base is None:
-                raise InputError(
-                    f"{self.name}.{name}: {variable.type} values of this shape cannot be exchanged; "
-                    "choose a scalar number, Boolean or String"
-                )
-            _, positions, references = found.setdefault(base[0], (base[1], [], []))
-            positions.append(position)
-            references.append(variable.value_reference)
-        batches = [Batch(base, *lists) for base, lists in found.items()]
+        batches, self._orders[names] = sorted_by_type(self.name, self.variables, names, self.base_type)
         for batch in batches:
             batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
             batch.arguments = self.arguments(batch)
-        by_type = [position for batch in batches for position in batch.positions]
-        places = sorted(range(len(names)), key=by_type.__getitem__)
-        self._orders[names] = None if places == list(range(len(names))) else places
         self._batches[names] = batches
         return batches
 
