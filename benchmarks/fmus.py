@@ -14,9 +14,9 @@ from typing import Annotated
 import typer
 
 from benchmarks.command import start
+from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.build import build_python_fmus
-from warmlink.fmus.packaging.catalogue import Entry, catalogue
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.orchestration.commands.console import answer, answer_json
 
 _LOOP = Path(__file__).with_suffix(".c")
@@ -84,8 +84,8 @@ def times_table(times: Iterable[StepTimes]) -> str:
 def _times(entry: Entry, work: Path) -> StepTimes:
     from fmpy import extract, read_model_description
 
-    from warmlink.fmus.packaging.compile import compilers, platforms_named
-    from warmlink.fmus.packaging.native_fmu import header_folder, native_fmu_files, native_sources
+    from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+    from warmlink.fmus.packaging.native.fmu import header_folder, native_fmu_files, native_sources
 
     component = entry.component
     (compiler,) = compilers(platforms_named(None))

@@ -211,7 +211,7 @@ def trivial_system(fmu: Path, steps: int) -> System:
 
 def elongation_without_coupling_error(seconds: int) -> float:
     """Elongation in m of the cell under the windshield wiper, motor and link solved as one system."""
-    from warmlink.fmus.packaging.reference import integrate
+    from warmlink.fmus.component.reference import integrate
     from warmlink.fmus.plant import demand, plant
 
     duty = load_scenario("windshield_wiper").duty

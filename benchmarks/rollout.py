@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.design.plant import parameter_vector
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.component import Component
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.codegen import Symbols, micro_step
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.packaging.native.codegen import Symbols, micro_step
 from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK

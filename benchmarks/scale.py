@@ -16,8 +16,8 @@ from warmlink.orchestration.arm.setup import OBSERVER
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.compiled import prepare
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.compiled.loop import prepare
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER

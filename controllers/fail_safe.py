@@ -16,8 +16,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.fmus.arithmetic import Number, absolute, clip, exp, finite, maximum, where
-from warmlink.fmus.packaging.component import Parameter, Record, State
+from warmlink.fmus.component import Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, finite, maximum, where
 
 LIMITS = (
     Parameter(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warmlink.fmus.packaging.component import Input, Output, Parameter
-from warmlink.fmus.packaging.quantities import AMBIENT_TEMPERATURE, sample_time_parameter, temperature_input
+from warmlink.fmus.component import Input, Output, Parameter
+from warmlink.fmus.component.quantities import AMBIENT_TEMPERATURE, sample_time_parameter, temperature_input
 
 SENSED = (
     "shaft_temperature",

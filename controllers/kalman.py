@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.matrices import dot, outer, product, symmetrised
-from warmlink.fmus.arithmetic import Number, maximum, where
+from warmlink.fmus.component.arithmetic import Number, maximum, where
 
 
 class Belief(NamedTuple):

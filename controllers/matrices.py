@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.arithmetic import Number, symbolic
+from warmlink.fmus.component.arithmetic import Number, symbolic
 
 
 def packed_size(size: int) -> int:

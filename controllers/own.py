@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
 from warmlink.controllers.verdict import ready
-from warmlink.fmus.arithmetic import Number
+from warmlink.fmus.component import Component, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Component, Parameter, Record, State
 
 
 class Law:
@@ -17,8 +17,8 @@ class Law:
 
     The methods get records: states `x`, inputs `u` (`warmlink.controllers.interface.INPUTS`), parameters `p`,
     each value under its name, all SI. They are plain arithmetic with the functions of
-    `warmlink.fmus.arithmetic`, `where` instead of `if`, so that the same lines become C. What the law
-    remembers is a State: the object itself keeps nothing, since an FMU's state is saved and restored.
+    `warmlink.fmus.component.arithmetic`, `where` instead of `if`, so that the same lines become C. What the
+    law remembers is a State: the object itself keeps nothing, since an FMU's state is saved and restored.
 
     Attributes
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from warmlink.fmus.packaging.component import Parameter
+from warmlink.fmus.component import Parameter
 
 Values = Mapping[str, float | Sequence[float]]
 """A parameter set: values by name, a sequence where the parameter is a vector."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.arithmetic import Number, where
+from warmlink.fmus.component.arithmetic import Number, where
 
 SIGMAS = 2.0
 """Standard deviations of the correction's error that must fit into the tolerance, for 95 %."""

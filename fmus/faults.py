@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from warmlink.fmus.arithmetic import Number, where
+from warmlink.fmus.component.arithmetic import Number, where
 
 STUCK, JUMP, DRIFT, DROPOUT = 1, 2, 3, 4
 """Values of a fault kind besides 0, none."""

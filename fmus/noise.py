@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from warmlink.fmus.arithmetic import Number, cos, floor, log, sqrt, stack, where
+from warmlink.fmus.component.arithmetic import Number, cos, floor, log, sqrt, stack, where
 
 _MODULUS_A, _FACTOR_A = 2147483563.0, 40014.0
 _MODULUS_B, _FACTOR_B = 2147483399.0, 40692.0

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import Wire, join
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.join import Wire, join
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
-from warmlink.fmus.packaging.reference import Phase
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 
 WIRES: tuple[Wire, ...] = (

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 
+from warmlink.fmus.catalogue import Entry, catalogue
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.catalogue import Entry, catalogue
-from warmlink.fmus.packaging.component import Component
 
 CONTROLLERS = "warmlink.controllers"
 

@@ -11,7 +11,7 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import measuring, running, studying
-from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 app = typer.Typer(
     name="warmlink",

@@ -13,9 +13,9 @@ from importlib import metadata, resources
 from pathlib import Path
 from typing import Literal
 
+from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.build import build_python_fmus
-from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]
@@ -59,7 +59,7 @@ class FmuStore:
         if self.kind == "python":
             build_python_fmus(missing, self.folder.parent)
             return
-        from warmlink.fmus.packaging.native_fmu import build_native_fmus
+        from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
         build_native_fmus(missing, self.folder)
 

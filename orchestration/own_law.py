@@ -15,10 +15,10 @@ from typing import Any
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
 from warmlink.controllers.own import Law
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.catalogue import Entry
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.instance import Instance
 from warmlink.orchestration.fmu_store import FmuStore
 
 _OF_CLASS = """from warmlink.controllers.own import component_of
@@ -66,10 +66,10 @@ class OwnLaw:
         try:
             if store.kind == "native":
                 _check_symbolic(self.component)
-                from warmlink.fmus.packaging.native_fmu import build_native_fmus
+                from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
                 return build_native_fmus([self.entry], folder)[0]
-            from warmlink.fmus.packaging.python_fmu import build_python_fmu
+            from warmlink.fmus.packaging.python.fmu import build_python_fmu
 
             return build_python_fmu(self.entry, folder)
         except InputError:
@@ -77,7 +77,8 @@ class OwnLaw:
         except Exception as fault:
             raise InputError(
                 f"{self.place}: does not become a {store.kind} FMU ({type(fault).__name__}: {_line(fault)}); "
-                "write the law in plain arithmetic with warmlink.fmus.arithmetic, where() instead of if"
+                "write the law in plain arithmetic with warmlink.fmus.component.arithmetic, "
+                "where() instead of if"
             ) from fault
 
 

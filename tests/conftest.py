@@ -10,8 +10,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
-from warmlink.fmus.packaging.build import build_python_fmus
-from warmlink.fmus.packaging.catalogue import catalogue
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
 
 @pytest.fixture(scope="session")

@@ -55,6 +55,41 @@ def test_imports_point_one_way(floor: str) -> None:
             assert not up, f"{path.relative_to(ROOT)} imports {up}"
 
 
+def test_what_a_component_is_knows_nothing_of_fmus() -> None:
+    for path in (ROOT / "fmus" / "component").rglob("*.py"):
+        assert not {name for name in imports(path) if "packaging" in name or "fmi" in name.lower()}, path
+
+
+BELOW = {
+    "orchestration/system": ("orchestration.master", "orchestration.check"),
+    "orchestration/master": ("orchestration.check", "orchestration.scenarios", "orchestration.commands"),
+    "orchestration/master/slaves": ("master.algorithms", "master.compiled", "master.recording", "master.run"),
+    "orchestration/master/algorithms": ("master.compiled", "master.recording", "master.run"),
+    "orchestration/master/recording": ("master.compiled", "master.run", "master.stepping"),
+}
+"""What a room must not import: the rooms that stand on it."""
+
+
+@pytest.mark.parametrize("room", BELOW)
+def test_a_room_does_not_import_what_stands_on_it(room: str) -> None:
+    for path in (ROOT / room).rglob("*.py"):
+        up = {n for n in imports(path) if any(f"warmlink.{a}" in n or f".{a}" in n for a in BELOW[room])}
+        assert not up, f"{path.relative_to(ROOT)} imports {up}"
+
+
+WALLED = ("fmus", "controllers", "orchestration/master", "orchestration/system", "orchestration/check")
+
+
+@pytest.mark.parametrize("room", WALLED)
+def test_rooms_and_files_can_be_overlooked(room: str) -> None:
+    for folder in (ROOT / room, *(p for p in (ROOT / room).rglob("*") if p.is_dir())):
+        files = list(folder.glob("*.py"))
+        assert len(files) <= 16, f"{folder.relative_to(ROOT)} holds {len(files)} files; it wants walls"
+        for path in files:
+            lines = len(path.read_text("utf-8").splitlines())
+            assert lines <= 320, f"{path.relative_to(ROOT)} has {lines} lines; part it by subject"
+
+
 @pytest.mark.parametrize("path", LAWS, ids=str)
 def test_equations_know_neither_fmi_nor_tables_nor_plots(path: Path) -> None:
     assert not {name.partition(".")[0] for name in imports(path)} & {*HEAVY, "pythonfmu", "matplotlib"}

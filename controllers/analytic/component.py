@@ -5,8 +5,8 @@ from __future__ import annotations
 from warmlink.controllers.analytic import law
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
-from warmlink.fmus.packaging.component import Component, Parameter, State
-from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE
+from warmlink.fmus.component import Component, Parameter, State
+from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 _MATERIAL = tuple(

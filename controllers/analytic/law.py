@@ -12,8 +12,8 @@ from collections.abc import Mapping
 
 from warmlink.controllers.fail_safe import limited, warning, with_held_back
 from warmlink.controllers.verdict import error_std, ready
-from warmlink.fmus.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
 
 PRINTED, CORRECTED = 0, 1
 """Values of the parameter `form`."""

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component import Component, limits
+from warmlink.fmus.component.integrator import COMPLEX_STEP
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.integrator import COMPLEX_STEP
 
 if TYPE_CHECKING:
     import control

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.design.linearise import Point, outputs_by, rates_by, start
 from warmlink.controllers.observer.model import LOSSES
+from warmlink.fmus.component import Component, limits
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.plant import plant
 
 Array = NDArray[np.float64]

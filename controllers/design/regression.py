@@ -21,10 +21,10 @@ from warmlink.controllers.design.plant import (
 )
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.regression.law import LENGTH
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 
 Array = NDArray[np.float64]
 

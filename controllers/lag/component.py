@@ -5,8 +5,8 @@ from __future__ import annotations
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
 from warmlink.controllers.lag import law
+from warmlink.fmus.component import Component, Parameter, State
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component, Parameter, State
 
 _LOSSES = tuple(
     parameter

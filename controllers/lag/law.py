@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 from warmlink.controllers.fail_safe import limited, warning, with_held_back
 from warmlink.controllers.verdict import error_std, ready
-from warmlink.fmus.arithmetic import Number, absolute, exp
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, exp
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS, TOLERANCE
 from warmlink.controllers.none import law
-from warmlink.fmus.packaging.component import Component, Parameter
+from warmlink.fmus.component import Component, Parameter
 
 COMPONENT = Component(
     name="NoCompensator",

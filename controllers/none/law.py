@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.controllers.verdict import ready
-from warmlink.fmus.arithmetic import Number
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:

@@ -9,9 +9,9 @@ from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import with_values
+from warmlink.fmus.component import Component, Parameter, State
+from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component, Parameter, State
-from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 
 _MODES = model.MODES
 

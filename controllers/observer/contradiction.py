@@ -14,8 +14,8 @@ from warmlink.controllers.observer.model import (
     losses,
     temperature,
 )
-from warmlink.fmus.arithmetic import Number, absolute, exp, maximum, stack, total, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, stack, total, where
 
 LEAST_SHARE = 0.5
 """Share of the elongation by duty alone that unknown heat and a wrong model leave at least."""

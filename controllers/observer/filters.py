@@ -14,8 +14,8 @@ from typing import NamedTuple
 from warmlink.controllers.kalman import Belief
 from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
-from warmlink.fmus.arithmetic import Number, maximum, stack, total, where
-from warmlink.fmus.packaging.component import Record, State
+from warmlink.fmus.component import Record, State
+from warmlink.fmus.component.arithmetic import Number, maximum, stack, total, where
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations of its noise beyond which an estimated disturbance counts as seen."""

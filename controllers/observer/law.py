@@ -38,7 +38,8 @@ from warmlink.controllers.observer.model import (
     temperature,
 )
 from warmlink.controllers.verdict import ready
-from warmlink.fmus.arithmetic import (
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
     clip,
@@ -51,7 +52,6 @@ from warmlink.fmus.arithmetic import (
     total,
     where,
 )
-from warmlink.fmus.packaging.component import Record
 
 HEAT = slice(0, HEATS)
 """Which of the disturbances are unknown heat."""

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import matrix, product
-from warmlink.fmus.arithmetic import Number, absolute, exp, total
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, total
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
-from warmlink.fmus.packaging.component import Record
 
 MODES = 7
 """Modes of motor and link that the filter carries."""

@@ -8,7 +8,7 @@ from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer_drift import law
 from warmlink.controllers.observer_drift.designed import DESIGNED as BEYOND
 from warmlink.controllers.start_values import with_values
-from warmlink.fmus.packaging.component import Component, Parameter, State
+from warmlink.fmus.component import Component, Parameter, State
 
 _CAMERA = (
     Parameter(

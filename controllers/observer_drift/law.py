@@ -22,8 +22,8 @@ from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
 from warmlink.controllers.observer.filters import Filters, filters_of, led
-from warmlink.fmus.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
 
 DISTURBANCES = model.HEATS + 2
 """Unknown heats, then the relative error of the expansion coefficient and the offset."""

@@ -8,8 +8,8 @@ from warmlink.controllers.matrices import packed_size
 from warmlink.controllers.regression import law
 from warmlink.controllers.regression.designed import DESIGNED
 from warmlink.controllers.start_values import with_values
-from warmlink.fmus.packaging.component import Component, Parameter, State
-from warmlink.fmus.packaging.quantities import temperature_parameter
+from warmlink.fmus.component import Component, Parameter, State
+from warmlink.fmus.component.quantities import temperature_parameter
 
 _PARAMETERS = (
     SAMPLE_TIME,

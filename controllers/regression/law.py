@@ -18,8 +18,8 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, symmetric, upper
 from warmlink.controllers.verdict import ready
-from warmlink.fmus.arithmetic import Number, exp, maximum, placed, stack, total, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, exp, maximum, placed, stack, total, where
 
 SENSORS = len(SENSED)
 

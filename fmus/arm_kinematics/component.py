@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from math import pi
 
-from warmlink.fmus.arithmetic import Number, absolute
 from warmlink.fmus.arm_kinematics import equations
-from warmlink.fmus.packaging.component import (
+from warmlink.fmus.component import (
     Check,
     Component,
     Derived,
@@ -15,6 +14,7 @@ from warmlink.fmus.packaging.component import (
     Parameter,
     Record,
 )
+from warmlink.fmus.component.arithmetic import Number, absolute
 
 AXES = equations.AXES
 

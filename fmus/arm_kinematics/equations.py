@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from warmlink.fmus.arithmetic import Number, cos, maximum, sin, sqrt, stack, total, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, cos, maximum, sin, sqrt, stack, total, where
 
 AXES = 6
 

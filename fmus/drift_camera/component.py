@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from warmlink.fmus import faults
-from warmlink.fmus.arithmetic import minimum
+from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
+from warmlink.fmus.component.arithmetic import minimum
+from warmlink.fmus.component.quantities import sample_time_parameter
 from warmlink.fmus.drift_camera import equations
-from warmlink.fmus.packaging.component import Check, Component, Input, Output, Parameter, State
-from warmlink.fmus.packaging.quantities import sample_time_parameter
 
 _PARAMETERS = (
     sample_time_parameter("time between two looks at whether a picture is due"),

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.fmus import faults, noise
-from warmlink.fmus.arithmetic import Number, absolute, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, where
 
 _GENERATOR = 1000
 """Channel of the random generator, away from those of the thermometers."""

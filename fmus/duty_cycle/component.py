@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warmlink.fmus.arithmetic import total
+from warmlink.fmus.component import Check, Component, Derived, Output, Parameter
+from warmlink.fmus.component.arithmetic import total
+from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, ROOM_TEMPERATURE, temperature_output
 from warmlink.fmus.duty_cycle import equations
-from warmlink.fmus.packaging.component import Check, Component, Derived, Output, Parameter
-from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE, ROOM_TEMPERATURE, temperature_output
 
 SEGMENTS = equations.SEGMENTS
 

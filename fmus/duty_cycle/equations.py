@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.fmus.arithmetic import LARGEST, Number, floor, maximum, stack, total, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import LARGEST, Number, floor, maximum, stack, total, where
 
 SEGMENTS = 32
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.arithmetic import where
+from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
+from warmlink.fmus.component.arithmetic import where
+from warmlink.fmus.component.quantities import temperature_input, temperature_output, temperature_parameter
 from warmlink.fmus.heater import equations
-from warmlink.fmus.packaging.component import Check, Component, Input, Output, Parameter, State
-from warmlink.fmus.packaging.quantities import temperature_input, temperature_output, temperature_parameter
 
 COMPONENT = Component(
     name="Heater",

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.fmus.arithmetic import Number, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, where
 
 LEAST_HEAT_CAPACITY = 1e-6
 """J/K; rates of a much smaller one exceed all numbers."""

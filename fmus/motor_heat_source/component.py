@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.motor_heat_source import equations
-from warmlink.fmus.packaging.component import Component, Input, Output, Parameter, State
-from warmlink.fmus.packaging.quantities import (
+from warmlink.fmus.component import Component, Input, Output, Parameter, State
+from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
     temperature_input,
     temperature_output,
     temperature_parameter,
 )
+from warmlink.fmus.motor_heat_source import equations
 
 _INPUTS = (
     Input(

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.fmus.arithmetic import Number, absolute, clip, real, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, real, where
 
 RESISTANCE_TEMPERATURE = 293.15
 """K, at which the winding has its stated resistance."""

@@ -1,1 +1,1 @@
-"""From one declaration to an FMU: integration, model description, Python and native forms."""
+"""A component becomes an FMU: its description and documentation, its Python and native forms."""

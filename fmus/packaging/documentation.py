@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component import MOST_IN_A_STEP, Component, Input, Output, Parameter
+from warmlink.fmus.component.units import display_conversion
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.catalogue import Entry
-from warmlink.fmus.packaging.component import MOST_IN_A_STEP, Component, Input, Output, Parameter
-from warmlink.fmus.packaging.units import display_conversion
 
 MARK = "<!-- variables -->"
 """Line of a README at which the tables of variables stand."""

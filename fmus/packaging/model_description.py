@@ -8,11 +8,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.dependencies import TIME, Dependencies, dependencies
+from warmlink.fmus.component.units import display_conversion, unit
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.component import Component, Input, Parameter, Scalar
-from warmlink.fmus.packaging.dependencies import TIME, Dependencies, dependencies
-from warmlink.fmus.packaging.quantities import NOMINAL_TEMPERATURE
-from warmlink.fmus.packaging.units import display_conversion, unit
+from warmlink.fmus.packaging.attributes import (
+    accepting_nan,
+    causality,
+    identity,
+    set_within_step,
+    text,
+    value_attributes,
+    variability,
+)
 
 GENERATION_DATE = "1980-01-01T00:00:00Z"
 """The same in every build, so that equal sources give equal files."""
@@ -63,7 +71,7 @@ def instantiation_token(component: Component, implementation: str = "") -> str:
         takes two FMUs of one GUID for the same one
     """
     interface = [
-        (s.name, s.reference, _causality(s), _variability(s), s.variable.type, s.variable.unit)
+        (s.name, s.reference, causality(s), variability(s), s.variable.type, s.variable.unit)
         for s in component.scalars()
     ]
     return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface, implementation]))) + "}"
@@ -113,15 +121,15 @@ def fmi2_model_description(
         for name in sources:
             ET.SubElement(files, "File", name=name)
     _common_head(root, component)
-    accepting = _accepting_nan(component)
+    accepting = accepting_nan(component)
     if accepting:
         tool = ET.SubElement(ET.SubElement(root, "VendorAnnotations"), "Tool", name=VENDOR)
         ET.SubElement(tool, "acceptsNaN", variables=" ".join(accepting))
 
     variables = ET.SubElement(root, "ModelVariables")
     for scalar in component.scalars():
-        around = ET.SubElement(variables, "ScalarVariable", _identity(scalar))
-        ET.SubElement(around, scalar.variable.type, _attributes(scalar))
+        around = ET.SubElement(variables, "ScalarVariable", identity(scalar))
+        ET.SubElement(around, scalar.variable.type, value_attributes(scalar))
 
     # FMI 2.0 counts variables from 1 in the order of their declaration, and time is not one of them.
     index = {s.name: s.reference + 1 for s in component.scalars()}
@@ -170,8 +178,8 @@ def fmi3_model_description(
     variables = ET.SubElement(root, "ModelVariables")
     elements = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     for scalar in component.scalars():
-        attributes = _identity(scalar) | _attributes(scalar)
-        if capabilities.intermediate_update and _set_within_step(scalar):
+        attributes = identity(scalar) | value_attributes(scalar)
+        if capabilities.intermediate_update and set_within_step(scalar):
             attributes["intermediateUpdate"] = "true"
         ET.SubElement(variables, elements[scalar.variable.type], attributes)
     time = {"name": TIME, "valueReference": str(time_reference(component)), "causality": "independent"}
@@ -183,7 +191,7 @@ def fmi3_model_description(
         for name, known in of.items():
             attributes = _dependency_attributes(reference[k] for k in known)
             ET.SubElement(structure, element, {"valueReference": str(reference[name])} | attributes)
-    accepting = _accepting_nan(component)
+    accepting = accepting_nan(component)
     if accepting:
         annotation = ET.SubElement(ET.SubElement(root, "Annotations"), "Annotation", type=VENDOR)
         ET.SubElement(annotation, "acceptsNaN", variables=" ".join(accepting))
@@ -232,7 +240,7 @@ def _simulation(identifier: str, capabilities: Capabilities, flags: dict[str, bo
     order = capabilities.output_derivative_order
     return (
         {"modelIdentifier": identifier, "needsExecutionTool": "false"}
-        | {name: _text(flag) for name, flag in flags.items()}
+        | {name: text(flag) for name, flag in flags.items()}
         | ({"maxOutputDerivativeOrder": str(order)} if order else {})
     )
 
@@ -251,12 +259,12 @@ def _common_head(root: ET.Element, component: Component) -> None:
         described = unit(name)
         attributes = {base: str(exponent) for base, exponent in described.exponents.items()}
         if described.factor != 1:
-            attributes["factor"] = _text(float(described.factor))
+            attributes["factor"] = text(float(described.factor))
         ET.SubElement(definition, "BaseUnit", attributes)
         for display in sorted(displays[name]):
             factor, offset = display_conversion(name, display)
             conversion = {"factor": factor, "offset": offset}
-            kept = {key: _text(value) for key, value in conversion.items() if value != (key == "factor")}
+            kept = {key: text(value) for key, value in conversion.items() if value != (key == "factor")}
             ET.SubElement(definition, "DisplayUnit", {"name": display} | kept)
 
     categories = ET.SubElement(root, "LogCategories")
@@ -264,66 +272,12 @@ def _common_head(root: ET.Element, component: Component) -> None:
         ET.SubElement(categories, "Category", name=name, description=description)
     experiment = {"startTime": 0.0, "stopTime": component.default_stop_time}
     experiment["stepSize"] = component.default_step_size
-    ET.SubElement(root, "DefaultExperiment", {key: _text(value) for key, value in experiment.items()})
-
-
-def _identity(scalar: Scalar) -> dict[str, str]:
-    identity = {
-        "name": scalar.name,
-        "valueReference": str(scalar.reference),
-        "description": scalar.variable.description,
-        "causality": _causality(scalar),
-        "variability": _variability(scalar),
-    }
-    initial = {"parameter": "exact", "output": "calculated"}.get(identity["causality"])
-    return identity | ({"initial": initial} if initial else {})
-
-
-def _causality(scalar: Scalar) -> str:
-    return type(scalar.variable).__name__.lower()
-
-
-def _variability(scalar: Scalar) -> str:
-    variable = scalar.variable
-    if isinstance(variable, Parameter):
-        return "fixed"
-    return "discrete" if variable.discrete or variable.type != "Real" else "continuous"
-
-
-def _attributes(scalar: Scalar) -> dict[str, str]:
-    """Unit, range, nominal and start, in the order of FMI."""
-    variable = scalar.variable
-    real, boolean = variable.type == "Real", variable.type == "Boolean"
-    attributes: dict[str, str] = {}
-    if real:
-        attributes["unit"] = variable.unit
-        if variable.display is not None:
-            attributes["displayUnit"] = variable.display
-        elif variable.unit == "K" and variable.nominal != NOMINAL_TEMPERATURE:
-            attributes["relativeQuantity"] = "true"
-    values = {} if boolean else {"min": scalar.lower, "max": variable.maximum}
-    if real:
-        values["nominal"] = variable.nominal
-    values["start"] = scalar.start
-    kind = {"Real": float, "Integer": int, "Boolean": bool}[variable.type]
-    return attributes | {key: _text(kind(value)) for key, value in values.items() if value is not None}
-
-
-def _set_within_step(scalar: Scalar) -> bool:
-    return isinstance(scalar.variable, Input) and _variability(scalar) == "continuous"
-
-
-def _accepting_nan(component: Component) -> list[str]:
-    return [s.name for s in component.scalars() if isinstance(s.variable, Input) and s.variable.accepts_nan]
+    ET.SubElement(root, "DefaultExperiment", {key: text(value) for key, value in experiment.items()})
 
 
 def _dependency_attributes(known: Iterable[int]) -> dict[str, str]:
     listed = [str(each) for each in sorted(known)]
     return {"dependencies": " ".join(listed), "dependenciesKind": " ".join("dependent" for _ in listed)}
-
-
-def _text(value: float | bool) -> str:
-    return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def _file(root: ET.Element) -> bytes:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.arithmetic import total
-from warmlink.fmus.packaging.component import Check, Component, Derived, Output, Parameter
+from warmlink.fmus.component import Check, Component, Derived, Output, Parameter
+from warmlink.fmus.component.arithmetic import total
 from warmlink.fmus.pose_sequence import equations
 
 POSES, AXES = equations.POSES, equations.AXES

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.fmus.arithmetic import Number, stack, total
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, stack, total
 from warmlink.fmus.duty_cycle.equations import LONGEST, SEGMENTS, active_segment, derive
-from warmlink.fmus.packaging.component import Record
 
 POSES = SEGMENTS
 AXES = 6

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from warmlink.fmus import faults
-from warmlink.fmus.arithmetic import where
-from warmlink.fmus.packaging.component import Check, Component, Parameter, State
-from warmlink.fmus.packaging.quantities import (
+from warmlink.fmus.component import Check, Component, Parameter, State
+from warmlink.fmus.component.arithmetic import where
+from warmlink.fmus.component.quantities import (
     AMBIENT_TEMPERATURE,
     sample_time_parameter,
     temperature_input,

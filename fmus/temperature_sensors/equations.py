@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.fmus import faults, noise
-from warmlink.fmus.arithmetic import Number, exp, floor, maximum, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, where
 
 CHANNELS = 8
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from warmlink.fmus.packaging.component import Check, Component, Derived, Input, Output, Parameter, State
-from warmlink.fmus.packaging.quantities import (
+from warmlink.fmus.component import Check, Component, Derived, Input, Output, Parameter, State
+from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
     temperature_input,

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 
-from warmlink.fmus.arithmetic import Number, absolute, clip, maximum, placed, stack, total, where
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, maximum, placed, stack, total, where
 from warmlink.fmus.thermal_link.grid import (
     control_widths,
     interpolation_weights,

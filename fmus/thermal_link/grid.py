@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from warmlink.fmus.arithmetic import Number, clip, maximum, stack
-from warmlink.fmus.packaging.component import Record
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import Number, clip, maximum, stack
 
 SMALLEST_STRETCH = 1e-6
 """Least length of a stretch as a share of the link's; an overhang of no length keeps its nodes."""

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from warmlink.fmus.arm_kinematics.equations import AXES
+from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.join import Wire
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.arm.library import NAME
 from warmlink.orchestration.system.model import System, Value

@@ -13,7 +13,7 @@ from warmlink.fmus.arm_kinematics.equations import AXES, COORDINATES
 from warmlink.orchestration.arm.blueprint import POSES, axis_name
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.pose import sensitivities
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 Array = NDArray[np.float64]

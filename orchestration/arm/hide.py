@@ -19,9 +19,9 @@ from warmlink.orchestration.diagnosis.cause import catalogue as causes
 from warmlink.orchestration.diagnosis.effects import EFFECTS
 from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, WHITE, Noise, Vector, noisy
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.guard import guarded
-from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.blueprint import axis_name

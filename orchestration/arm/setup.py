@@ -16,7 +16,7 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import KINEMATICS, arm_blueprint, arm_values, axis_name
 from warmlink.orchestration.arm.figures import ArmErrors
 from warmlink.orchestration.arm.geometry import axis
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup, StartValues
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR

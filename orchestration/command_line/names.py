@@ -28,7 +28,7 @@ def mismatches(incomplete: str) -> list[str]:
 
 def masters(incomplete: str) -> list[str]:
     """Master algorithms."""
-    from warmlink.orchestration.master.algorithms import ALGORITHMS
+    from warmlink.orchestration.master.algorithms.table import ALGORITHMS
 
     return _beginning(incomplete, ALGORITHMS)
 

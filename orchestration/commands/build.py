@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.build import build_python_fmus
-from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.commands.console import answer, answer_json, counted, progress_bar
 from warmlink.orchestration.scenarios.load import load_scenario
@@ -68,8 +68,8 @@ def _build_joined(platforms: str | None, out: Path) -> list[Path]:
 
 
 def _build_native(everything: list[Entry], platforms: str | None, out: Path) -> list[Path]:
-    from warmlink.fmus.packaging.compile import platforms_named
-    from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
+    from warmlink.fmus.packaging.native.compile import platforms_named
+    from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 
     chosen = platforms_named(platforms)
     built: list[Path] = []

@@ -7,12 +7,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.check import CheckResult, check_fmu
+from warmlink.orchestration.check.fmu import CheckResult, check_fmu
 from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
 

@@ -12,9 +12,9 @@ from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import Values
+from warmlink.fmus.component import SHORTEST_SAMPLE_TIME
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME
 from warmlink.orchestration.commands.console import answer, answer_json, remark
 from warmlink.orchestration.commands.run import settings_given
 from warmlink.orchestration.scenarios.quantity import positive

@@ -11,17 +11,17 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.commands.console import progress_bar, remark
 from warmlink.orchestration.commands.simulate_answer import give_answer
 from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
-from warmlink.orchestration.master.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms import algorithm
-from warmlink.orchestration.master.checkpoint import LongRun
-from warmlink.orchestration.master.compiled import Stepping
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.compiled.loop import Stepping
 from warmlink.orchestration.master.error_budget import CouplingError, estimate_coupling_error
 from warmlink.orchestration.master.guard import guarded
-from warmlink.orchestration.master.isolation import Isolation
 from warmlink.orchestration.master.pacing import Pacing
-from warmlink.orchestration.master.recorder import is_recorded
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.checkpoint import LongRun
+from warmlink.orchestration.master.recording.recorder import is_recorded
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import Progress, simulate
+from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.report.series import series_writers
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.system.description import read_description

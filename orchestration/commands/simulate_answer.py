@@ -11,7 +11,7 @@ import numpy as np
 
 from warmlink.orchestration.commands.console import answer, answer_json
 from warmlink.orchestration.master.error_budget import CouplingError
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 
 WIDTH = 160
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import Input, Parameter
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import Rig, rig
 from warmlink.orchestration.diagnosis.values import seconds, to_si

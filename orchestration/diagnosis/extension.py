@@ -32,7 +32,7 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
 
 def write_ssv_of(values: Mapping[str, float], path: Path) -> None:
     """Write a parameter set for the whole system: names with their instance, SI units."""
-    from warmlink.orchestration.system.parameter_values import write_ssv
+    from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 
     write_ssv(dict(values), path, name="extended")
 

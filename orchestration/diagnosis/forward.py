@@ -1,6 +1,6 @@
 """Simulation of a measured run with the derivatives by all freed variables, in one pass.
 
-States and sensitivities are stepped together by ROS2 (see `fmus/packaging/integrator.py`): the
+States and sensitivities are stepped together by ROS2 (see `fmus/component/integrator.py`): the
 sensitivities of its stages with the matrix held, which is of order 2 as the method is for any matrix. One
 inverse serves both stages and all columns, and is kept while step and Jacobian stay nearly the same.
 """
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component.integrator import GAMMA
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
-from warmlink.fmus.packaging.integrator import GAMMA
 from warmlink.orchestration.diagnosis.equations import Equations, Linearised
 from warmlink.orchestration.diagnosis.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.measured import Run

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import limits
 from warmlink.orchestration.diagnosis.experiment import Experiment
 from warmlink.orchestration.scenarios.overrides import start_value
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.component import Component, Scalar
+from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import Component, Scalar
-from warmlink.fmus.packaging.join import join
 from warmlink.fmus.plant import ROD_WIRES, plant
 from warmlink.fmus.thermal_link.component import thermal_link
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.packaging.integrator import GAMMA
+from warmlink.fmus.component.integrator import GAMMA
 from warmlink.orchestration.diagnosis.equations import Linearised
 from warmlink.orchestration.diagnosis.grid import Levels, Resolution, Shares, Steps, layout
 

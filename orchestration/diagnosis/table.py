@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging import limits
 from warmlink.orchestration.diagnosis.values import column_parts, converter
 from warmlink.orchestration.text_files import measured_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from warmlink.fmus.packaging.component import Scalar
+    from warmlink.fmus.component import Scalar
 
 Vector = NDArray[np.float64]
 

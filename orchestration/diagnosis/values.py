@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from warmlink.fmus.component import Input
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Input
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.units import Conversion, Unit, conversion, parse_unit
 
 if TYPE_CHECKING:
-    from warmlink.fmus.packaging.component import Scalar
+    from warmlink.fmus.component import Scalar
 
 _HEADER = re.compile(r"\s*(.+?)\s*\[(.*)\]\s*$")
 

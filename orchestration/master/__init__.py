@@ -1,1 +1,1 @@
-"""The master algorithms that step a system's slaves from communication point to communication point."""
+"""The master: it steps a system's slaves from communication point to communication point."""

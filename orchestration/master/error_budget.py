@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 
 SAFETY = 1.5
 

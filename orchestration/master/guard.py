@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master import under_way
-from warmlink.orchestration.master.line import Line, Sketch, serve
-from warmlink.orchestration.master.result import Result
-from warmlink.orchestration.master.slave import SlaveError
-from warmlink.orchestration.master.table import Table
+from warmlink.orchestration.master.recording.line import Line, Sketch, serve
+from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 Progress = Callable[[int, int], None]
 Remark = Callable[[str], None]

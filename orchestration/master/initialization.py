@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
-from warmlink.orchestration.master.ordering import feedthrough_order
-from warmlink.orchestration.master.slave import SlaveError, nominal
+from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.system.model import Value
 
 TOLERANCE = 1e-12

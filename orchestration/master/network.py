@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.slave import Names, Slave, SlaveError
+from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import Connection, Value
 
 
@@ -54,6 +54,8 @@ class Network:
         From outputs to inputs; refused where an end is unknown or an input has two sources.
     watched : collection of str
         Further outputs, as `slave.variable`, that are read at every communication point.
+    process : int, optional
+        That the slaves were made in, default: this one; a copy of it, made by an FMU that forks, ends itself.
 
     Attributes
     ----------
@@ -63,12 +65,14 @@ class Network:
         For each slave the values last read and last written, in those orders.
     wires : list of list of Wire
         For each slave the sources of its inputs, as `writes`.
-    process : int
-        That the slaves were made in; a copy of it, made by an FMU that forks, ends itself.
     """
 
     def __init__(
-        self, slaves: Sequence[Slave], connections: Sequence[Connection], watched: Collection[str] = ()
+        self,
+        slaves: Sequence[Slave],
+        connections: Sequence[Connection],
+        watched: Collection[str] = (),
+        process: int | None = None,
     ) -> None:
         self.slaves = list(slaves)
         self.connections = tuple(connections)
@@ -96,7 +100,7 @@ class Network:
         self.outputs: list[list[Value]] = [[] for _ in self.slaves]
         self.inputs: list[list[Value]] = [[] for _ in self.slaves]
         self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
-        self.process = os.getpid()
+        self._process = os.getpid() if process is None else process
         self.time = 0.0
         self.steps = 0
         self.rejected = 0
@@ -241,7 +245,7 @@ class Network:
 
     def end_copies(self) -> None:
         """End this process if it is a copy that an FMU made; the other one goes on."""
-        if os.getpid() != self.process:
+        if os.getpid() != self._process:
             os._exit(0)
 
     def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:

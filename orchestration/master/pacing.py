@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import FrameType, TracebackType
 from typing import Any
 
-from warmlink.orchestration.master import under_way
+from warmlink.orchestration.master.slaves import under_way
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.signals import continuous_inputs
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network, Snapshot
-from warmlink.orchestration.master.signals import continuous_inputs
-from warmlink.orchestration.master.slave import SlaveError, nominal
+from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 
 PROBE_STEPS = 120
 DISTURBANCE = 1e-5  # of the nominal values

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.reference import Phase, integrate
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.paper.cases import Bench, Case

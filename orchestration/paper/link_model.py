@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.arithmetic import Number
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.integrator import ComplexStepJacobian, rosenbrock_step
+from warmlink.fmus.component.arithmetic import Number
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.integrator import ComplexStepJacobian, rosenbrock_step
 from warmlink.fmus.thermal_link.component import COMPONENT
 from warmlink.fmus.thermal_link.grid import stretches
 from warmlink.orchestration.paper.data import Geometry, Material

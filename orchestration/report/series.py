@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 
 BLOCK_ROWS = 1 << 12
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 
 from warmlink.controllers.start_values import by_scalar
+from warmlink.fmus.component import Component
 from warmlink.fmus.names import listed
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.overrides import start_value, start_values
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR

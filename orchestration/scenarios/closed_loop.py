@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
-from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.error_budget import coupling_error
 from warmlink.orchestration.master.guard import guarded
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.belief import advice, is_ideal
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
 """Values of `pad_mode`."""

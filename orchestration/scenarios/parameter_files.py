@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.parameter_values import read_ssv
 from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 
 def parameters_of(path: Path) -> dict[str, float]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.extent import MOST_POINTS, check_extent
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, StartValues, merged

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.master.result import Result
+    from warmlink.orchestration.master.recording.result import Result
 
 StartValues = Mapping[str, Mapping[str, Value]]
 """Start values in SI units by instance and variable."""

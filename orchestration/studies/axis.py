@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from warmlink.fmus.component import Component, limits
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import limits
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 
 _RANGE, _CHOICE = {"min", "max", "log"}, {"values"}

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.packaging.component import Component
-from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.fmus.component import Component
+from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.closed_loop import coupling_um, discretisation_um, remaining_error
 from warmlink.orchestration.scenarios.metrics import Series, error_metrics

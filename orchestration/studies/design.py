@@ -8,18 +8,18 @@ from pathlib import Path
 from warmlink.controllers.design.plant import Network, Plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.fmus.component import Component
+from warmlink.fmus.component import Parameter as Declared
+from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.component import Parameter as Declared
-from warmlink.fmus.packaging.join import join
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 

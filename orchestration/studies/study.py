@@ -38,11 +38,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.quantity import positive

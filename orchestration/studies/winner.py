@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.orchestration.studies.study import Point, Study
-from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 

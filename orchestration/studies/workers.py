@@ -7,7 +7,7 @@ from typing import Protocol
 
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.orchestration.files import FULL_DISK
-from warmlink.orchestration.master import compiled
+from warmlink.orchestration.master.compiled import loop as compiled
 from warmlink.orchestration.studies.case import Case, Outcome, failed, run_case
 from warmlink.orchestration.studies.fmu_set import FmuSet
 

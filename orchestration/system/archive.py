@@ -1,7 +1,7 @@
-"""Reading other people's archives and XML without trusting them.
+"""Reading other people's archives without trusting them.
 
 An FMU or an SSP is a zip made by a stranger. Nothing here writes outside the folder asked for, follows a
-link, expands an entity, fetches from a network or fills the disk; whatever is wrong with a file becomes
+link or fills the disk; whatever is wrong with a file becomes
 one `InputError` that names it.
 """
 
@@ -22,7 +22,6 @@ import zlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from warmlink.fmus.errors import InputError, NoRoomError
 
@@ -68,8 +67,6 @@ class Limits:
 
 DEFAULT_LIMITS = Limits()
 XML_LIMIT_BYTES = 16 << 20
-XML_LIMIT_TAGS = 500_000
-"""Opening and closing ones together: a tree in memory takes some hundred bytes for each."""
 DIRECTORY_LIMIT_BYTES = 16 << 20
 """For the list of an archive's entries, each of which takes about ten times as much in memory."""
 
@@ -97,9 +94,7 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
     except InputError:
         raise
     except _ZIP_FAULTS as fault:
-        raise InputError(
-            f"{path.name}: not a readable zip archive ({_brief(fault)}); make it anew"
-        ) from fault
+        raise InputError(f"{path.name}: not a readable zip archive ({brief(fault)}); make it anew") from fault
 
 
 def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
@@ -205,56 +200,6 @@ def safe_relative(name: str) -> str | None:
     return "/".join(kept)
 
 
-def parse_xml(data: bytes, where: str) -> Any:
-    """Parse XML that declares no document type, so that there is no entity to expand or fetch.
-
-    Parameters
-    ----------
-    data
-        The document.
-    where
-        How an error names it, such as `cell.ssp: SystemStructure.ssd`.
-
-    Returns
-    -------
-    lxml.etree._Element
-        The root, without comments and processing instructions.
-
-    Raises
-    ------
-    InputError
-        If it is not well formed or declares a document type.
-    """
-    from lxml import etree
-
-    if len(data) > XML_LIMIT_BYTES:
-        raise InputError(f"{where}: is larger than {XML_LIMIT_BYTES >> 20} MiB, the limit; make it smaller")
-    # As many as there may be attributes; in other encodings the limit is not lower.
-    if data.count(b"<") > XML_LIMIT_TAGS or data.count(b"=") > 4 * XML_LIMIT_TAGS:
-        raise InputError(
-            f"{where}: has more than {XML_LIMIT_TAGS} tags or {4 * XML_LIMIT_TAGS} attributes, the limit; "
-            "make it smaller"
-        )
-    # Before parsing, for every encoding in which the characters are one or two bytes wide.
-    if b"<!DOCTYPE" in data.replace(b"\0", b"").upper():
-        raise InputError(f"{where}: declares a document type, which could hold entities; remove the DOCTYPE")
-    parser = etree.XMLParser(
-        resolve_entities=False,
-        no_network=True,
-        load_dtd=False,
-        huge_tree=False,
-        remove_comments=True,
-        remove_pis=True,
-    )
-    try:
-        root = etree.fromstring(data, parser)
-    except (etree.XMLSyntaxError, ValueError) as fault:
-        raise InputError(f"{where}: not well-formed XML ({_brief(fault)}); make it anew") from fault
-    if root is None or root.getroottree().docinfo.internalDTD is not None:
-        raise InputError(f"{where}: empty, or declares a document type, which could hold entities")
-    return root
-
-
 def _checked_members(
     path: Path, archive: zipfile.ZipFile, limits: Limits
 ) -> list[tuple[str, zipfile.ZipInfo]]:
@@ -339,7 +284,7 @@ def _refuse_oversize(path: Path, info: zipfile.ZipInfo, written: int, limits: Li
         raise InputError(f"{entry} {limits.ratio:g} times its packed size, as only a zip bomb does")
 
 
-def _brief(fault: BaseException) -> str:
+def brief(fault: BaseException) -> str:
     """Give the first line of what a library said, short enough for one sentence."""
     lines = str(getattr(fault, "msg", fault)).splitlines() or [type(fault).__name__]
     return lines[0][:160]

@@ -23,12 +23,13 @@ from warmlink.orchestration.system.model_info import (
     Variable,
 )
 from warmlink.orchestration.system.units import Unit, read_unit
-from warmlink.orchestration.system.xml_values import (
+from warmlink.orchestration.system.xml import (
     any_number,
     boolean,
     integer,
     optional_integer,
     optional_number,
+    parse_xml,
     required,
 )
 
@@ -55,7 +56,7 @@ def read_description(fmu: Path) -> ModelInfo:
 @lru_cache(maxsize=256)
 def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
     where = f"{fmu.name}: modelDescription.xml"
-    root = archive.parse_xml(archive.read_member(fmu, "modelDescription.xml"), where)
+    root = parse_xml(archive.read_member(fmu, "modelDescription.xml"), where)
     return parse_description(root, fmu, where)
 
 

@@ -6,14 +6,14 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import archive
-from warmlink.orchestration.system.declared import Description
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.flatten import Flat, flatten
-from warmlink.orchestration.system.flatten import Path as ElementPath
 from warmlink.orchestration.system.model import Component, ParameterSet, System
-from warmlink.orchestration.system.resolve import Resolver
-from warmlink.orchestration.system.ssd import read_ssd
-from warmlink.orchestration.system.start_values import StartValues
+from warmlink.orchestration.system.ssp.declared import Description
+from warmlink.orchestration.system.ssp.flatten import Flat, flatten
+from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
+from warmlink.orchestration.system.ssp.resolve import Resolver
+from warmlink.orchestration.system.ssp.ssd import read_ssd
+from warmlink.orchestration.system.ssp.start_values import StartValues
 from warmlink.orchestration.system.units import Unit
 
 

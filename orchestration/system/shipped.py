@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.join import join
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import component, connect

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from warmlink.fmus.component.units import BASE_UNITS
+from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.units import BASE_UNITS
-from warmlink.fmus.packaging.units import unit as modelica_unit
-from warmlink.orchestration.system.xml_values import optional_integer, optional_number, required
+from warmlink.orchestration.system.xml import optional_integer, optional_number, required
 
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.

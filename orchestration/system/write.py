@@ -22,9 +22,9 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.nest import Edge, SystemConnector, Tree, flat, nested
-from warmlink.orchestration.system.parameter_values import Parameter, parameter_set_element
-from warmlink.orchestration.system.ssp_xml import element, sub_element, to_bytes, unit_elements
+from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
+from warmlink.orchestration.system.ssp.nest import Edge, SystemConnector, Tree, flat, nested
+from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.units import Unit, meaning
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from benchmarks.fmus import StepTimes, bench_fmus, times_table
-from warmlink.fmus.packaging.catalogue import catalogue
+from warmlink.fmus.catalogue import catalogue
 
 
 @pytest.mark.slow

@@ -28,10 +28,10 @@ from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus import faults
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duty_files import library, load
 

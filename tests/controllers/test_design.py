@@ -17,11 +17,11 @@ from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.observer_drift.designed import DESIGNED as DRIFT_DESIGNED
 from warmlink.controllers.regression.designed import DESIGNED as REGRESSION_DESIGNED
 from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.reference import integrate
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import copper_loss
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.reference import integrate
 from warmlink.fmus.plant import demand
 from warmlink.fmus.plant import plant as motor_and_link
 

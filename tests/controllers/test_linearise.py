@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from warmlink.controllers.design.linearise import linearise, start
+from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.reference import Phase, integrate
 from warmlink.fmus.plant import plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 

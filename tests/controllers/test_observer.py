@@ -15,9 +15,9 @@ from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.observer_drift import law as drift_law
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.snapshot import Snapshot
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.snapshot import Snapshot
 
 LAWS = [OBSERVER, DRIFT, REGRESSION]
 COLD = 295.15

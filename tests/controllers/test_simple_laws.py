@@ -17,11 +17,11 @@ from warmlink.controllers.lag import fit
 from warmlink.controllers.lag import law as lag_law
 from warmlink.controllers.lag.component import COMPONENT as LAG
 from warmlink.controllers.none.component import COMPONENT as NONE
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.reference import Phase, Trajectory, integrate
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.reference import Phase, Trajectory, integrate
 from warmlink.fmus.plant import demand, plant
 
 COLD = 295.15

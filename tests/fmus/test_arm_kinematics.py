@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from warmlink.fmus.arm_kinematics.component import AXES, COMPONENT
-from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.component.instance import Instance
 
 COORDINATES = ("x", "y", "z")
 UPRIGHT = 0.3302 + 0.3048 + 0.3302 + 0.2262
@@ -149,7 +149,7 @@ def test_a_tool_that_is_where_it_should_be_has_no_error_and_finite_derivatives()
 
 
 def test_a_direction_that_is_not_of_length_one_is_refused() -> None:
-    from warmlink.fmus.packaging import limits
+    from warmlink.fmus.component import limits
 
     values = [s.start for s in COMPONENT.scalars()][: COMPONENT.p.size]
     assert not list(limits.problems(COMPONENT, "arm", values))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT
-from warmlink.fmus.packaging.instance import Instance
 
 EXACT = {"centroid_noise": 0.0}
 

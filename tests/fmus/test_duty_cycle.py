@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.instance import Instance
 
 COLD = 295.15
 

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT
-from warmlink.fmus.packaging.instance import Instance
 
 COLD = 295.15
 

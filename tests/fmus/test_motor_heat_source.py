@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.motor_heat_source.component import COMPONENT
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.instance import Instance
 
 COLD = 295.15
 SPEED, TORQUE = 3.43, 2.5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.pose_sequence.component import COMPONENT
 
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.temperature_sensors.component import CHANNELS, COMPONENT
 
 COLD = 295.15

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import erf, erfc
 
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.integrator import ComplexStepJacobian
-from warmlink.fmus.packaging.reference import Phase, integrate
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.integrator import ComplexStepJacobian
+from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
 from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, positions, stretches
 

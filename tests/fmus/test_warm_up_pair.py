@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.reference import Phase, integrate
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from pyarrow import csv, parquet
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.commands.simulate import SimulateOptions, simulate_command
-from warmlink.orchestration.master import compiled
+from warmlink.orchestration.master.compiled import loop as compiled
 
 try:
     compiled.prepare()

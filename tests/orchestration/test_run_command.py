@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.system.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 README = Path(__file__).parents[2] / "README.md"

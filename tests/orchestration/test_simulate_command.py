@@ -18,7 +18,7 @@ import pytest
 from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.master.stores import read_folder
+from warmlink.orchestration.master.recording.stores import read_folder
 from warmlink.orchestration.system.model import (
     Component,
     Connection,

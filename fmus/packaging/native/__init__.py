@@ -1,1 +1,1 @@
-"""Hand-written C of the native FMUs: what every component shares, and one file an FMI version."""
+"""Native FMUs: C generated from the declaration beside hand-written C, compiled for each platform."""

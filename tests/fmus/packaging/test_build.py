@@ -9,13 +9,14 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from fmpy.validation import validate_fmu
 
+from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.build import build_python_fmus, fmu_problems
-from warmlink.fmus.packaging.bundle import bundle
-from warmlink.fmus.packaging.catalogue import Entry, catalogue
 from warmlink.fmus.packaging.documentation import documentation_page
+from warmlink.fmus.packaging.python.bundle import bundle
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
 ROOT = Path(__file__).parents[3]
 every = pytest.mark.parametrize("entry", catalogue(), ids=lambda entry: entry.component.name)
@@ -28,7 +29,7 @@ def test_every_folder_that_declares_a_component_is_found() -> None:
 
 
 def test_validation_finds_nothing_in_any_fmu(python_fmus: dict[str, Path]) -> None:
-    assert [fmu_problems(path) for path in python_fmus.values()] == [[] for _ in python_fmus]
+    assert [validate_fmu(str(path)) for path in python_fmus.values()] == [[] for _ in python_fmus]
 
 
 def test_builds_are_equal_byte_for_byte(python_fmus: dict[str, Path], tmp_path: Path) -> None:
@@ -75,13 +76,15 @@ def test_bundled_modules_import_no_equally_named_ones(python_fmus: dict[str, Pat
 def test_a_bundle_s_name_follows_its_contents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
     module = tmp_path / "my_law.py"
-    module.write_text("from warmlink.fmus.arithmetic import clip\n", "utf-8")
+    module.write_text("from warmlink.fmus.component.arithmetic import clip\n", "utf-8")
     first = bundle(("my_law",), "stem")
     assert (
-        first.files[f"{first.package}/my_law.py"].decode().startswith(f"from {first.package}.fmus.arithmetic")
+        first.files[f"{first.package}/my_law.py"]
+        .decode()
+        .startswith(f"from {first.package}.fmus.component.arithmetic")
     )
     assert first == bundle(("my_law",), "stem")
-    module.write_text("from warmlink.fmus.arithmetic import clip  # else\n", "utf-8")
+    module.write_text("from warmlink.fmus.component.arithmetic import clip  # else\n", "utf-8")
     assert bundle(("my_law",), "stem").package != first.package
 
 

@@ -12,10 +12,10 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.component import Component, Scalar
+from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.component import Component, Scalar
-from warmlink.fmus.packaging.dependencies import TIME, dependencies
 from warmlink.fmus.packaging.model_description import (
     Capabilities,
     fmi2_model_description,

@@ -16,10 +16,10 @@ import pytest
 from apart import HOSTS_FOLDER, Outcome, run_apart
 from variants import failing_motor, other_motor
 
-from warmlink.fmus.packaging.catalogue import Entry, catalogue
-from warmlink.fmus.packaging.component import Component, Input
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.python_fmu import build_python_fmu
+from warmlink.fmus.catalogue import Entry, catalogue
+from warmlink.fmus.component import Component, Input
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.packaging.python.fmu import build_python_fmu
 
 HOSTS = ("fmpy", "libcosim", "ecos")
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}

@@ -6,7 +6,7 @@ import importlib
 import sys
 from pathlib import Path
 
-from warmlink.fmus.packaging.catalogue import Entry
+from warmlink.fmus.catalogue import Entry
 
 _OTHER_MOTOR = """
 from dataclasses import replace

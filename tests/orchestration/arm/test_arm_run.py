@@ -19,7 +19,7 @@ from warmlink.orchestration.arm.library import program_names
 from warmlink.orchestration.arm.pose import sensitivities
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenario
 from warmlink.orchestration.scenarios.load import load_scenario, read_scenario

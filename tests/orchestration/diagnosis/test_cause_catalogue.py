@@ -1,5 +1,5 @@
+from warmlink.fmus.component import Component
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
-from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.orchestration.diagnosis.cause import catalogue
 from warmlink.orchestration.diagnosis.instruments import CLOCK

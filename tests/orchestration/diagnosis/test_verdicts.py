@@ -186,7 +186,7 @@ def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
 
 
 def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> None:
-    from warmlink.orchestration.system.parameter_values import read_ssv
+    from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
     files = named.write(tmp_path / "out")
     assert set(files) == {"diagnosis.json", "extended.ssv", "report.html"}

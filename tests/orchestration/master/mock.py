@@ -6,7 +6,7 @@ import pickle
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
-from warmlink.orchestration.master.slave import Names
+from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.description import Capabilities, Variable
 from warmlink.orchestration.system.model import Value
 

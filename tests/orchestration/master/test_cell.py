@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.native_fmu import build_native_fmus
+from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.checkpoint import LongRun
-from warmlink.orchestration.master.compiled import prepare
-from warmlink.orchestration.master.fixed_point import FixedPoint
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.isolation import Isolation
-from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
+from warmlink.orchestration.master.compiled.loop import prepare
+from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.step_doubling import StepDoubling
+from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL

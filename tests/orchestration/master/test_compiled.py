@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master import fmi
-from warmlink.orchestration.master.algorithm import Algorithm
-from warmlink.orchestration.master.checkpoint import LongRun
-from warmlink.orchestration.master.compiled import PAYS_WHEN_LOADED_FROM, prepare
-from warmlink.orchestration.master.fixed_point import FixedPoint
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.compiled.loop import PAYS_WHEN_LOADED_FROM, prepare
+from warmlink.orchestration.master.recording.checkpoint import LongRun
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves import fmi
 from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
 
 from .pairs import assembly, counter, interrupt_at, wire
@@ -122,7 +122,7 @@ def test_nothing_is_compiled_once_an_fmu_was_loaded(trivial2: Path) -> None:
     script = f"""
 from pathlib import Path
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.compiled import prepare
+from warmlink.orchestration.master.compiled.loop import prepare
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, System
 simulate(System("s", {{"a": Component("a", Path({str(trivial2)!r}))}}), 1.0, 1.0)
@@ -184,8 +184,8 @@ def test_auto_steps_plainly_where_numba_came_too_late(trivial2: Path) -> None:
 import sys
 from pathlib import Path
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master import compiled
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.compiled import loop as compiled
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.workers import prepare_stepping
 from warmlink.orchestration.system.model import Component, System

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warmlink.orchestration.master.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.error_budget import coupling_error, estimate_coupling_error
-from warmlink.orchestration.master.fixed_point import FixedPoint
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.result import Result
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 
 from .motor_link import monolithic, motor_link

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.audit import Balance
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.network import Network
-from warmlink.orchestration.master.ordering import feedthrough_order
+from warmlink.orchestration.master.recording.audit import Balance
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 from .mock import MockSlave, real
 from .pairs import assembly, counter, gain, wire

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.assembly import assemble
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, Connection, ParameterSet, System, Value
 

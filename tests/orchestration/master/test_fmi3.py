@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.assembly import assemble
-from warmlink.orchestration.master.fixed_point import FixedPoint
-from warmlink.orchestration.master.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
 

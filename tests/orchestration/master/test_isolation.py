@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.fixed_point import FixedPoint
-from warmlink.orchestration.master.isolation import Isolation
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
 
 from .pairs import wire

@@ -19,18 +19,18 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithm import Algorithm
-from warmlink.orchestration.master.checkpoint import LongRun
-from warmlink.orchestration.master.fixed_point import FixedPoint
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
 from warmlink.orchestration.master.pacing import Pacing
+from warmlink.orchestration.master.recording.checkpoint import LongRun
+from warmlink.orchestration.master.recording.stores import read_folder
+from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slave import SlaveError
-from warmlink.orchestration.master.step_doubling import StepDoubling
-from warmlink.orchestration.master.stores import read_folder
-from warmlink.orchestration.master.table import Table
+from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 
@@ -79,7 +79,6 @@ class Failing:
     "algorithm",
     [
         Jacobi(),
-        Jacobi(extrapolation=2),
         FixedPoint(interpolation=2),
         InterfaceNewton(),
         StepDoubling(InterfaceNewton(), {"link.elongation": 1e-8}, minimum_step=1e-3),
@@ -114,8 +113,8 @@ def test_a_resumed_run_is_bit_identical(tmp_path: Path, algorithm: Algorithm) ->
 KILLED = """
 import sys
 from pathlib import Path
-from warmlink.orchestration.master.checkpoint import LongRun
-from warmlink.orchestration.master.fixed_point import FixedPoint
+from warmlink.orchestration.master.recording.checkpoint import LongRun
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, Connection, ParameterSet, System
 fmu, folder = map(Path, sys.argv[1:3])

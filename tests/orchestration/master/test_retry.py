@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.jacobi import Jacobi
-from warmlink.orchestration.master.retry import Retry
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.retry import Retry
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 

@@ -1,8 +1,8 @@
 """The example of controllers/README.md."""
 
 from warmlink.controllers.own import Law
-from warmlink.fmus.arithmetic import finite, where
-from warmlink.fmus.packaging.component import Parameter, State
+from warmlink.fmus.component import Parameter, State
+from warmlink.fmus.component.arithmetic import finite, where
 
 
 class MyLaw(Law):

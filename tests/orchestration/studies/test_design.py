@@ -8,8 +8,8 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.studies.design import plant_of
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.parameter_values import read_ssv
 from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 from warmlink.orchestration.system.write import write_ssp
 
 

@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 
 from warmlink.controllers.own import Law, component_of
+from warmlink.fmus.component import State
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.component import State
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.own_law import load_own_law
@@ -113,7 +113,9 @@ def test_a_law_that_is_no_plain_arithmetic_does_not_become_c(tmp_path: Path) -> 
         + "        return math.exp(-u.speed) * 1e-6\n"
     )
     law = load_own_law(f"{path}:MyLaw")
-    with pytest.raises(InputError, match=r"does not become a native FMU .*warmlink.fmus.arithmetic"):
+    with pytest.raises(
+        InputError, match=r"does not become a native FMU .*warmlink.fmus.component.arithmetic"
+    ):
         law.fmu(FmuStore("native", tmp_path))
 
 

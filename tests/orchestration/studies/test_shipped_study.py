@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 pytest.importorskip("optuna")
 
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.master.algorithms import algorithm
+from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.case import Case, Outcome, figures
 from warmlink.orchestration.studies.fmu_set import FmuSet

@@ -17,7 +17,7 @@ from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.tune import Trial, best, tune
 from warmlink.orchestration.studies.winner import write_winner
 from warmlink.orchestration.studies.workers import Workers
-from warmlink.orchestration.system.parameter_values import read_ssv
+from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 import_optuna()
 

@@ -12,13 +12,15 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import (
+    XML_LIMIT_BYTES,
     Limits,
     extract,
-    parse_xml,
     read_member,
     safe_relative,
     unpack,
 )
+from warmlink.orchestration.system.ssp.parameter_values import read_ssv
+from warmlink.orchestration.system.xml import parse_xml
 
 from .ssp_text import write_zip
 
@@ -183,3 +185,10 @@ def test_a_full_disk_is_not_called_a_broken_archive(tmp_path: Path, monkeypatch:
     assert "cannot be unpacked into" in refused(path, tmp_path / "out")
     monkeypatch.setattr("tempfile.mkdtemp", full)
     assert "No space left on device" in refused(path, tmp_path / "out")
+
+
+def test_start_values_beyond_the_limit_are_called_so(tmp_path: Path) -> None:
+    large = tmp_path / "large.ssv"
+    large.write_bytes(b"<a>" + b" " * XML_LIMIT_BYTES + b"</a>")
+    with pytest.raises(InputError, match=r"large\.ssv: is larger than 16 MiB, the limit; make it smaller"):
+        read_ssv(large)

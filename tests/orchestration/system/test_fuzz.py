@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.archive import parse_xml
 from warmlink.orchestration.system.description import parse_description
 from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.xml import parse_xml
 
 from .ssp_text import (
     LINK,

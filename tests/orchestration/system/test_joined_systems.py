@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from tests.referees import ecos, libcosim
-from warmlink.fmus.packaging.catalogue import Entry
-from warmlink.fmus.packaging.check import check_fmu
-from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
-from warmlink.fmus.packaging.reference import integrate
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component.reference import integrate
+from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.plant import demand, plant
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.setup import arm
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.error_budget import estimate_coupling_error
-from warmlink.orchestration.master.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.assemble import component

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.archive import parse_xml
 from warmlink.orchestration.system.units import (
     BASE_UNITS,
     QuantityError,
@@ -18,6 +17,7 @@ from warmlink.orchestration.system.units import (
     parse_unit,
     read_unit,
 )
+from warmlink.orchestration.system.xml import parse_xml
 
 
 def exponents(**powers: int) -> tuple[int, ...]:

@@ -19,8 +19,8 @@ from warmlink.orchestration.system.model import (
     DefaultExperiment,
     System,
 )
-from warmlink.orchestration.system.parameter_values import Parameter, read_ssv, write_ssv
 from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.ssp.parameter_values import Parameter, read_ssv, write_ssv
 from warmlink.orchestration.system.units import Unit, parse_unit
 from warmlink.orchestration.system.write import write_ssp
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from fmpy import extract, read_model_description
 
-from warmlink.fmus.packaging.compile import Compiler
-from warmlink.fmus.packaging.component import Component, Input
-from warmlink.fmus.packaging.instance import Instance
-from warmlink.fmus.packaging.native_fmu import header_folder
+from warmlink.fmus.component import Component, Input
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.packaging.native.compile import Compiler
+from warmlink.fmus.packaging.native.fmu import header_folder
 
 HERE = Path(__file__).parent
 STEPS, STEP = 3600, 1.0

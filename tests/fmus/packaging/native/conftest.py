@@ -11,10 +11,10 @@ from time import sleep
 
 import pytest
 
+from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.compile import FLAGS, Compiler, compilers, platforms_named
-from warmlink.fmus.packaging.native_fmu import FmiVersion, native_fmu_files
+from warmlink.fmus.packaging.native.compile import FLAGS, Compiler, compilers, platforms_named
+from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
 
 QUICK_FLAGS = tuple("-O1" if flag == "-O2" else flag for flag in FLAGS)
 

@@ -11,7 +11,7 @@ import pytest
 from fmpy import calloc, extract, fmi2, fmi3, free, read_model_description
 from fmpy.fmi1 import FMICallException
 
-from warmlink.fmus.packaging.component import Component
+from warmlink.fmus.component import Component
 
 
 class Native:

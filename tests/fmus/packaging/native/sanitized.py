@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.compile import Compiler
-from warmlink.fmus.packaging.native_fmu import FmiVersion, header_folder, native_sources
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.packaging.native.compile import Compiler
+from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_sources
 
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
 VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.component import Component, Input, Output, Parameter, Scalar
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.component import Component, Input, Output, Parameter, Scalar
-from warmlink.fmus.packaging.instance import Instance
 
 from .conftest import BuildNative
 from .running import Native, refused

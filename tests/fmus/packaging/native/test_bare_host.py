@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.fmus.packaging.compile import Compiler
+from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.thermal_link.component import COMPONENT
 
 from .bare_host import arguments, compile_host, hour_in_python

@@ -9,12 +9,12 @@ from zipfile import ZipFile
 
 import pytest
 
+from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import native_fmu
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.check import CheckResult, check_fmu
-from warmlink.fmus.packaging.compile import Compiler
+from warmlink.fmus.packaging.native import fmu as native_fmu
+from warmlink.fmus.packaging.native.compile import Compiler
+from warmlink.orchestration.check.fmu import CheckResult, check_fmu
 
 from .conftest import BuildNative
 
@@ -221,13 +221,13 @@ def test_what_is_no_fmu_is_refused_in_a_sentence(content: bytes | None, tmp_path
     path = tmp_path / "x.fmu"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(InputError, match=r"x\.fmu: (not an archive|no such file)"):
+    with pytest.raises(InputError, match=r"x\.fmu: (not a readable zip archive|no such file)"):
         check_fmu(path)
 
 
 def test_an_archive_without_a_description_is_refused_in_a_sentence(tmp_path: Path) -> None:
     write_archive(tmp_path / "x.fmu", {"a.txt": b"a"})
-    with pytest.raises(InputError, match=r"x\.fmu: modelDescription\.xml cannot be read"):
+    with pytest.raises(InputError, match=r"x\.fmu: holds no modelDescription\.xml"):
         check_fmu(tmp_path / "x.fmu")
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.component import Component
-from warmlink.fmus.packaging.instance import Instance
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 from .conftest import BuildNative

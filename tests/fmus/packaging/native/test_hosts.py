@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from apart import run_apart
 
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.component import Component, Input
-from warmlink.fmus.packaging.instance import Instance
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.component import Component, Input
+from warmlink.fmus.component.instance import Instance
 
 from .conftest import BuildNative
 

@@ -15,10 +15,10 @@ from zipfile import ZipFile
 
 import pytest
 
+from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.motor_heat_source.component import COMPONENT
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.compile import PLATFORMS, Compiler, compilers
-from warmlink.fmus.packaging.native_fmu import FmiVersion, build_native_fmus
+from warmlink.fmus.packaging.native.compile import PLATFORMS, Compiler, compilers
+from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 
 from .bare_host import HERE, arguments, compile_host, hour_in_python
 
@@ -233,8 +233,8 @@ def test_builds_are_the_same_to_the_last_byte(fmus: dict[FmiVersion, Path], tmp_
     # A process of its own has none of this one's objects; zig's own cache is not ours to empty here.
     script = (
         "import sys; from pathlib import Path;"
-        "from warmlink.fmus.packaging.native_fmu import *;"
-        "from warmlink.fmus.packaging.catalogue import catalogue;"
+        "from warmlink.fmus.packaging.native.fmu import *;"
+        "from warmlink.fmus.catalogue import catalogue;"
         f"entries = [e for e in catalogue() if e.component.name == {NAME!r}];"
         "build_native_fmus(entries, Path(sys.argv[1]), sys.argv[2], platforms_named('all'))"
     )

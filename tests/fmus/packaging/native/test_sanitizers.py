@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.fmus.packaging.compile import Compiler
+from warmlink.fmus.packaging.native.compile import Compiler
 
 from .sanitized import COMPONENTS, VERSIONS, compile_sanitized
 

@@ -13,12 +13,18 @@ import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging import compile as compiling
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.compile import PLATFORMS, Compiler, compilers, host_platform, platforms_named
-from warmlink.fmus.packaging.native_fmu import FmiVersion, header_folder, native_fmu_files, native_sources
-from warmlink.fmus.packaging.universal_binary import universal_binary
+from warmlink.fmus.packaging.native import compile as compiling
+from warmlink.fmus.packaging.native.compile import (
+    PLATFORMS,
+    Compiler,
+    compilers,
+    host_platform,
+    platforms_named,
+)
+from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_fmu_files, native_sources
+from warmlink.fmus.packaging.native.universal_binary import universal_binary
 
 from .conftest import BuildNative
 

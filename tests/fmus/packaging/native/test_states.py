@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from warmlink.fmus.packaging.catalogue import catalogue
-from warmlink.fmus.packaging.component import Component, Input
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.component import Component, Input
 
 from .conftest import BuildNative
 from .running import Native

@@ -1,0 +1,54 @@
+"""The components there are, found by looking: a folder with a `component.py` is one."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pkgutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from warmlink.fmus.component import Component
+
+HOMES = ("warmlink.fmus", "warmlink.controllers")
+"""Packages whose folders are searched."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A component and where it is declared.
+
+    Attributes
+    ----------
+    component : the declaration
+    module : name of the module that declares it
+    attribute : its name in that module
+    """
+
+    component: Component
+    module: str
+    attribute: str = "COMPONENT"
+
+    @property
+    def home(self) -> str:
+        """Package that the component lives in, as `warmlink.controllers`."""
+        return self.module.rpartition(".")[0].rpartition(".")[0]
+
+    @property
+    def readme(self) -> Path:
+        """README.md beside the declaration."""
+        return Path(str(importlib.import_module(self.module).__file__)).with_name("README.md")
+
+
+def catalogue() -> tuple[Entry, ...]:
+    """Every component, in the order of names, plant before controllers."""
+    entries = []
+    for home in HOMES:
+        package = importlib.import_module(home)
+        for found in sorted(pkgutil.iter_modules(package.__path__), key=lambda found: found.name):
+            module = f"{home}.{found.name}.component"
+            if found.ispkg and importlib.util.find_spec(module) is not None:
+                declared = getattr(importlib.import_module(module), "COMPONENT", None)
+                if isinstance(declared, Component):
+                    entries.append(Entry(declared, module))
+    return tuple(entries)

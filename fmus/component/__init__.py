@@ -1,0 +1,40 @@
+"""What a component is: its declaration, and what follows from it without any FMI."""
+
+from warmlink.fmus.component.declaration import (
+    FIELD,
+    MOST_IN_A_STEP,
+    SHORTEST_SAMPLE_TIME,
+    Check,
+    Clock,
+    Component,
+    Joint,
+)
+from warmlink.fmus.component.layout import Layout, Record
+from warmlink.fmus.component.variables import (
+    Derived,
+    Input,
+    Output,
+    Parameter,
+    Scalar,
+    State,
+    VariableType,
+)
+
+__all__ = [
+    "FIELD",
+    "MOST_IN_A_STEP",
+    "SHORTEST_SAMPLE_TIME",
+    "Check",
+    "Clock",
+    "Component",
+    "Derived",
+    "Input",
+    "Joint",
+    "Layout",
+    "Output",
+    "Parameter",
+    "Record",
+    "Scalar",
+    "State",
+    "VariableType",
+]

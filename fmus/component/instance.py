@@ -1,0 +1,252 @@
+"""A component running in Python: the inside of the Python FMU, and of quick looks and tests."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.component import Component, Input, Parameter, limits
+from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component.integrator import ComplexStepJacobian, Vector, rosenbrock_step
+from warmlink.fmus.component.snapshot import CLOCK_TOLERANCE, TICK_TOLERANCE, Snapshot, samples_until
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+
+
+class Instance:
+    """One running component.
+
+    Values are set and got by value reference or by name; outputs belong to the present inputs.
+
+    Raises
+    ------
+    InputError
+        On leaving initialization with parameters out of range, and on a step that is too long, is not from
+        the time reached, has inputs out of range, or lets a state grow beyond all bounds.
+    """
+
+    def __init__(self, component: Component, name: str | None = None) -> None:
+        self.component = component
+        self.name = name or component.snake_name
+        self._scalars = list(component.scalars())
+        self._references = {s.name: s.reference for s in self._scalars}
+        starts = [s.start for s in self._scalars if s.start is not None]
+        self._p: Vector = np.array(starts[: component.p.size], dtype=float)
+        self._u: Vector = np.array(starts[component.p.size :], dtype=float)
+        self._settled: Vector = self._p
+        self._x: Vector = np.zeros(component.x.size)
+        self._y: Vector | None = None
+        self._start_time = self._time = 0.0
+        self._samples = [0] * len(self.component.clocks)
+        self._initialized = False
+        self._jacobian: ComplexStepJacobian | None = None
+
+    @property
+    def time(self) -> float:
+        """Time in s that the instance has reached."""
+        return self._time
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Set inputs, and before initialization ends parameters, by name, in SI units."""
+        for name, value in values.items():
+            if name not in self._references:
+                raise InputError(
+                    f"{self.name}.{name}: {self.component.name} has no such variable; "
+                    f"{instead(name, self._references)}"
+                )
+            self.set_reference(self._references[name], value)
+
+    def get(self, name: str) -> float:
+        """Value of a variable by name, in its SI unit."""
+        return self.get_reference(self._references[name])
+
+    def set_reference(self, reference: int, value: float) -> None:
+        """Set the variable of a value reference."""
+        scalar = self._scalars[reference]
+        if isinstance(scalar.variable, Parameter):
+            if self._initialized:
+                raise InputError(
+                    f"{self.name}.{scalar.name}: parameters are fixed once the run has begun; "
+                    "set it before initialization"
+                )
+            self._p[reference] = value
+        elif isinstance(scalar.variable, Input):
+            self._u[reference - self.component.p.size] = value
+        else:
+            raise InputError(f"{self.name}.{scalar.name}: an output cannot be set; set an input")
+        self._y = None
+
+    def get_reference(self, reference: int) -> float:
+        """Value of the variable of a value reference."""
+        first_output = self.component.p.size + self.component.u.size
+        if reference >= first_output:
+            return float(self.outputs()[reference - first_output])
+        if reference < self.component.p.size:
+            return float(self._p[reference])
+        return float(self._u[reference - self.component.p.size])
+
+    def outputs(self) -> Vector:
+        """All outputs at the present time, state and inputs, shape (y.size,)."""
+        if self._y is None:
+            if not self._initialized:
+                self._begin()
+            self._y = np.asarray(
+                self.component.outputs_of(self._x, self._u, self._settled, self._time), dtype=float
+            )
+        return self._y
+
+    def begin(self, time: float = 0.0) -> None:
+        """Set the start time in s."""
+        if not math.isfinite(time):
+            raise InputError(f"{self.name}: a run from {time:g} s; give a finite start")
+        self._start_time = self._time = float(time)
+        self._y = None
+
+    def initialize(self) -> None:
+        """Leave initialization: from here parameters are fixed and the states are their own."""
+        for sentence in limits.problems(self.component, self.name, self._p.tolist()):
+            raise InputError(sentence)
+        self._begin()
+        self._check_states(self._time)
+        self._initialized = True
+
+    def step(self, time: float, step: float) -> None:
+        """Go from `time` to `time + step`, both in s, with the inputs held."""
+        if not self._initialized:
+            raise InputError(f"{self.name}: a step before initialization; initialize it first")
+        longest = self.component.longest_step(self._p)
+        if not 0 < step <= longest:
+            raise InputError(
+                f"{self.name}: a step of {step:g} s; give one above 0 s and at most {longest:g} s"
+            )
+        if not abs(time - self._time) <= min(longest, CLOCK_TOLERANCE * (abs(time) + step)):
+            raise InputError(
+                f"{self.name}: a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there, "
+                "or restore a state"
+            )
+        self._check_inputs()
+        before = self._x, list(self._samples)
+        try:
+            with np.errstate(all="ignore"):
+                self._go(time, time + step)
+            self._check_states(time)
+        except BaseException:
+            # A step that fails leaves the instance where it was, so that it may be tried again.
+            self._x, self._samples = before
+            raise
+        self._time = time + step
+        self._y = None
+
+    def snapshot(self) -> Snapshot:
+        """Everything that the instance remembers."""
+        return Snapshot(
+            self._p.tolist(),
+            self._u.tolist(),
+            self._x.tolist(),
+            self._start_time,
+            self._time,
+            list(self._samples),
+            self._initialized,
+        )
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot; what follows is bit for bit what followed then."""
+        if snapshot.parameters != self._p.tolist() or snapshot.initialized != self._initialized:
+            self._p = np.array(snapshot.parameters)
+            self._settled = self._settle()
+            self._jacobian = None
+        self._u = np.array(snapshot.inputs)
+        self._x = np.array(snapshot.states)
+        self._start_time, self._time = snapshot.start_time, snapshot.time
+        self._samples, self._initialized = list(snapshot.samples), snapshot.initialized
+        self._y = None
+
+    def _settle(self) -> Vector:
+        with np.errstate(all="ignore"):
+            return np.asarray(self.component.settled(self._p), dtype=float)
+
+    def _begin(self) -> None:
+        self._settled = self._settle()
+        with np.errstate(all="ignore"):
+            self._x = np.asarray(self.component.states_at_start(self._u, self._settled), dtype=float)
+        self._samples = [0] * len(self.component.clocks)
+
+    def _check_inputs(self) -> None:
+        for scalar, value in zip(self._scalars[self.component.p.size :], self._u.tolist(), strict=False):
+            sentence = limits.problem(scalar, value)
+            if sentence is not None:
+                raise InputError(f"{self.name}.{sentence}")
+
+    def _check_states(self, since: float) -> None:
+        wild = limits.wild_state(self.component, self._x.tolist())
+        if wild is not None:
+            raise InputError(
+                f"{self.name}: {wild} is not finite after {since:g} s; "
+                "look for inputs and parameters far from their nominal values"
+            )
+
+    def _go(self, time: float, until: float) -> None:
+        """From sample to sample; of those due at once, first the first clock's."""
+        while True:
+            due = [i for i in range(len(self._samples)) if self._is_due(i, until)]
+            first = min(due, key=self._next_sample, default=None)
+            instant = until if first is None else min(until, self._next_sample(first))
+            if self.component.continuous.size and instant - time > TICK_TOLERANCE * self.component.micro_step:
+                self._integrate(time, instant - time)
+            time = instant
+            if first is None:
+                return
+            for i in range(len(self._samples)):
+                if i == first or (i > first and self._is_due(i, instant)):
+                    self._sample(i)
+
+    def _period(self, clock: int) -> float:
+        return float(self._p[self.component.p.index[self.component.clocks[clock].sample_time]])
+
+    def _is_due(self, clock: int, time: float) -> bool:
+        return self._samples[clock] < samples_until(time, self._start_time, self._period(clock))
+
+    def _next_sample(self, clock: int) -> float:
+        return self._start_time + (self._samples[clock] + 1) * self._period(clock)
+
+    def _sample(self, clock: int) -> None:
+        what = self.component.clocks[clock]
+        instant, period = self._next_sample(clock), self._period(clock)
+        self._samples[clock] += 1
+        sampled = self.component.updated(self._x, self._u, self._settled, instant, period, what)
+        first = self.component.continuous.size
+        first += sum(before.layout.size for before in self.component.clocks[:clock])
+        self._x = self._x.copy()
+        self._x[first : first + what.layout.size] = sampled
+
+    def _integrate(self, time: float, step: float) -> None:
+        count = max(1, math.ceil(step / self.component.micro_step - TICK_TOLERANCE))
+        micro = step / count
+        size = self.component.continuous.size
+        held = self._x[size:]
+
+        def rates(x: Number, now: float, since: float) -> Number:
+            return self.component.rates_of(stack(x, held), self._u, self._settled, now, since)
+
+        if self._jacobian is None:
+            self._jacobian = ComplexStepJacobian(self._structure(partial(rates, now=time, since=time)))
+        x = self._x[:size]
+        for i in range(count):
+            now = time + i * micro
+            matrix = self._jacobian(partial(rates, now=now, since=now), x)
+            x = rosenbrock_step(partial(rates, since=now), matrix, x, now, micro)
+        self._x = np.concatenate([x, held])
+
+    def _structure(self, rates: Callable[[Number], Number]) -> NDArray[np.bool_]:
+        """Where the Jacobian differs from zero, found a column at a time.
+
+        The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
+        must not depend on when it is found.
+        """
+        size = self.component.continuous.size
+        every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
+        return (every(rates, self._x[:size]) != 0) | np.eye(size, dtype=bool)

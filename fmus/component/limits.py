@@ -1,0 +1,87 @@
+"""What a component's parameters and inputs may be, and the sentence for what they may not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from warmlink.fmus.component import FIELD, Component, Input, Parameter, Scalar
+from warmlink.fmus.names import instead
+
+
+def problems(component: Component, instance: str, values: Sequence[float]) -> Iterator[str]:
+    """Sentences on parameters out of range, none where all are well.
+
+    Parameters
+    ----------
+    component : the declaration
+    instance : name of the instance, put before the variable's
+    values : flat parameters in SI units, shape (component.p.size,)
+    """
+    scalars = [s for s in component.scalars() if isinstance(s.variable, Parameter)]
+    found = False
+    for scalar, value in zip(scalars, values, strict=True):
+        sentence = problem(scalar, value)
+        if sentence is not None:
+            found = True
+            yield f"{instance}.{sentence}"
+    if not found:
+        record = component.p.read(np.asarray(values))
+        # Nine digits, as a native FMU writes them (`report_check`).
+        shown = {name: f"{value:.9g}" for name, value in zip(component.p.names, values, strict=True)}
+        for check in component.checks:
+            if not check.margin(record) >= 0:
+                yield f"{instance}.{FIELD.sub(lambda field: shown[field[1]], check.sentence)}"
+
+
+def unknown(component: Component, instance: str, name: str) -> str:
+    """Sentence on a name that is no variable of a component's."""
+    part, dot, rest = name.rpartition(".")
+    if component.joint is not None and part in component.joint.parts:
+        return unknown(component.joint.parts[part], f"{instance}{dot}{part}".lstrip("."), rest)
+    known = [v.name for v in component.parameters]
+    return f"{instance}.{name}: {component.name} has no such variable; {instead(name, known)}".lstrip(".")
+
+
+def problem(scalar: Scalar, value: float) -> str | None:
+    """Sentence on one value out of its range, None where it is well."""
+    variable, name = scalar.variable, scalar.name
+    shown = f"{name}: {value:.6g}{_unit(scalar)}"
+    if math.isnan(value):
+        if isinstance(variable, Input) and variable.accepts_nan:
+            return None
+        return f"{shown} is not a number; give a value"
+    if math.isinf(value):
+        return f"{shown} is not finite; give a finite value"
+    if isinstance(variable, Parameter) and variable.positive and value <= 0:
+        return f"{shown} is not positive; give a value above 0{_unit(scalar)}"
+    if variable.minimum is not None and value < variable.minimum:
+        return f"{shown} is too low; give at least {variable.minimum:g}{_unit(scalar)}"
+    if variable.maximum is not None and value > variable.maximum:
+        return f"{shown} is too high; give at most {variable.maximum:g}{_unit(scalar)}"
+    if variable.type != "Real" and value != round(value):
+        return f"{shown} is not a whole number; give one"
+    return None
+
+
+def wild_state(component: Component, states: Sequence[float]) -> str | None:
+    """Name of the first state that is not finite, nor NaN where that is allowed; None where all are well.
+
+    Parameters
+    ----------
+    component : the declaration
+    states : flat states, shape (component.x.size,)
+    """
+    if all(map(math.isfinite, states)):
+        return None
+    missing = [state.accepts_nan for state in component.states for _ in range(state.count)]
+    for name, value, accepts_nan in zip(component.x.names, states, missing, strict=True):
+        if not (math.isfinite(value) or (accepts_nan and math.isnan(value))):
+            return name
+    return None
+
+
+def _unit(scalar: Scalar) -> str:
+    return "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"

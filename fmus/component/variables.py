@@ -1,0 +1,123 @@
+"""The kinds of variables that a component declares, each once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+VariableType = Literal["Real", "Integer", "Boolean"]
+
+
+@dataclass(frozen=True)
+class Named:
+    """Anything with a name and a unit: one number, or `size` of them."""
+
+    name: str
+    unit: str
+    size: int | None = field(default=None, kw_only=True)
+
+    @property
+    def count(self) -> int:
+        """Number of scalars."""
+        return 1 if self.size is None else self.size
+
+    @property
+    def scalar_names(self) -> list[str]:
+        """Names of the scalars: `heat_flow`, or `position[1]` to `position[8]`."""
+        if self.size is None:
+            return [self.name]
+        return [f"{self.name}[{i}]" for i in range(1, self.size + 1)]
+
+
+@dataclass(frozen=True)
+class Variable(Named):
+    """What inputs, parameters and outputs have in common.
+
+    Attributes
+    ----------
+    unit : SI unit in Modelica's notation, as `W/(m2.K)`; "1" for a pure number
+    display : unit in which people read it, as `degC` or `um`; None where it is the unit itself
+    nominal : size of an ordinary value, by which tolerances are scaled
+    minimum, maximum : bounds that the value may reach
+    """
+
+    display: str | None = field(default=None, kw_only=True)
+    nominal: float | None = field(default=None, kw_only=True)
+    minimum: float | None = field(default=None, kw_only=True)
+    maximum: float | None = field(default=None, kw_only=True)
+    type: VariableType = field(default="Real", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Input(Variable):
+    """A variable that the master sets; `accepts_nan` for one that copes with a missing value."""
+
+    description: str
+    start: float = field(default=0.0, kw_only=True)
+    accepts_nan: bool = field(default=False, kw_only=True)
+    discrete: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Parameter(Variable):
+    """A value fixed before the run.
+
+    Attributes
+    ----------
+    starts : start values of a vector whose elements differ
+    positive : the value must lie above 0, which it may not reach
+    """
+
+    start: float
+    description: str
+    starts: tuple[float, ...] | None = field(default=None, kw_only=True)
+    positive: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Output(Variable):
+    """A variable that the component computes."""
+
+    description: str
+    discrete: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class State(Named):
+    """Part of what a component remembers; `start` is a number or the name of a parameter.
+
+    It is finite at all times, or NaN where `accepts_nan` says that a value may be missing.
+    """
+
+    start: float | str = field(default=0.0, kw_only=True)
+    accepts_nan: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Derived(Named):
+    """A quantity that parameters alone settle, computed once before the run."""
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """One scalar of the interface: its value reference, its name, and the declaration it belongs to."""
+
+    reference: int
+    name: str
+    variable: Input | Parameter | Output
+    element: int
+
+    @property
+    def start(self) -> float | None:
+        """Start value; None for an output, which is computed."""
+        if isinstance(self.variable, Output):
+            return None
+        if isinstance(self.variable, Parameter) and self.variable.starts is not None:
+            return self.variable.starts[self.element]
+        return self.variable.start
+
+    @property
+    def lower(self) -> float | None:
+        """The bound that a model description states: the minimum, or 0 for a positive parameter."""
+        positive = isinstance(self.variable, Parameter) and self.variable.positive
+        return 0.0 if positive else self.variable.minimum

@@ -1,0 +1,66 @@
+"""Attributes of a variable in a modelDescription.xml, which FMI 2.0 and FMI 3.0 write alike."""
+
+from __future__ import annotations
+
+from warmlink.fmus.component import Component, Input, Parameter, Scalar
+from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE
+
+
+def identity(scalar: Scalar) -> dict[str, str]:
+    """Name, value reference, description, causality, variability and initial."""
+    identity = {
+        "name": scalar.name,
+        "valueReference": str(scalar.reference),
+        "description": scalar.variable.description,
+        "causality": causality(scalar),
+        "variability": variability(scalar),
+    }
+    initial = {"parameter": "exact", "output": "calculated"}.get(identity["causality"])
+    return identity | ({"initial": initial} if initial else {})
+
+
+def causality(scalar: Scalar) -> str:
+    """`input`, `parameter` or `output`."""
+    return type(scalar.variable).__name__.lower()
+
+
+def variability(scalar: Scalar) -> str:
+    """`fixed`, `discrete` or `continuous`."""
+    variable = scalar.variable
+    if isinstance(variable, Parameter):
+        return "fixed"
+    return "discrete" if variable.discrete or variable.type != "Real" else "continuous"
+
+
+def value_attributes(scalar: Scalar) -> dict[str, str]:
+    """Unit, range, nominal and start, in the order of FMI."""
+    variable = scalar.variable
+    real, boolean = variable.type == "Real", variable.type == "Boolean"
+    attributes: dict[str, str] = {}
+    if real:
+        attributes["unit"] = variable.unit
+        if variable.display is not None:
+            attributes["displayUnit"] = variable.display
+        elif variable.unit == "K" and variable.nominal != NOMINAL_TEMPERATURE:
+            attributes["relativeQuantity"] = "true"
+    values = {} if boolean else {"min": scalar.lower, "max": variable.maximum}
+    if real:
+        values["nominal"] = variable.nominal
+    values["start"] = scalar.start
+    kind = {"Real": float, "Integer": int, "Boolean": bool}[variable.type]
+    return attributes | {key: text(kind(value)) for key, value in values.items() if value is not None}
+
+
+def set_within_step(scalar: Scalar) -> bool:
+    """Whether FMI 3.0 may set the variable within a communication step."""
+    return isinstance(scalar.variable, Input) and variability(scalar) == "continuous"
+
+
+def accepting_nan(component: Component) -> list[str]:
+    """Names of the inputs that cope with a missing value."""
+    return [s.name for s in component.scalars() if isinstance(s.variable, Input) and s.variable.accepts_nan]
+
+
+def text(value: float | bool) -> str:
+    """A number or a truth value as XML writes it."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -1,0 +1,303 @@
+"""From a component's declaration to C: its functions by CasADi, its variables as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar
+from warmlink.fmus.component.integrator import GAMMA
+from warmlink.fmus.packaging.native.elimination import Factorisation
+from warmlink.fmus.packaging.native.joint_code import (
+    running_parts,
+    sample_glue,
+    starting_glue,
+    starting_parts,
+)
+from warmlink.fmus.packaging.native.output_groups import output_groups
+
+Expression = Any
+"""A CasADi SX."""
+
+
+DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "tangent")
+"""Functions that `model.h` declares; others are for the generated file alone."""
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """What the functions of a component depend on, flat, as CasADi symbols."""
+
+    x: Expression
+    u: Expression
+    p: Expression
+    d: Expression
+    time: Expression
+    step: Expression
+
+    @classmethod
+    def of(cls, component: Component) -> Symbols:
+        """Fresh symbols for a component; `d` are the parameters and what they settle."""
+        import casadi
+
+        sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "d": component.d.size}
+        vectors = {name: casadi.SX.sym(name, size) for name, size in sizes.items()}
+        return cls(**vectors, time=casadi.SX.sym("time"), step=casadi.SX.sym("step"))
+
+
+def generate(component: Component) -> dict[str, str]:
+    """Write the generated C files of a component, all but `identity.h`.
+
+    Returns
+    -------
+    dict
+        Texts of `component.h` (sizes), of `starting.c` and `running.c` (by CasADi: what runs once and what
+        runs all the time) and of `variables.c` (a table).
+    """
+    groups = output_groups(component)
+    name = component.name
+    starting = _functions_file(f"{name}_starting", starting_functions(component))
+    running = _functions_file(f"{name}_running", running_functions(component, groups))
+    if component.joint is not None:
+        starting += starting_glue(component, component.joint)
+        running += sample_glue(component, component.joint)
+    return {
+        "component.h": sizes_header(component),
+        "starting.c": starting,
+        "running.c": running
+        + _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
+        + _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks)),
+        "variables.c": _variables_file(component, groups),
+    }
+
+
+def sizes_header(component: Component) -> str:
+    """Write `component.h`: sizes, and the prefix of the component's functions."""
+    groups = output_groups(component)
+    sizes = {
+        "PARAMETERS": component.p.size,
+        "INPUTS": component.u.size,
+        "OUTPUTS": component.y.size,
+        "STATES": component.x.size,
+        "SETTLED": component.d.size,
+        "CHECKS": len(component.checks),
+        "GROUPS": len(groups),
+        "LARGEST_GROUP": max(map(len, groups), default=0),
+        "CONTINUOUS": component.continuous.size,
+        "CLOCKS": len(component.clocks),
+    }
+    lines = [
+        "/* Sizes of one component; generated. */",
+        f"#define WL_PREFIX {component.name}_",
+        f"#define WL_MICRO_STEP {float(component.micro_step)!r}",
+        f"#define WL_MOST_IN_A_STEP {MOST_IN_A_STEP}",
+        *(f"#define WL_{name} {value}" for name, value in sizes.items()),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def identity_header(component: Component, token: str, state: str) -> str:
+    """Write `identity.h`.
+
+    Parameters
+    ----------
+    component : the declaration
+    token : GUID or instantiation token that the FMU answers to
+    state : what a serialised state must have been made by
+    """
+    lines = [
+        "/* What one FMU is known by; generated. */",
+        f"#define WL_NAME {_string(component.name)}",
+        f"#define WL_TOKEN {_string(token)}",
+        f"#define WL_STATE_ID {_string(state)}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def starting_functions(component: Component) -> Iterator[Any]:
+    """Yield the CasADi functions that run once an instance, as the C wrapper calls them."""
+    import casadi
+
+    s = Symbols.of(component)
+    margins = [check.margin(component.p.read(s.p)) for check in component.checks]
+    yield _function("margins", [s.p], casadi.vertcat(*margins))
+    if component.joint is not None:
+        for part in starting_parts(component, component.joint, [s.x, s.u, s.d, s.time]):
+            yield _function(*part)
+        return
+    yield _function("settle", [s.p], component.settled(s.p))
+    if component.states:
+        begun = component.states_at_start(s.u, s.d)
+        yield _function("begin", [s.u, s.d], begun)
+        yield _function("begin_tangent", [s.u, s.d, along := _like(s.u)], casadi.jtimes(begun, s.u, along))
+
+
+def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
+    """Yield the CasADi functions that run all the time, as the C wrapper calls them."""
+    import casadi
+
+    s = Symbols.of(component)
+    now = [s.x, s.u, s.d, s.time]
+    if component.joint is not None:
+        for part in running_parts(component, component.joint, now, s.step):
+            yield _function(*part)
+    else:
+        for number, clock in enumerate(component.clocks):
+            updated = component.updated(s.x, s.u, s.d, s.time, s.step, clock)
+            yield _function(f"sample_{number}", [*now, s.step], updated)
+    if component.continuous.size:
+        later = _like(s.u)
+        yield _function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
+        if not component.sampled:  # what samples gives no output derivatives
+            yield _function("rates", now, component.rates_of(*now))
+
+    y = casadi.SX(component.outputs_of(*now))
+    for number, group in enumerate(groups):
+        yield _function(f"outputs_{number}", now, y[group])
+    moving = [s.x, s.u, s.time]
+    along = [_like(each) for each in moving]
+    slope = casadi.jtimes(y, casadi.vertcat(*moving), casadi.vertcat(*along))
+    yield _function("tangent", [*now, *along], slope)
+
+
+def micro_step(component: Component, s: Symbols, later: Expression) -> Expression:
+    """Continuous states after one step of ROS2, the method of the Python form, as expressions.
+
+    Parameters
+    ----------
+    component : a component with rates
+    s : its symbols, the inputs being those at the start of the step
+    later : inputs at the end of the step, shape (u.size,)
+    """
+    import casadi
+
+    size = component.continuous.size
+    x, held = s.x[:size], s.x[size:]
+    slope = component.rates_of(s.x, s.u, s.d, s.time)
+    system = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x))
+    first = system.solve(slope)
+    beyond = casadi.vertcat(x + s.step * first, held)
+    ahead = component.rates_of(beyond, later, s.d, s.time + s.step, since=s.time)
+    second = system.solve(ahead - 2 * first)
+    return x + s.step * (1.5 * first + 0.5 * second)
+
+
+def _like(symbols: Expression) -> Expression:
+    import casadi
+
+    return casadi.SX.sym("also", symbols.numel())
+
+
+def _function(name: str, arguments: list[Expression], result: Expression) -> Any:
+    import casadi
+
+    return casadi.Function(name, arguments, [casadi.cse(casadi.densify(casadi.SX(result)))])
+
+
+def _functions_file(prefix: str, functions: Iterable[Any]) -> str:
+    import casadi
+
+    # CasADi takes the names of its helper functions from the file's.
+    generator = casadi.CodeGenerator(f"{prefix}.c", {"with_header": False, "verbose": False})
+    wrappers = []
+    for function in functions:
+        generator.add(function, False)
+        wrappers.append(_wrapper(function.name(), function.n_in()))
+    head = '#include "model.h"\n\n#define CASADI_SYMBOL_EXPORT static\n\n'
+    return head + generator.dump() + "".join(wrappers)
+
+
+def _wrapper(name: str, inputs: int) -> str:
+    parameters = ", ".join(f"const double *a{i}" for i in range(inputs))
+    listed = ", ".join(f"a{i}" for i in range(inputs))
+    called = f"WL({name})" if name in DECLARED else f"{name}_of"
+    linkage = "" if name in DECLARED else "static "
+    return (
+        f"\n{linkage}void {called}({parameters}, double *result)\n{{\n"
+        f"    const double *arguments[] = {{{listed}}};\n    double *results[] = {{result}};\n"
+        f"    {name}(arguments, results, 0, 0, 0);\n}}\n"
+    )
+
+
+def _dispatcher(name: str, chosen: str, arguments: Sequence[str], count: int) -> str:
+    """C function that calls one of several by its number."""
+    if count == 0:
+        return ""
+    given = ", ".join(arguments)
+    cases = "".join(f"    case {i}: {name}_{i}_of({given}, result); break;\n" for i in range(count))
+    declared = ", ".join(f"const double *{argument}" for argument in arguments)
+    return (
+        f"\nvoid WL({name})(int {chosen}, {declared}, double *result)\n{{\n"
+        f"    switch ({chosen}) {{\n{cases}    }}\n}}\n"
+    )
+
+
+def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> str:
+    first_output = component.p.size + component.u.size
+    place = {
+        first_output + output: (number, position)
+        for number, group in enumerate(groups)
+        for position, output in enumerate(group)
+    }
+    rows = "".join(
+        f"    {_row(scalar, place.get(scalar.reference, (0, 0)))},\n" for scalar in component.scalars()
+    )
+    sentences = "".join(
+        f"    {_string(_numbered(component, check.sentence))},\n" for check in component.checks
+    )
+    states = "".join(
+        f"    {{{_string(name)}, {int(state.accepts_nan)}}},\n"
+        for state in component.states
+        for name in state.scalar_names
+    )
+    sizes = ", ".join(str(len(group)) for group in groups) or "0"
+    clocks, first = "", component.continuous.size
+    for clock in component.clocks:
+        clocks += f"    {{{component.p.index[clock.sample_time]}, {first}, {clock.layout.size}}},\n"
+        first += clock.layout.size
+    return (
+        "/* Variables of one component in the order of their value references; generated. */\n"
+        '#include "model.h"\n\n'
+        f"const Variable WL(variables)[] = {{\n{rows}}};\n\n"
+        f"const StateVariable WL(state_variables)[] = {{\n{states}    {{0, 0}}\n}};\n\n"
+        f"const char *const WL(sentences)[] = {{\n{sentences}    0\n}};\n\n"
+        f"const int WL(group_sizes)[] = {{{sizes}}};\n\n"
+        f"const Clock WL(clocks)[] = {{\n{clocks}    {{0, 0, 0}}\n}};\n"
+    )
+
+
+def _row(scalar: Scalar, place: tuple[int, int]) -> str:
+    variable = scalar.variable
+    bounds = [variable.minimum, variable.maximum]
+    flags = [
+        name
+        for name, holds in (
+            ("HAS_MINIMUM", variable.minimum is not None),
+            ("HAS_MAXIMUM", variable.maximum is not None),
+            ("POSITIVE", isinstance(variable, Parameter) and variable.positive),
+            ("ACCEPTS_NAN", isinstance(variable, Input) and variable.accepts_nan),
+        )
+        if holds
+    ]
+    numbers = ", ".join(repr(float(value or 0)) for value in (scalar.start, *bounds))
+    unit = "" if variable.unit == "1" else f" {variable.unit}"
+    kind = variable.type.upper()
+    return (
+        f"{{{_string(scalar.name)}, {_string(unit)}, {numbers}, "
+        f"{kind}, {' | '.join(flags) or 0}, {place[0]}, {place[1]}}}"
+    )
+
+
+def _numbered(component: Component, sentence: str) -> str:
+    """Sentence whose `{length}` and `{sensor_position[1]}` are given by value reference: `{0}`."""
+    return FIELD.sub(lambda field: f"{{{component.p.index[field[1]]}}}", sentence)
+
+
+def _string(text: str) -> str:
+    """C string literal; what lies outside ASCII as octal escapes of its UTF-8."""
+    plain = {ord("\\"): "\\\\", ord('"'): '\\"', ord("\n"): "\\n"}
+    encoded = "".join(
+        plain.get(byte, chr(byte) if 32 <= byte < 127 else f"\\{byte:03o}") for byte in text.encode()
+    )
+    return f'"{encoded}"'

@@ -1,0 +1,244 @@
+"""C to shared libraries: with this machine's compiler for itself, with zig for every platform."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform as machine
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.native.universal_binary import universal_binary
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform that FMUs are built for.
+
+    Attributes
+    ----------
+    name : its folder under `binaries/` in FMI 3.0, by which it is named everywhere
+    fmi2 : its folder in FMI 2.0
+    suffix : of a shared library
+    target : what zig calls it
+    """
+
+    name: str
+    fmi2: str
+    suffix: str
+    target: str
+
+
+PLATFORMS = {
+    each.name: each
+    for each in (
+        Platform("x86_64-linux", "linux64", ".so", "x86_64-linux-gnu.2.17"),
+        Platform("aarch64-linux", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17"),
+        Platform("x86_64-windows", "win64", ".dll", "x86_64-windows-gnu"),
+        Platform("x86_64-darwin", "darwin64", ".dylib", "x86_64-macos.11.0"),
+        Platform("aarch64-darwin", "darwin64", ".dylib", "aarch64-macos.11.0"),
+    )
+}
+"""Platforms by name. FMI 2.0 has one folder for macOS; the library in it holds both architectures."""
+
+# Numbers are the same on every machine: no fused multiply-add, no liberties with NaN, no x87.
+FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-fPIC",
+    "-g0",
+    "-fno-math-errno",
+    "-ffp-contract=off",
+    "-fvisibility=hidden",
+)
+
+ONCE_RUN = ("starting.c",)
+"""Units whose code runs once an instance: large, and not worth a compiler's long thought."""
+
+_SYSTEM_NAMES = {"linux": "linux", "darwin": "darwin", "win32": "windows"}
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler that makes a shared library for one platform.
+
+    Attributes
+    ----------
+    command : how it is called
+    platform : what it compiles for
+    flags : for compiling and linking alike
+    """
+
+    command: tuple[str, ...]
+    platform: Platform
+    flags: tuple[str, ...] = FLAGS
+
+    def library(self, sources: Mapping[str, str], name: str, include: Iterable[Path] = ()) -> bytes:
+        """Compile C files to a shared library and return its contents.
+
+        Parameters
+        ----------
+        sources : texts by file name; those ending in `.c` are compiled
+        name : of the library, without its suffix
+        include : folders of further headers
+
+        Raises
+        ------
+        InputError
+            If the compiler fails; its first error stands in the sentence.
+        """
+        units = [file for file in sources if file.endswith(".c")]
+        include = tuple(include)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = list(pool.map(lambda unit: _object(self, unit, _needed(unit, sources), include), units))
+        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+            folder = Path(work)
+            for unit, content in zip(units, objects, strict=True):
+                (folder / f"{unit}.o").write_bytes(content)
+            target = name + self.platform.suffix
+            self.run(folder, ["-shared", *self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
+            return (folder / target).read_bytes()
+
+    def _link_flags(self, target: str) -> list[str]:
+        flags = ["-o", target]
+        if self.platform.suffix == ".so":
+            flags += ["-s", "-Wl,--build-id=none", f"-Wl,-soname,{target}"]
+        elif self.platform.suffix == ".dll":
+            flags += ["-s"]
+        else:
+            flags += [f"-Wl,-install_name,@rpath/{target}"]
+        return flags
+
+    def run(self, folder: Path, arguments: Sequence[str]) -> None:
+        """Call the compiler in a folder.
+
+        Raises
+        ------
+        InputError
+            If it fails.
+        """
+        command = [*self.command, *self.flags, *arguments]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
+        if done.returncode != 0:
+            errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
+            reason = (errors or done.stderr.splitlines() or ["no message"])[0]
+            raise InputError(f"{self.command[0]}: cannot compile for {self.platform.name}: {reason.strip()}")
+
+
+def host_platform() -> Platform | None:
+    """Platform of this machine, None where FMUs are not built for it."""
+    architecture = {"amd64": "x86_64", "arm64": "aarch64"}.get(
+        machine.machine().lower(), machine.machine().lower()
+    )
+    return PLATFORMS.get(f"{architecture}-{_SYSTEM_NAMES.get(sys.platform, sys.platform)}")
+
+
+def platforms_named(names: str | None) -> tuple[Platform, ...]:
+    """Platforms of a list such as `x86_64-linux,x86_64-windows`, or `all`; None is this machine's.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or none is given on a machine of another platform.
+    """
+    if names is None:
+        host = host_platform()
+        if host is None:
+            raise InputError(
+                f"this machine is none of {', '.join(PLATFORMS)}; name the platforms to build for"
+            )
+        return (host,)
+    if names == "all":
+        return tuple(PLATFORMS.values())
+    unknown = [name for name in names.split(",") if name not in PLATFORMS]
+    if unknown:
+        raise InputError(f"{unknown[0]}: no such platform; {instead(unknown[0], [*PLATFORMS, 'all'])}")
+    return tuple(PLATFORMS[name] for name in dict.fromkeys(names.split(",")))
+
+
+def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
+    """A compiler for each platform: zig where it is installed and asked for more than this machine.
+
+    Raises
+    ------
+    InputError
+        If nothing here compiles for one of them; the sentence says what to install.
+    """
+    native = _machine_compiler()
+    has_zig = importlib.util.find_spec("ziglang") is not None
+    chosen = []
+    for platform in platforms:
+        ours = platform == host_platform()
+        if native is not None and ours and (len(platforms) == 1 or not has_zig):
+            chosen.append(Compiler(native, platform))
+        elif has_zig:
+            # Zig takes our own standard for a guess at the machine's processor unless told otherwise.
+            command = (sys.executable, "-m", "ziglang", "cc", "-target", platform.target)
+            chosen.append(Compiler(command, platform, (*FLAGS, "-mcpu=baseline", "-fno-sanitize=all")))
+        elif ours:
+            raise InputError(
+                "there is no C compiler here: install one (gcc or clang, as `cc`), "
+                'or pip install "warmlink[cross]"'
+            )
+        else:
+            raise InputError(f'building for {platform.name} needs zig: pip install "warmlink[cross]"')
+    return tuple(chosen)
+
+
+def merged_libraries(libraries: Mapping[Platform, bytes]) -> dict[str, bytes]:
+    """Libraries by their FMI 2.0 folder and suffix; those of both macOS architectures become one file."""
+    merged: dict[str, bytes] = {}
+    for folder in dict.fromkeys(platform.fmi2 for platform in libraries):
+        members = [platform for platform in libraries if platform.fmi2 == folder]
+        contents = [libraries[platform] for platform in members]
+        key = f"{folder}/{members[0].suffix}"
+        merged[key] = contents[0] if len(contents) == 1 else universal_binary(contents)
+    return merged
+
+
+@cache
+def _object(
+    compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
+) -> bytes:
+    """Object file of a unit, once in a process for the same texts: both FMI versions share most of theirs."""
+    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        folder = Path(work)
+        for file, text in texts:
+            (folder / file).write_text(text, encoding="utf-8")
+        quick = ["-O1"] if unit in ONCE_RUN else []
+        compiler.run(folder, ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"])
+        return (folder / "unit.o").read_bytes()
+
+
+def _needed(unit: str, sources: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    """Name and text of a unit and of every file among the sources that it includes."""
+    needed: dict[str, str] = {}
+    waiting = [unit]
+    while waiting:
+        file = waiting.pop()
+        if file in sources and file not in needed:
+            needed[file] = sources[file]
+            waiting += re.findall(r'^#include "(.+)"', sources[file], re.MULTILINE)
+    return tuple(sorted(needed.items()))
+
+
+def _machine_compiler() -> tuple[str, ...] | None:
+    named = os.environ.get("CC")
+    if named:
+        return tuple(shlex.split(named))
+    for name in ("cc", "gcc", "clang"):
+        found = shutil.which(name)
+        if found:
+            return (name,)
+    return None

@@ -1,0 +1,174 @@
+"""A component as a native FMU: plain C for FMI 2.0 and FMI 3.0 co-simulation, with its sources inside."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.resources
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree as ET
+
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.documentation import documentation_files
+from warmlink.fmus.packaging.model_description import (
+    Capabilities,
+    fmi2_model_description,
+    fmi3_model_description,
+    instantiation_token,
+)
+from warmlink.fmus.packaging.native.codegen import generate, identity_header
+from warmlink.fmus.packaging.native.compile import (
+    Compiler,
+    Platform,
+    compilers,
+    host_platform,
+    merged_libraries,
+    platforms_named,
+)
+
+FmiVersion = Literal["2.0", "3.0"]
+
+_WRAPPERS: dict[FmiVersion, str] = {"2.0": "fmi2_cs.c", "3.0": "fmi3_cs.c"}
+
+
+def build_native_fmus(
+    entries: Iterable[Entry],
+    folder: Path,
+    fmi_version: FmiVersion = "2.0",
+    platforms: Sequence[Platform] | None = None,
+    progress: Callable[[str], None] = lambda name: None,
+) -> list[Path]:
+    """Write the native FMUs of components and return their paths, in the order of the components.
+
+    Parameters
+    ----------
+    entries : from `catalogue()`, or of one's own
+    folder : where `<Name>.fmu` is written, `dist/native/fmi2`, say
+    fmi_version : "2.0" or "3.0"
+    platforms : from `platforms_named`; this machine's where none are given
+    progress : called with the name of each FMU that is done
+
+    Raises
+    ------
+    InputError
+        If nothing on this machine compiles for a platform, before anything is written.
+    """
+    chosen = compilers(platforms or platforms_named(None))
+
+    def build(entry: Entry) -> Path:
+        target = folder / f"{entry.component.name}.fmu"
+        write_archive(target, native_fmu_files(entry, fmi_version, chosen))
+        return target
+
+    built = []
+    with ThreadPoolExecutor(2) as pool:
+        for path in pool.map(build, entries):
+            built.append(path)
+            progress(path.stem)
+    return built
+
+
+def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Compiler]) -> dict[str, bytes]:
+    """Contents of a native FMU by path inside the archive.
+
+    Parameters
+    ----------
+    entry : the component and where it is declared
+    fmi_version : "2.0" or "3.0"
+    chosen : a compiler for each platform
+    """
+    component = entry.component
+    sources, implementation = native_sources(component, fmi_version)
+    units = [name for name in sources if name.endswith(".c")]
+    capabilities = native_capabilities(component, fmi_version)
+    documentation = documentation_files(entry)
+    if fmi_version == "2.0":
+        description = fmi2_model_description(
+            component, component.name, capabilities, implementation=implementation, sources=units
+        )
+        build_description = {}
+    else:
+        description = fmi3_model_description(
+            component, component.name, capabilities, implementation=implementation
+        )
+        build_description = {"sources/buildDescription.xml": _build_description(component, units)}
+        documentation["terminalsAndIcons/icon.png"] = documentation.pop("model.png")
+    return {
+        "modelDescription.xml": description,
+        **documentation,
+        **_binaries(component, fmi_version, sources, chosen),
+        **{f"sources/{name}": text.encode() for name, text in sources.items()},
+        **build_description,
+    }
+
+
+def native_sources(component: Component, fmi_version: FmiVersion) -> tuple[dict[str, str], str]:
+    """C files of a component's FMU by name, and the digest that names this implementation.
+
+    A serialised state is taken by an FMU of the same digest alone.
+    """
+    folder = importlib.resources.files("warmlink.fmus.packaging.native")
+    sources = generate(component)
+    for name in ("model.h", "model.c", _WRAPPERS[fmi_version]):
+        sources[name] = (folder / name).read_text(encoding="utf-8")
+    digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
+    sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)
+    return dict(sorted(sources.items())), digest
+
+
+def native_capabilities(component: Component, fmi_version: FmiVersion) -> Capabilities:
+    """What a native FMU declares; what samples holds its inputs between samples."""
+    continuous = not component.sampled
+    return Capabilities(
+        directional_derivatives=True,
+        interpolates_inputs=continuous and fmi_version == "2.0",
+        output_derivative_order=1 if continuous else 0,
+        intermediate_update=continuous and fmi_version == "3.0",
+    )
+
+
+def header_folder() -> Path:
+    """Folder with the headers of FMI 2.0 and FMI 3.0, which FMPy brings."""
+    import fmpy
+
+    return Path(fmpy.__file__).parent / "c-code"
+
+
+def _binaries(
+    component: Component, fmi_version: FmiVersion, sources: dict[str, str], chosen: Sequence[Compiler]
+) -> dict[str, bytes]:
+    name = component.name
+    libraries = {each.platform: each.library(sources, name, [header_folder()]) for each in chosen}
+    if fmi_version == "2.0":
+        merged = merged_libraries(libraries)
+        return {
+            f"binaries/{place.rpartition('/')[0]}/{name}{place.rpartition('/')[2]}": merged[place]
+            for place in merged
+        }
+    return {f"binaries/{each.name}/{name}{each.suffix}": library for each, library in libraries.items()}
+
+
+def _build_description(component: Component, units: Sequence[str]) -> bytes:
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=component.name)
+    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
+    for unit in units:
+        ET.SubElement(files, "SourceFile", name=unit)
+    ET.SubElement(configuration, "Library", name="m")
+    ET.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
+
+
+__all__ = [
+    "FmiVersion",
+    "build_native_fmus",
+    "host_platform",
+    "native_capabilities",
+    "native_fmu_files",
+    "native_sources",
+    "platforms_named",
+]

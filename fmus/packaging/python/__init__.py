@@ -1,0 +1,1 @@
+"""Python FMUs: a slave for pythonfmu, with the modules that it needs under a name of their own."""

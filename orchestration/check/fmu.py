@@ -1,0 +1,153 @@
+"""What an integrator checks before trusting an FMU, whoever made it."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection as Pipe
+from pathlib import Path
+from typing import Literal
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.check.cases import CASES
+from warmlink.orchestration.check.subject import Subject
+from warmlink.orchestration.master.slaves.isolation import START_LIMIT
+from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.system.archive import unpack
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model_info import ModelInfo
+
+Verdict = Literal["pass", "fail", "skip"]
+
+TIME_LIMIT = 120.0
+"""s, for one check; an FMU that does not answer is left and the next check made."""
+
+_LOADING = "loads in a bare process"
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What one check found.
+
+    Attributes
+    ----------
+    name : of the check
+    verdict : "pass", "fail", or "skip" where the FMU does not claim what would be checked
+    detail : what was seen
+    """
+
+    name: str
+    verdict: Verdict
+    detail: str
+
+
+def check_fmu(
+    path: Path, time_limit: float = TIME_LIMIT, cases: Sequence[str] | None = None
+) -> list[CheckResult]:
+    """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
+
+    Parameters
+    ----------
+    path : the FMU
+    time_limit : s, for one check
+    cases : names of the checks to make that run the FMU (see `CASES`), all where none are given
+
+    Raises
+    ------
+    InputError
+        If the file is no FMU for co-simulation that can be read.
+    """
+    from fmpy.validation import validate_fmu
+
+    info = read_description(path)
+    results = [_validity(validate_fmu(str(path))), _platforms(path)]
+    chosen = list(CASES) if cases is None else list(cases)
+    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        folder = unpack(path, Path(work))
+        library = _library(folder, info)
+        if library is None:
+            absent = "no library for this machine inside"
+            return [*results, *(CheckResult(name, "skip", absent) for name in (_LOADING, *chosen))]
+        return [*results, _loading(library), *_run_cases(Subject(info, folder), chosen, time_limit)]
+
+
+def _validity(problems: list[str]) -> CheckResult:
+    if not problems:
+        return CheckResult("validates", "pass", "schema and rules of the standard")
+    first = " ".join(problems[0].split())
+    return CheckResult("validates", "fail", f"{len(problems)} problems: {first}"[:300])
+
+
+def _platforms(path: Path) -> CheckResult:
+    with zipfile.ZipFile(path) as archive:
+        parts = [name.split("/") for name in archive.namelist() if name.startswith("binaries/")]
+    found = sorted({each[1] for each in parts if len(each) > 2 and each[2]})
+    if not found:
+        return CheckResult("platforms inside", "fail", "none: the FMU holds no library")
+    return CheckResult("platforms inside", "pass", ", ".join(found))
+
+
+def _library(folder: Path, info: ModelInfo) -> Path | None:
+    import fmpy
+
+    place = fmpy.platform if info.fmi_version == "2.0" else fmpy.platform_tuple
+    library = folder / "binaries" / place / (info.model_identifier + fmpy.sharedLibraryExtension)
+    return library if library.is_file() else None
+
+
+def _loading(library: Path) -> CheckResult:
+    """Load the library into a process that holds nothing but the C library, resolving every symbol."""
+    if not sys.platform.startswith("linux"):
+        return CheckResult(_LOADING, "skip", "made on Linux, whose loader takes any library into any program")
+    environment = {"LD_PRELOAD": str(library), "LD_BIND_NOW": "1", "PATH": os.defpath}
+    done = subprocess.run(["/bin/true"], env=environment, capture_output=True, text=True, errors="replace")
+    if done.returncode == 0 and not done.stderr.strip():
+        return CheckResult(_LOADING, "pass", "every symbol found with the C library alone")
+    reason = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
+    return CheckResult(_LOADING, "fail", reason[0].replace(str(library), library.name).strip())
+
+
+def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[CheckResult]:
+    """Make checks in a process; where it dies or hangs, say so and go on with the next in a new one."""
+    results: list[CheckResult] = []
+    while len(results) < len(names):
+        remaining = names[len(results) :]
+        told = subject.folder.parent / "told"
+        process = OtherProcess("check", _make_checks, subject, remaining, told)
+        try:
+            process.answer(START_LIMIT)
+            for name in remaining:
+                results.append(CheckResult(name, *process.answer(time_limit)))
+        except TimeoutError:
+            results.append(CheckResult(names[len(results)], "fail", f"no answer within {time_limit:g} s"))
+        except ProcessEndedError as ended:
+            how = f"died of {ended.signal_name}"
+            if ended.signal_name is None:
+                last = told.read_text("utf-8", "replace").strip().splitlines() or ["no message"]
+                how = f"ended with status {ended.code}: {last[-1]}"
+            results.append(CheckResult(names[len(results)], "fail", f"the process {how}"))
+        finally:
+            process.end()
+    return results
+
+
+def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> None:
+    """Answer with verdict and detail of each check; what the FMU prints goes to a file."""
+    with told.open("wb") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    for module in ("fmpy.fmi2", "fmpy.fmi3"):  # before the time limit begins, which is the FMU's
+        importlib.import_module(module)
+    pipe.send(None)
+    for name in names:
+        try:
+            pipe.send(CASES[name](subject))
+        except (SlaveError, InputError) as fault:
+            pipe.send(("fail", str(fault)))

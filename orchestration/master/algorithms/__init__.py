@@ -1,0 +1,1 @@
+"""Master algorithms, one a file, their table, and what several of them share."""

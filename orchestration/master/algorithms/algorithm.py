@@ -1,0 +1,114 @@
+"""The one interface of all master algorithms."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.network import Network
+
+
+class Stepper(Protocol):
+    """An algorithm at work on one network: it remembers what it needs from step to step.
+
+    Attributes
+    ----------
+    remarks : tuple of str
+        Sentences on what these slaves do not allow, and what is done instead.
+    """
+
+    @property
+    def remarks(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance all slaves from `time` to `time + step_size` (s) and exchange their values.
+
+        Before the first step every output has been read and every input set.
+
+        Raises
+        ------
+        SlaveError
+            Where a slave fails or a value is not finite.
+        """
+
+    def memory(self) -> object:
+        """Give what must be kept beside the slaves' states for a later continuation; may be pickled."""
+
+    def recall(self, memory: object) -> None:
+        """Take what `memory` gave."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How each communication step goes, the same in every step: all that the compiled loop needs to know.
+
+    Attributes
+    ----------
+    slaves : tuple of int
+        In the order of stepping.
+    at_once : bool
+        All step before any value is exchanged; else each value is handed on as soon as it is there.
+    """
+
+    slaves: tuple[int, ...]
+    at_once: bool
+
+
+class Algorithm(ABC):
+    """A master algorithm, as chosen by a user; it does nothing until it is bound to a network.
+
+    Attributes
+    ----------
+    explicit : bool
+        Each slave steps once, with inputs that are known already: too long a step may be unstable.
+    repeats_steps : bool
+        Steps that a slave discards are repeated in smaller parts.
+    compiles : bool
+        Every step follows one `schedule`, so that the compiled loop can do it.
+    """
+
+    explicit: ClassVar[bool] = False
+    repeats_steps: ClassVar[bool] = False
+
+    @property
+    def compiles(self) -> bool:  # noqa: D102
+        return False
+
+    @property
+    @abstractmethod
+    def order(self) -> int:
+        """Order of convergence of the coupling error in the communication step size."""
+
+    @property
+    def whole_steps(self) -> Algorithm:
+        """What does the steps that need no repetition: the algorithm itself, or the one within it."""
+        return self
+
+    def schedule(self, network: Network) -> Schedule:
+        """How the slaves are stepped, for an algorithm that `compiles`."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network and the communication points of one run.
+
+        Raises
+        ------
+        InputError
+            Where the slaves cannot do what the algorithm needs.
+        """
+
+
+class Memoryless:
+    """A stepper that needs nothing from earlier steps and has nothing to remark."""
+
+    remarks: tuple[str, ...] = ()
+
+    def memory(self) -> object:
+        """Give nothing."""
+        return None
+
+    def recall(self, memory: object) -> None:
+        """Take nothing."""

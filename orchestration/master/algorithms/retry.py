@@ -1,0 +1,151 @@
+"""Discarded steps are repeated in smaller parts.
+
+A slave that answers discard leaves the others already stepped, so all must go back to where the step
+began. To copy every state before every step would cost more than most steps; instead a copy is made now
+and then, and after a discard the steps since are done again, which gives the same values bit for bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, cast
+
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.substeps import REPEATABLE, SubSteps, halvings
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.slave import SlaveError
+
+# Copies are made ever more seldom while nothing is discarded: of Python FMUs they cost several steps.
+FIRST_KEYFRAME_STEPS, LAST_KEYFRAME_STEPS = 64, 4096
+CAREFUL_STEPS = 16
+
+
+@dataclass(frozen=True)
+class Retry(Algorithm):
+    """Repeat a discarded step in halves, quarters and so on, down to a minimum.
+
+    Parameters
+    ----------
+    inner : Algorithm
+        Does the steps.
+    minimum_step : float, optional
+        In s; default: 1/1024 of the communication step size.
+    """
+
+    inner: Algorithm
+    minimum_step: float | None = None
+    repeats_steps: ClassVar[bool] = True
+
+    @property
+    def order(self) -> int:
+        """Order of convergence of the inner algorithm."""
+        return self.inner.order
+
+    @property
+    def whole_steps(self) -> Algorithm:
+        """The inner algorithm."""
+        return self.inner
+
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network."""
+        inner = self.inner.bind(network, points)
+        smallest = points.step_size / 1024 if self.minimum_step is None else self.minimum_step
+        levels = halvings(points.step_size, smallest)
+        rigid = [s.name for s in network.slaves if not s.capabilities.variable_step]
+        stuck = [*network.unable_to_restore(), *rigid]
+        return Unrepeatable(inner, stuck) if stuck else RetryStepper(network, inner, levels)
+
+
+class Unrepeatable:
+    """Steps that cannot be repeated: a discard ends the run, and the message says why."""
+
+    def __init__(self, inner: Stepper, stuck: list[str]) -> None:
+        self.inner = inner
+        self.remarks = inner.remarks
+        self._stuck = ", ".join(dict.fromkeys(stuck))
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance, or say why a smaller step was not tried."""
+        try:
+            self.inner.step(time, step_size)
+        except SlaveError as failure:
+            if failure.status not in REPEATABLE:
+                raise
+            message = (
+                f"{failure.message}; no smaller step could be tried, for {self._stuck} cannot restore its "
+                "state or change its step"
+            )
+            raise SlaveError(
+                failure.slave, failure.status, failure.time, message, failure.variable
+            ) from failure
+
+    def memory(self) -> object:
+        """Give the inner stepper's memory."""
+        return self.inner.memory()
+
+    def recall(self, memory: object) -> None:
+        """Take the inner stepper's memory."""
+        self.inner.recall(memory)
+
+
+class RetryStepper(SubSteps):
+    """Steps with keyframes to go back to."""
+
+    locates_jumps: ClassVar[bool] = False
+
+    def __init__(self, network: Network, inner: Stepper, levels: int) -> None:
+        super().__init__(network, inner, levels, growth=-1.0)
+        self._keyframe: tuple[Snapshot, object] | None = None
+        self._since: list[tuple[float, float]] = []
+        self._interval = FIRST_KEYFRAME_STEPS
+        self._careful = 0
+
+    def attempt(self, time: float, step_size: float) -> float:
+        """Step; where that is not discarded, nothing was wrong with it."""
+        self.inner.step(time, step_size)
+        return 0.0
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance by one communication step, in parts after a discard."""
+        if self._careful:
+            self._careful -= 1  # the parts keep their size until it is time to try a whole step
+            self._in_parts(time, step_size)
+            return
+        if self._keyframe is None or len(self._since) >= self._interval:
+            reuse = None if self._keyframe is None else self._keyframe[0]
+            self._interval = min(2 * self._interval, LAST_KEYFRAME_STEPS)
+            self._keyframe = (self.network.snapshot(reuse=reuse), self.inner.memory())
+            self._since = []
+        try:
+            self.inner.step(time, step_size)
+        except SlaveError as failure:
+            if failure.status not in REPEATABLE or self._ticks == 1:
+                raise
+            self.back(*self._keyframe)
+            for earlier in self._since:
+                self.inner.step(*earlier)
+            self.network.rejected += 1
+            self._size = self._ticks // 2
+            self._careful = CAREFUL_STEPS
+            self._in_parts(time, step_size)
+            return
+        self._since.append((time, step_size))
+
+    def memory(self) -> object:
+        """Give what decides how the next steps are done."""
+        return self._careful, super().memory()
+
+    def recall(self, memory: object) -> None:
+        """Take what `memory` gave; the next step makes a keyframe."""
+        self._careful, carried = cast("tuple[int, object]", memory)
+        self._keyframe, self._since = None, []
+        super().recall(carried)
+
+    def _in_parts(self, time: float, step_size: float) -> None:
+        super().step(time, step_size)
+        if not self._careful:
+            self._size = self._ticks
+        # Steps done in parts are not replayed: a new keyframe follows.
+        self._interval = FIRST_KEYFRAME_STEPS
+        self._since = [(time, step_size)] * self._interval

@@ -1,0 +1,55 @@
+"""All master algorithms by name: the one place that a new one is entered in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
+from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
+
+_ENTRIES: dict[str, tuple[Callable[[], Algorithm], str]] = {
+    "jacobi": (Jacobi, "all slaves step at once with held inputs, as libcosim and Ecos do it"),
+    "jacobi_settled": (
+        lambda: Jacobi(settled=True),
+        "Jacobi whose outputs with direct feedthrough are read again after the exchange",
+    ),
+    "gauss_seidel": (GaussSeidel, "slaves step one after the other, each with the newest values"),
+    "fixed_point": (
+        FixedPoint,
+        "steps are repeated until inputs and outputs agree, after Anderson, inputs interpolated",
+    ),
+    "interface_newton": (
+        InterfaceNewton,
+        "the same by Newton's method, with step Jacobians from rollback differences",
+    ),
+    "error_controlled": (
+        lambda: StepDoubling(InterfaceNewton()),
+        "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
+    ),
+}
+
+ALGORITHMS: dict[str, Callable[[], Algorithm]] = {name: make for name, (make, _) in _ENTRIES.items()}
+
+
+def algorithm(name: str) -> Algorithm:
+    """Give an algorithm by its name, with its default settings.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    if name not in ALGORITHMS:
+        raise InputError(f"master: {name!r} is not known; {instead(name, ALGORITHMS)}")
+    return ALGORITHMS[name]()
+
+
+def about(name: str) -> str:
+    """Say in a line what an algorithm does."""
+    return _ENTRIES[name][1]

@@ -1,0 +1,214 @@
+"""Checkpoints of long runs: what lies in a folder suffices to go on, bit for bit."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import pickle
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.assembly import Assembly
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.recording.recorder import Recorder
+from warmlink.orchestration.master.recording.stores import Folder, StoreError
+from warmlink.orchestration.system.archive import file_digest
+from warmlink.orchestration.system.model import Value
+
+FILE = "checkpoint"
+_HEAD = b"warmlink checkpoint 2\n"
+_DIGEST_BYTES = hashlib.sha256().digest_size
+
+
+@dataclass(frozen=True)
+class LongRun:
+    """Stream a run's values into a folder, and leave checkpoints there.
+
+    Parameters
+    ----------
+    folder : Path
+        Gets `values.npy`, `columns.json` and `checkpoint`.
+    every : int, optional
+        Communication steps between checkpoints; None for none.
+    resume : bool
+        Go on from the folder's checkpoint where there is one.
+    """
+
+    folder: Path
+    every: int | None = 3600
+    resume: bool = False
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Everything that a later process needs beside the system itself; `digest` is that of the values."""
+
+    fingerprint: str
+    rows: int
+    digest: str
+    states: list[bytes]
+    outputs: list[list[Value]]
+    inputs: list[list[Value]]
+    memory: object
+    counts: tuple[int, int, int]
+
+
+class Checkpoints:
+    """Writes and reads the checkpoint of one run.
+
+    Attributes
+    ----------
+    found : Checkpoint or None
+        From which the run goes on.
+
+    Raises
+    ------
+    InputError
+        Where a slave cannot serialise its state, or the checkpoint to go on from is damaged or another run's.
+    """
+
+    def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
+        self.every = chosen.every
+        self.folder = chosen.folder
+        self.path = chosen.folder / FILE
+        self._network = network
+        self._fingerprint = fingerprint
+        if chosen.every is not None:
+            unable = [s.name for s in network.slaves if not s.capabilities.serialize_state]
+            if unable:
+                raise InputError(
+                    f"{', '.join(unable)}: cannot serialise its state, which checkpoints need; "
+                    "run without them"
+                )
+            if chosen.every < 1:
+                raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
+        self.found = self._load() if chosen.resume else None
+
+    def store(self) -> Folder:
+        """Where the run's values go: behind those that the checkpoint found vouches for."""
+        if self.found is None:
+            return Folder(self.folder)
+        return Folder(self.folder, keep=self.found.rows, digest=self.found.digest)
+
+    def next_after(self, point: int, last: int) -> int:
+        """Give the next point at which a checkpoint is due, or the last of the run."""
+        return last if self.every is None else min(last, (point // self.every + 1) * self.every)
+
+    def due(self, point: int) -> bool:
+        """Tell whether a checkpoint is due at a point."""
+        return self.every is not None and point % self.every == 0
+
+    def save(self, recorder: Recorder, stepper: Stepper, sweeps: int) -> None:
+        """Write a checkpoint of the present communication point, the values first.
+
+        Raises
+        ------
+        StoreError
+            Where it cannot be written; the one before stays.
+        """
+        recorder.flush()
+        digest = recorder.store.secure()
+        network = self._network
+        kept = Checkpoint(
+            self._fingerprint,
+            recorder.rows,
+            digest,
+            [slave.serialize() for slave in network.slaves],
+            network.outputs,
+            network.inputs,
+            stepper.memory(),
+            (network.steps, network.rejected, sweeps),
+        )
+        scratch = self.path.with_suffix(".new")
+        data = pickle.dumps(vars(kept))
+        try:
+            with scratch.open("wb") as file:
+                file.write(_HEAD + hashlib.sha256(data).digest() + data)
+                file.flush()
+                os.fsync(file.fileno())
+            scratch.replace(self.path)
+        except OSError as fault:
+            with suppress(OSError):
+                scratch.unlink(missing_ok=True)
+            raise StoreError(self.path, fault) from None
+
+    def forget(self) -> None:
+        """Remove what an earlier run left, so that nobody takes it for this one's."""
+        self.path.unlink(missing_ok=True)
+
+    def _load(self) -> Checkpoint | None:
+        if not self.path.exists():
+            return None
+        content = self.path.read_bytes()
+        head, data = content[: len(_HEAD) + _DIGEST_BYTES], content[len(_HEAD) + _DIGEST_BYTES :]
+        if head != _HEAD + hashlib.sha256(data).digest():
+            raise InputError(
+                f"{self.path}: is not a checkpoint that can be read (it is damaged, or of another version); "
+                "start anew"
+            )
+        try:
+            found = Checkpoint(**_PlainUnpickler(io.BytesIO(data)).load())
+        except (pickle.UnpicklingError, TypeError) as error:
+            raise InputError(
+                f"{self.path}: is not a checkpoint that can be read ({error}); start anew"
+            ) from error
+        if found.fingerprint != self._fingerprint:
+            raise InputError(
+                f"{self.path}: belongs to another run (system, FMU files, start values, times, algorithm or "
+                "recorded variables differ); resume with what it was started with, or start anew"
+            )
+        return found
+
+    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> int:
+        """Put initialized slaves, network and algorithm where the checkpoint was; give its sweeps."""
+        network = self._network
+        for slave, data in zip(network.slaves, found.states, strict=True):
+            slave.deserialize(data)
+        network.outputs, network.inputs = found.outputs, found.inputs
+        network.steps, network.rejected, sweeps = found.counts
+        network.time = recorder.points.time(found.rows - 1)
+        stepper.recall(found.memory)
+        recorder.resume(found.rows)
+        return sweeps
+
+
+def fingerprint(
+    assembly: Assembly, names: Sequence[str], points: CommunicationPoints, algorithm: Algorithm
+) -> str:
+    """Give a digest of all that decides a run's values, and of what is recorded.
+
+    The stop time is among it, for slaves are told it and may keep it in their state; so are the FMUs' bytes,
+    for an FMU that was built anew may keep its GUID.
+    """
+    slaves = [
+        (s.name, file_digest(assembly.files[s.name]) if s.name in assembly.files else "")
+        for s in assembly.slaves
+    ]
+    values = {name: sorted(given.items()) for name, given in assembly.values.items()}
+    parts: Sequence[Any] = (
+        slaves,
+        list(assembly.connections),
+        sorted(values.items()),
+        points,
+        algorithm,
+        tuple(names),
+    )
+    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()
+
+
+class _PlainUnpickler(pickle.Unpickler):
+    """Takes numbers, strings, containers and arrays, and nothing that could run."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Allow what an array consists of."""
+        allowed = ("_reconstruct", "ndarray", "dtype", "_frombuffer", "scalar")
+        if module.split(".")[0] == "numpy" and name in allowed:
+            return super().find_class(module, name)
+        raise pickle.UnpicklingError(f"{module}.{name} does not belong into a checkpoint")

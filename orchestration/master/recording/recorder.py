@@ -1,0 +1,123 @@
+"""What is kept of a run: chosen variables at every communication point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.recording.stores import Store
+from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.slave import Names, Slave
+from warmlink.orchestration.system.description import Variable
+
+
+def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
+    """Name every scalar output that is a number, as `slave.variable`."""
+    return tuple(
+        f"{slave.name}.{v.name}" for slave in slaves for v in slave.variables.values() if is_recorded(v)
+    )
+
+
+def is_recorded(variable: Variable) -> bool:
+    """Tell whether a variable is recorded unasked: an output that is a scalar number."""
+    return (
+        variable.causality == "output" and variable.kind not in (None, "String") and not variable.dimensions
+    )
+
+
+class Recorder:
+    """Values in rows of a preallocated block, a row for each communication point.
+
+    Parameters
+    ----------
+    network : Network
+        Must read the outputs among `names`.
+    names : sequence of str
+        Variables as `slave.variable`; outputs are kept as they were exchanged, all others (inputs,
+        parameters, internals) as they stand when the exchange is done.
+    points : CommunicationPoints
+        The run's.
+    store : Store
+        Takes full blocks and gives everything back at the end.
+
+    Attributes
+    ----------
+    block : ndarray, shape (rows of a block, names)
+        In the variables' own units; Booleans are 0 and 1.
+    rows : int
+        Points recorded so far.
+    sources : list of (slave, variable, position)
+        For each column, its position among the outputs read from the slave, or None.
+    late : list of (slave, variable)
+        What is got anew after the exchange.
+    """
+
+    def __init__(
+        self, network: Network, names: Sequence[str], points: CommunicationPoints, store: Store
+    ) -> None:
+        self.names = tuple(dict.fromkeys(names))
+        self.points = points
+        self.rows = 0
+        self._cells = under_way.here.cells
+        self.units: dict[str, str | None] = {}
+        self.sources: list[tuple[int, str, int | None]] = []
+        self._network = network
+        for name in self.names:
+            k, variable = network.locate(name)
+            about = network.slaves[k].variables[variable]
+            if about.kind in (None, "String") or about.dimensions:
+                raise InputError(f"{name}: a {about.type} cannot be recorded; choose a scalar number")
+            self.units[name] = about.unit
+            read = network.reads[k]
+            self.sources.append((k, variable, read.index(variable) if variable in read else None))
+        self.late = [(k, name) for k, name, position in self.sources if position is None]
+        self._others: list[tuple[int, Names, list[int]]] = []
+        for k in range(len(network.slaves)):
+            columns = [c for c, (j, _, position) in enumerate(self.sources) if j == k and position is None]
+            if columns:
+                self._others.append((k, tuple(self.sources[c][1] for c in columns), columns))
+        self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
+        self.store = store
+        self.block = store.open(self.names, self.units, points)
+        self._base = 0
+
+    def take(self, point: int) -> None:
+        """Keep the values of one communication point."""
+        row = self.block[self.place(point)]
+        outputs = self._network.outputs
+        for column, k, position in self._exchanged:
+            row[column] = outputs[k][position]
+        for k, names, columns in self._others:
+            row[columns] = self._network.slaves[k].get(names)
+        self.filled(point)
+
+    def place(self, point: int) -> int:
+        """Give the row of the block for a point."""
+        return point - self._base
+
+    def room(self) -> int:
+        """Tell how many more points fit into the block."""
+        return len(self.block) - self.place(self.rows)
+
+    def filled(self, point: int) -> None:
+        """Note that all rows up to a point are filled; hand a full block to the store."""
+        self.rows = self._cells[under_way.ROWS] = point + 1
+        if self.room() == 0 and self.rows <= self.points.count:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand what the block holds to the store and begin it anew."""
+        self.store.put(self._base, self.block[: self.place(self.rows)])
+        self._base = self.rows
+
+    def resume(self, rows: int) -> None:
+        """Go on behind rows that the store holds already."""
+        self.rows = self._base = self._cells[under_way.ROWS] = rows
+
+    def table(self) -> Table:
+        """Give everything recorded."""
+        values = self.store.values(self._base, self.block[: self.place(self.rows)])
+        return Table(self.names, self.units, self.points, values)

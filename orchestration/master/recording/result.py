@@ -1,0 +1,89 @@
+"""What a run gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.master.recording.audit import Audit
+from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.slaves.slave import SlaveError
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run took.
+
+    Attributes
+    ----------
+    communication_steps : int
+        Macro steps done.
+    slave_steps : int
+        Steps of single slaves, repeated ones included.
+    rejected_steps : int
+        Macro steps, or parts of them, that were undone and repeated with a smaller step.
+    initialization_sweeps : int
+        Sweeps until the feedthrough loops had settled.
+    wall_seconds : float
+        Of stepping alone.
+    compiled : bool
+        Whether the compiled loop did it.
+    largest_lag : float
+        Largest delay behind real time in s, in a paced run.
+    """
+
+    communication_steps: int = 0
+    slave_steps: int = 0
+    rejected_steps: int = 0
+    initialization_sweeps: int = 0
+    wall_seconds: float = 0.0
+    compiled: bool = False
+    largest_lag: float = 0.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """A run's values up to where it came.
+
+    Attributes
+    ----------
+    table : Table
+        Times and recorded columns.
+    status : str
+        `completed` or `stopped`.
+    reason : str or None
+        Why it stopped, in one sentence.
+    error : SlaveError or None
+        The failure behind it: slave, variable, status and time.
+    remarks : tuple of str
+        What the slaves did not allow the algorithm, and what was done instead.
+    audits : tuple of Audit
+        One for each balance.
+    """
+
+    table: Table
+    status: Literal["completed", "stopped"]
+    reason: str | None = None
+    error: SlaveError | None = None
+    audits: tuple[Audit, ...] = ()
+    remarks: tuple[str, ...] = ()
+    statistics: Statistics = field(default_factory=Statistics)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the communication points in s, shape (points,)."""
+        return self.table.times
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Give a recorded column by its full name, shape (points,)."""
+        return self.table[name]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Give a data frame with units in its column names."""
+        return self.table.to_frame()

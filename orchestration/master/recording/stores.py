@@ -1,0 +1,242 @@
+"""Where recorded values go: the memory, or a file that is valid at every moment."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.recording.line import Line
+from warmlink.orchestration.master.recording.table import Table
+
+VALUES, COLUMNS = "values.npy", "columns.json"
+BLOCK_ROWS = 4096
+
+
+class StoreError(Exception):
+    """Values can no longer be written; the run ends there, and what was written before is kept."""
+
+    def __init__(self, path: Path, fault: OSError) -> None:
+        super().__init__(f"{path.name} cannot be written any more ({fault.strerror})")
+
+
+class Store(Protocol):
+    """Where recorded blocks go."""
+
+    def open(
+        self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
+    ) -> NDArray[np.float64]:
+        """Give a block to fill."""
+
+    def put(self, first: int, rows: NDArray[np.float64]) -> None:
+        """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
+
+    def secure(self) -> str:
+        """Have everything taken survive the process, as far as that can be had; give its digest."""
+
+    def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Take the last rows and give all, shape (rows, columns)."""
+
+
+class Memory:
+    """Keeps one block for the whole run.
+
+    Parameters
+    ----------
+    line : Line, optional
+        Gives the memory where the run is guarded.
+    """
+
+    def __init__(self, line: Line | None = None) -> None:
+        self._line = line
+
+    def open(
+        self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
+    ) -> NDArray[np.float64]:
+        """Give the whole array."""
+        shape = points.count + 1, len(names)
+        return np.full(shape, np.nan) if self._line is None else self._line.block(*shape)
+
+    def put(self, first: int, rows: NDArray[np.float64]) -> None:
+        """Nothing to do: the block is never full before the end."""
+
+    def secure(self) -> str:
+        """Nothing to do: the memory goes with the process, and needs no digest."""
+        return ""
+
+    def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give what was filled."""
+        return rest
+
+
+class Folder:
+    """Writes `values.npy` and `columns.json` into a folder, block by block.
+
+    The header of `values.npy` counts the rows that were written before it was, so that the file can be
+    read whenever the run ends, be it by a kill.
+
+    Parameters
+    ----------
+    folder : Path
+        Made where it does not exist.
+    keep : int
+        Rows that an interrupted run left there and that its checkpoint counts on; 0 begins anew.
+    digest : str
+        Of those rows, as the checkpoint has it.
+    """
+
+    def __init__(self, folder: Path, *, keep: int = 0, digest: str = "") -> None:
+        self.folder = folder
+        self._keep, self._expected = keep, digest
+        self._digest = hashlib.sha256()
+        self._file: BinaryIO | None = None
+        self._columns = 0
+
+    def open(
+        self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
+    ) -> NDArray[np.float64]:
+        """Give a block of 4096 rows.
+
+        Raises
+        ------
+        InputError
+            Where the folder cannot be written, or does not hold the rows to keep.
+        """
+        about = {
+            "columns": [{"name": name, "unit": units[name]} for name in names],
+            "start_time_s": points.start_time,
+            "step_size_s": points.step_size,
+            "steps": points.count,
+        }
+        scratch = self.folder / (COLUMNS + ".new")
+        path = self.folder / VALUES
+        self._columns = len(names)
+        kept = self._header(0, write=False) + self._keep * 8 * self._columns
+        if self._keep:
+            self._check(path, kept)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
+            scratch.replace(self.folder / COLUMNS)
+            # Without a buffer, which would try to write again on closing what the disk did not take.
+            self._file = path.open("r+b" if self._keep else "w+b", buffering=0)
+            if not self._keep:
+                self._header(0, write=True)
+        except OSError as fault:
+            with suppress(OSError):
+                scratch.unlink()
+            raise InputError(
+                f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
+            ) from None
+        return np.full((min(BLOCK_ROWS, points.count + 1), len(names)), np.nan)
+
+    def _check(self, path: Path, kept: int) -> None:
+        """Refuse values that are not those which the checkpoint counts on."""
+        if not path.exists() or path.stat().st_size < kept:
+            raise InputError(f"{path}: lacks values that the checkpoint beside it counts on; start anew")
+        with path.open("rb") as file:
+            file.seek(kept - self._keep * 8 * self._columns)
+            left = kept - file.tell()
+            while left:
+                data = file.read(min(left, 1 << 20))
+                self._digest.update(data)
+                left -= len(data)
+        if self._digest.hexdigest() != self._expected:
+            raise InputError(
+                f"{path}: is damaged, its values are not those that the checkpoint beside it counts on; "
+                "start anew"
+            )
+
+    def put(self, first: int, rows: NDArray[np.float64]) -> None:
+        """Write rows to their place, then count them.
+
+        Raises
+        ------
+        StoreError
+            Where the disk does not take them; those before are kept.
+        """
+        assert self._file is not None
+        data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
+        try:
+            self._file.seek(self._header(0, write=False) + first * 8 * self._columns)
+            _write(self._file, data)
+            self._header(first + len(rows), write=True)
+        except OSError as fault:
+            raise StoreError(self.folder / VALUES, fault) from None
+        self._digest.update(data)
+
+    def secure(self) -> str:
+        """Have everything written reach the disk; give its digest."""
+        assert self._file is not None
+        try:
+            os.fsync(self._file.fileno())
+        except OSError as fault:
+            raise StoreError(self.folder / VALUES, fault) from None
+        return self._digest.hexdigest()
+
+    def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Write the last rows, as far as the disk takes them, and map the file."""
+        assert self._file is not None
+        with suppress(StoreError, OSError):
+            self.put(first, rest)
+            self._file.truncate(self._header(0, write=False) + (first + len(rest)) * 8 * self._columns)
+        self._file.close()
+        return _map(self.folder / VALUES)
+
+    def _header(self, rows: int, *, write: bool) -> int:
+        """Write NumPy's header, which leaves room for any number of rows; give its length."""
+        from io import BytesIO
+
+        stream = BytesIO()
+        shape = (rows, self._columns)
+        np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": shape})
+        if write:
+            assert self._file is not None
+            self._file.seek(0)
+            _write(self._file, stream.getvalue())
+        return len(stream.getvalue())
+
+
+def _write(file: BinaryIO, data: bytes) -> None:
+    """Write all of it: without a buffer, a write may take a part alone."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
+def read_folder(folder: Path) -> Table:
+    """Read what a run wrote into a folder, finished or not; the values stay on disk.
+
+    Raises
+    ------
+    InputError
+        Where there are no results.
+    """
+    try:
+        about = json.loads((folder / COLUMNS).read_text(encoding="utf-8"))
+        values = _map(folder / VALUES)
+        names = [column["name"] for column in about["columns"]]
+        units = {column["name"]: column["unit"] for column in about["columns"]}
+        points = CommunicationPoints(about["start_time_s"], about["step_size_s"], about["steps"])
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            f"{folder}: holds no results that can be read ({error}); give a run's folder"
+        ) from error
+    return Table(names, units, points, values)
+
+
+def _map(path: Path) -> NDArray[np.float64]:
+    # An array without rows or columns cannot be mapped.
+    values: NDArray[np.float64] = (
+        np.load(path) if path.stat().st_size <= 128 else np.load(path, mmap_mode="r")
+    )
+    return values

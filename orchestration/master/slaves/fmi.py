@@ -1,0 +1,319 @@
+"""What FMI 2.0 and 3.0 slaves have in common.
+
+FMPy loads the library and declares its functions; they are then called directly, with argument arrays
+that are made once for each set of variables.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from ctypes import byref, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p, create_string_buffer
+from pathlib import Path
+from typing import Any, ClassVar, NoReturn
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
+from warmlink.orchestration.master.slaves.fmu_log import FmuLog
+from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
+from warmlink.orchestration.master.slaves.surroundings import Surroundings
+from warmlink.orchestration.system.description import ModelInfo, Variable
+from warmlink.orchestration.system.model import Value
+
+_STATUS: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
+# Not all logging, which may be much: what the standard's categories say of failures.
+_CALLS = {
+    "SetupExperiment": under_way.INITIALIZING,
+    "EnterInitializationMode": under_way.INITIALIZING,
+    "ExitInitializationMode": under_way.INITIALIZING,
+}
+_CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"logStatusFatal")
+
+
+# FMUs whose libraries were loaded in this process: nothing may be compiled after that.
+LOADED: set[str] = set()
+
+
+class FmiSlave(ABC):
+    """One instance of an FMU.
+
+    Parameters
+    ----------
+    name : str
+        Instance name, as the system names the component.
+    info : ModelInfo
+        The FMU's description.
+    folder : Path
+        Where the FMU was unpacked.
+    accepts_nan : frozenset of str
+        Variables for which NaN is a proper value.
+
+    Attributes
+    ----------
+    functions : ctypes library
+        The FMU's functions, declared.
+    component : ctypes pointer
+        The instance.
+    number : int
+        By which `under_way` names it.
+    watched : bool
+        Whether the process is looked at after each of its steps: after the first, and always where a step
+        has changed what FMUs share.
+
+    Raises
+    ------
+    InputError
+        Where the FMU has no library for this platform, or one that lacks functions of its FMI version.
+    SlaveError
+        Where it does not instantiate.
+    """
+
+    prefix: ClassVar[str]
+    spelling: ClassVar[dict[str, str]]
+
+    def __init__(
+        self, name: str, info: ModelInfo, folder: Path, accepts_nan: frozenset[str] = frozenset()
+    ) -> None:
+        self.name = name
+        self.info = info
+        self.variables = info.variables
+        self.capabilities = info.capabilities
+        self.dependencies = {output: info.feedthrough(output) for output in info.outputs}
+        self.accepts_nan = accepts_nan
+        self.time = 0.0
+        self.log = FmuLog()
+        self._batches: dict[Names, list[Batch]] = {}
+        self._orders: dict[Names, list[int] | None] = {}
+        self._worst = 0
+        self.number = under_way.here.register(name)
+        self._under_way = under_way.here.cells
+        self._exchanging = 16 * self.number + under_way.EXCHANGING
+        self.stepping = 16 * self.number + under_way.STEPPING
+        self.remarks: list[str] = []
+        self.watched = True
+        self._surroundings = Surroundings()
+        self._note(under_way.LOADING)
+        self._library = self._load(folder)
+        try:
+            self.instantiate(self._library)
+        except Exception as error:
+            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from error
+        self.functions = self._library.dll
+        self.component = c_void_p(self._library.component)
+        count = len(_CATEGORIES)
+        self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*_CATEGORIES))
+        self._look_around("when it was loaded")
+
+    @abstractmethod
+    def load_class(self) -> tuple[Any, str]:
+        """Give FMPy's class for this FMI version and the name of this platform's folder."""
+
+    @abstractmethod
+    def instantiate(self, library: Any) -> None:
+        """Instantiate through FMPy, with logging into the log."""
+
+    @abstractmethod
+    def base_type(self, variable: Variable) -> tuple[str, Any] | None:
+        """Give the type by which a variable is exchanged, or None where it cannot be."""
+
+    @abstractmethod
+    def arguments(self, batch: Batch) -> tuple[Any, ...]:
+        """Give the arguments by which a batch is got and set."""
+
+    def function(self, name: str) -> Any:
+        """Find one of the FMU's functions by its name without the prefix."""
+        return getattr(self.functions, self.prefix + self.spelling.get(name, name))
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Call a function and raise unless it answers ok or warning."""
+        self._note(_CALLS.get(name, under_way.COPYING))
+        status = self.function(name)(*arguments)
+        if status > 1:
+            self.fail(name, status)
+
+    def look_around(self) -> None:
+        """After a step, put back what the FMU changed for others."""
+        self.watched = self._look_around("in a step")
+
+    def _look_around(self, when: str) -> bool:
+        changed = self._surroundings.put_back()
+        if changed:
+            told = f"{self.name}: {when} it changed {' and '.join(changed)}, which others share; put back"
+            if told not in self.remarks:
+                self.remarks.append(told)
+        return bool(changed)
+
+    def _note(self, call: int) -> None:
+        self._under_way[under_way.CALL] = 16 * self.number + call
+
+    def fail(self, name: str, status: int, variable: str | None = None) -> NoReturn:
+        """Raise for a bad status, with what the FMU logged."""
+        self._worst = max(self._worst, status)
+        kind = _STATUS.get(status, "error")
+        message = f"{self.prefix}{name} answered {kind}{self.log.tell()}"
+        self.log.clear()
+        raise SlaveError(self.name, kind, self.time, message, variable)
+
+    def end(self, function: str) -> NoReturn:
+        """Raise because the slave asked to end the simulation."""
+        message = f"{self.prefix}{function} asks to end the simulation{self.log.tell()}"
+        raise SlaveError(self.name, "terminated", self.time, message)
+
+    @abstractmethod
+    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
+        """Set up the experiment (times in s) and enter initialization mode."""
+
+    @abstractmethod
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
+        """Set time derivatives of Real inputs for the next step."""
+
+    @abstractmethod
+    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
+        """Give time derivatives of Real outputs."""
+
+    @abstractmethod
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` to `time + step_size`, both in s."""
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode."""
+        self.call("ExitInitializationMode", self.component)
+        self._look_around("during initialization")
+
+    def get(self, names: Names) -> list[Value]:
+        """Give the values of variables."""
+        values: list[Value] = []
+        self._under_way[under_way.CALL] = self._exchanging
+        for batch in self._batches.get(names) or self._prepare(names):
+            status = batch.get(*batch.arguments)
+            if status > 1:
+                self.fail("Get" + batch.base, status, self._only(batch))
+            if batch.count == len(names):
+                return batch.values[:] if batch.plain else batch.unload()
+            values += batch.unload()
+        order = self._orders[names]
+        return values if order is None else [values[place] for place in order]
+
+    def set(self, names: Names, values: Sequence[Value]) -> None:
+        """Set variables."""
+        self._under_way[under_way.CALL] = self._exchanging
+        for batch in self._batches.get(names) or self._prepare(names):
+            if batch.plain and batch.count == len(values):
+                batch.values[:] = values
+            else:
+                batch.load(values)
+            status = batch.set(*batch.arguments)
+            if status > 1:
+                self.fail("Set" + batch.base, status, self._only(batch))
+
+    def output_derivatives(
+        self, function: str, names: Names, c_order: Any, order: int, *more: int
+    ) -> list[float]:
+        """Get time derivatives of outputs."""
+        count = len(names)
+        values, orders = (c_double * count)(), (c_order * count)(*[order] * count)
+        self.call(function, self.component, self.references(names), count, orders, values, *more)
+        return values[:]
+
+    def directional_derivative(self, output: str, known: str) -> float:
+        """Get the derivative of an output by an input, the state held fixed."""
+        seed, found = c_double(1.0), c_double()
+        size = (1,) if self.prefix == "fmi3" else ()
+        ends = (self.references((output,)), 1, self.references((known,)), 1)
+        name = "GetDirectionalDerivative"
+        self.call(name, self.component, *ends, byref(seed), *size, byref(found), *size)
+        return found.value
+
+    def references(self, names: Names) -> Any:
+        """Give an array of value references."""
+        return (c_uint * len(names))(*(self.variables[name].value_reference for name in names))
+
+    def state(self, reuse: object = None) -> object:
+        """Copy the complete state, over an earlier copy where one is given."""
+        state = reuse if isinstance(reuse, c_void_p) else c_void_p()
+        self.call("GetFMUState", self.component, byref(state))
+        return state
+
+    def restore(self, state: object) -> None:
+        """Return to a copied state."""
+        self.call("SetFMUState", self.component, state)
+
+    def free(self, state: object) -> None:
+        """Release a copied state; after a fatal error nothing may be called any more."""
+        if self._worst >= 4:
+            return
+        self.call("FreeFMUState", self.component, byref(state))  # type: ignore[arg-type]
+
+    def serialize(self) -> bytes:
+        """Give the present state as bytes."""
+        state, size = self.state(), c_size_t()
+        self.call("SerializedFMUStateSize", self.component, state, byref(size))
+        data = create_string_buffer(size.value)
+        self.call("SerializeFMUState", self.component, state, self.as_bytes(data), size)
+        self.free(state)
+        return data.raw
+
+    def deserialize(self, data: bytes) -> None:
+        """Take a serialised state."""
+        state = c_void_p()
+        buffer = (c_char * len(data)).from_buffer_copy(data)
+        self.call("DeserializeFMUState", self.component, self.as_bytes(buffer), len(data), byref(state))
+        self.restore(state)
+        self.free(state)
+
+    def as_bytes(self, buffer: Any) -> Any:
+        """Give a buffer as the pointer type that this FMI version declares."""
+        return buffer
+
+    def terminate(self) -> None:
+        """End the simulation, free the instance and unload the library."""
+        if self._library is None:
+            return
+        library, self._library = self._library, None
+        self._note(under_way.ENDING)
+        # After error only freeing is allowed, after fatal nothing at all (FMI 2.0 section 2.1.3).
+        if self._worst < 3:
+            self.function("Terminate")(self.component)
+        if self._worst < 4:
+            self.function("FreeInstance")(self.component)
+            library.freeLibrary()
+        self.log.close()
+
+    def _load(self, folder: Path) -> Any:
+        slave_class, platform = self.load_class()
+        LOADED.add(str(self.info.path))
+        name, info = self.name, self.info
+        if not (folder / "binaries" / platform).is_dir():
+            offered = ", ".join(sorted(p.name for p in (folder / "binaries").glob("*"))) or "none"
+            raise InputError(
+                f"{name}: {info.path.name} holds no library for {platform} (it has: {offered}); "
+                "export it for this platform"
+            )
+        try:
+            return slave_class(
+                instanceName=name,
+                guid=info.guid,
+                modelIdentifier=info.model_identifier,
+                unzipDirectory=str(folder),
+            )
+        except Exception as error:
+            raise InputError(f"{name}: the library of {info.path.name} does not load: {error}") from error
+
+    def batches(self, names: Names) -> list[Batch]:
+        """Sort a set of variables by type, once."""
+        return self._batches.get(names) or self._prepare(names)
+
+    def _prepare(self, names: Names) -> list[Batch]:
+        batches, self._orders[names] = sorted_by_type(self.name, self.variables, names, self.base_type)
+        for batch in batches:
+            batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
+            batch.arguments = self.arguments(batch)
+        self._batches[names] = batches
+        return batches
+
+    def _only(self, batch: Batch) -> str | None:
+        """Name the variable of a batch that has but one."""
+        if batch.count != 1:
+            return None
+        return next(v.name for v in self.variables.values() if v.value_reference == batch.references[0])

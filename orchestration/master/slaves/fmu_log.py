@@ -1,0 +1,100 @@
+"""Log lines of FMUs: collected for error messages, never printed.
+
+FMPy's native proxy, which formats the variadic arguments of a log call, knows one Python callback in the
+whole process and does not keep it alive. So there is one callback here, alive as long as the process, and
+the environment pointer that each instance was given says whose line it is.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from typing import Any
+
+KEPT_LINES = 200
+_STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+
+
+class FmuLog:
+    """The last log lines of one instance.
+
+    Attributes
+    ----------
+    key : int
+        Given to the FMU as its environment.
+    """
+
+    _keys = itertools.count(1)
+    _open: dict[int, FmuLog] = {}  # noqa: RUF012
+
+    def __init__(self) -> None:
+        self.key = next(self._keys)
+        self._lines: deque[tuple[str, str]] = deque(maxlen=KEPT_LINES)
+        self._open[self.key] = self
+
+    @classmethod
+    def of(cls, key: int | None) -> FmuLog | None:
+        """Find the log that an environment pointer stands for."""
+        return cls._open.get(key or 0)
+
+    def close(self) -> None:
+        """Take no further lines."""
+        self._open.pop(self.key, None)
+
+    def add(self, status: int, message: bytes | str | None) -> None:
+        """Keep a line."""
+        text = message.decode("utf-8", "replace") if isinstance(message, bytes) else message or ""
+        name = _STATUS[status] if 0 <= status < len(_STATUS) else str(status)
+        self._lines.append((name, " ".join(text.split())))
+
+    def clear(self) -> None:
+        """Forget what was logged so far."""
+        self._lines.clear()
+
+    def tell(self) -> str:
+        """Give the lines that explain a failure: those that are not mere information, else the last few."""
+        telling = [text for status, text in self._lines if status != "ok" and text]
+        chosen = telling[-5:] or [text for _, text in self._lines if text][-3:]
+        return f"; it logged: {' | '.join(dict.fromkeys(chosen))}" if chosen else "; it logged nothing"
+
+
+def fmi2_callbacks(log: FmuLog) -> Any:
+    """Make the callback functions of an FMI 2.0 instance whose lines a log keeps.
+
+    Returns
+    -------
+    fmpy.fmi2.fmi2CallbackFunctions
+        To be kept alive until the instance is freed.
+    """
+    shared = _fmi2_shared()
+    own = type(shared).from_buffer_copy(shared)
+    own.componentEnvironment = log.key
+    return own
+
+
+_fmi2: list[Any] = []
+
+
+def _fmi2_shared() -> Any:
+    if _fmi2:
+        return _fmi2[0]
+    from ctypes import byref
+
+    from fmpy import calloc, fmi2, free
+    from fmpy.logging import addLoggerProxy
+
+    def log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        kept = FmuLog.of(environment)
+        if kept is None:
+            fmi2.printLogMessage(environment, name, status, category, message)
+        else:
+            kept.add(status, message)
+
+    callback = fmi2.fmi2CallbackLoggerTYPE(log)
+    shared = fmi2.fmi2CallbackFunctions()
+    shared.logger = callback
+    shared.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
+    shared.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
+    addLoggerProxy(byref(shared))
+    _fmi2.extend((shared, callback))
+    return shared

@@ -1,0 +1,270 @@
+"""A slave in a process of its own: its crash or its endless step is an error like any other."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import Connection as Pipe
+from pathlib import Path
+from typing import Any, NoReturn
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
+from warmlink.orchestration.system.description import Capabilities, Variable
+from warmlink.orchestration.system.model import Value
+
+Opener = Callable[[], Slave]
+
+
+@dataclass(frozen=True)
+class Isolation:
+    """What an isolated slave may take.
+
+    Attributes
+    ----------
+    time_limit : float
+        For one call (instantiating it, or a step, say), in s of wall time.
+    memory_limit : float
+        For its process, beyond what that has before the FMU is loaded, in bytes; kept on Linux.
+    """
+
+    time_limit: float = 60.0
+    memory_limit: float = 4e9
+
+
+START_LIMIT = 60.0
+"""For starting the process, before there is an FMU in it, in s."""
+
+
+@dataclass(frozen=True)
+class _Face:
+    """What the other process says of the slave once."""
+
+    variables: Mapping[str, Variable]
+    capabilities: Capabilities
+    dependencies: Mapping[str, frozenset[str]]
+    accepts_nan: frozenset[str]
+
+
+class IsolatedSlave:
+    """Passes every call on to a slave in another process.
+
+    Parameters
+    ----------
+    name : str
+        The slave's name, for messages.
+    opener : callable
+        Makes the slave; it is called in the other process and must be picklable.
+    isolation : Isolation
+        Time limits.
+
+    Raises
+    ------
+    SlaveError
+        From every method: status `crash` where the process died, `time limit` where it did not answer.
+    """
+
+    def __init__(self, name: str, opener: Opener, isolation: Isolation) -> None:
+        self.name = name
+        self.isolation = isolation
+        self._time = 0.0
+        self._failure: SlaveError | None = None
+        self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
+        self._face: _Face | None = None
+        self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
+
+    @property
+    def _known(self) -> _Face:
+        """Wait for the other process to be ready, so that many can start at once."""
+        if self._face is None:
+            self._answer("starting", START_LIMIT)
+            self._face = self._answer("instantiating", self.isolation.time_limit)
+        return self._face
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """Variables by name."""
+        return self._known.variables
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What the slave can do."""
+        return self._known.capabilities
+
+    @property
+    def dependencies(self) -> Mapping[str, frozenset[str]]:
+        """Direct feedthrough."""
+        return self._known.dependencies
+
+    @property
+    def accepts_nan(self) -> frozenset[str]:
+        """Variables for which NaN is a proper value."""
+        return self._known.accepts_nan
+
+    def connect(self) -> None:
+        """Wait until the slave is instantiated."""
+        assert self._known is not None
+
+    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
+        """Set up the experiment and enter initialization mode."""
+        self._time = start_time
+        self._ask("enter_initialization", start_time, stop_time)
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode."""
+        self._ask("exit_initialization")
+
+    def get(self, names: Names) -> list[Value]:
+        """Give the values of variables."""
+        return self._ask("get", names)
+
+    def set(self, names: Names, values: Sequence[Value]) -> None:
+        """Set variables."""
+        self._ask("set", names, list(values))
+
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
+        """Set time derivatives of inputs."""
+        self._ask("set_input_derivatives", names, order, list(values))
+
+    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
+        """Give time derivatives of outputs."""
+        return self._ask("get_output_derivatives", names, order)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance by one communication step."""
+        self._time = time
+        self._ask("step", time, step_size)
+
+    def state(self, reuse: object = None) -> object:
+        """Copy the complete state; the copy stays in the other process."""
+        return self._ask("state", reuse)
+
+    def restore(self, state: object) -> None:
+        """Return to a copied state."""
+        self._ask("restore", state)
+
+    def free(self, state: object) -> None:
+        """Release a copied state."""
+        self._ask("free", state)
+
+    def serialize(self) -> bytes:
+        """Give the present state as bytes."""
+        return self._ask("serialize")
+
+    def deserialize(self, data: bytes) -> None:
+        """Take a serialised state."""
+        self._ask("deserialize", data)
+
+    def terminate(self) -> None:
+        """End the slave and its process."""
+        patience = 0.0
+        if self._process.is_alive and self._failure is None:
+            with suppress(SlaveError):
+                self._ask("terminate")
+                patience = 5.0
+        self._process.end(patience)
+        self._failure = self._failure or SlaveError(self.name, "error", self._time, "it has been terminated")
+
+    def _ask(self, method: str, *arguments: Any) -> Any:
+        if self._face is None and method != "terminate":
+            self.connect()
+        if self._failure is not None:
+            raise self._failure
+        try:
+            self._process.ask((method, arguments))
+        except ProcessEndedError as ended:
+            self._died(method, ended)
+        return self._answer(method, self.isolation.time_limit)
+
+    def _answer(self, method: str, limit: float) -> Any:
+        if self._failure is not None:
+            raise self._failure
+        try:
+            answer = self._process.answer(limit)
+        except TimeoutError:
+            told = f"{method} has not returned within {limit:g} s; its process was ended"
+            self._fail("time limit", told)
+        except ProcessEndedError as ended:
+            self._died(method, ended)
+        if isinstance(answer, SlaveError | InputError):
+            raise answer
+        return answer
+
+    def _died(self, method: str, ended: ProcessEndedError) -> NoReturn:
+        how = f"signal {ended.signal_name}" if ended.signal_name else f"exit code {ended.code}"
+        if ended.signal_name in ("SIGABRT", "SIGKILL"):  # as where there is no more memory
+            how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
+        self._fail("crash", f"its process died in {method} ({how})")
+
+    def _fail(self, status: Any, message: str) -> NoReturn:
+        self._failure = SlaveError(self.name, status, self._time, message)
+        raise self._failure
+
+
+def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
+    """Answer calls until the other end is gone or asks to terminate."""
+    # Before the time limit begins, which is the FMU's.
+    for module in ("fmpy.fmi2", "fmpy.fmi3"):
+        importlib.import_module(module)
+    pipe.send(None)
+    _limit_memory(memory_limit)
+    own, states = os.getpid(), dict[int, object]()
+
+    def answer(action: Callable[[], Any]) -> Any:
+        try:
+            found = action()
+        except (SlaveError, InputError) as error:
+            found = error
+        except MemoryError:
+            told = f"it needs more memory than its limit of {memory_limit / 1e6:g} MB"
+            found = SlaveError(name, "error", 0.0, told)
+        if os.getpid() != own:
+            os._exit(0)  # a copy of this process, which the FMU made
+        return found
+
+    slave = answer(opener)
+    if isinstance(slave, Exception):
+        pipe.send(slave)
+        return
+    variables = dict(slave.variables)
+    pipe.send(_Face(variables, slave.capabilities, dict(slave.dependencies), slave.accepts_nan))
+    method = ""
+    while method != "terminate":
+        try:
+            method, arguments = pipe.recv()
+        except (EOFError, OSError):
+            return
+        pipe.send(answer(partial(_perform, slave, states, method, arguments)))
+
+
+def _limit_memory(more: float) -> None:
+    """Let this process take so many bytes more than it has; beyond, it is told that there is no memory."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limit = pages * resource.getpagesize() + int(more)
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    if hard == resource.RLIM_INFINITY or limit < hard:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+def _perform(slave: Slave, states: dict[int, object], method: str, arguments: tuple[Any, ...]) -> Any:
+    """Do one call; copied states are known to the other process by number."""
+    if method == "state":
+        (reuse,) = arguments
+        number = len(states) and max(states) + 1 if reuse is None else reuse
+        states[number] = slave.state(states.get(number))
+        return number
+    if method == "restore":
+        return slave.restore(states[arguments[0]])
+    if method == "free":
+        return slave.free(states.pop(arguments[0]))
+    return getattr(slave, method)(*arguments)

@@ -1,0 +1,129 @@
+"""The XML of SSP: its namespaces, and small steps of reading and writing that all its formats share.
+
+SSP 2.0 kept the namespaces of 1.0 and tells its version in an attribute. Some readers (libcosim, Ecos) know
+elements by their prefix alone, so writing always uses the standard's own prefixes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.archive import XML_LIMIT_BYTES
+from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning, read_unit
+from warmlink.orchestration.system.xml import parse_xml
+
+_BASE = "http://ssp-standard.org/SSP1/SystemStructure"
+PREFIXES = {
+    "ssd": f"{_BASE}Description",
+    "ssc": f"{_BASE}Common",
+    "ssv": f"{_BASE}ParameterValues",
+    "ssm": f"{_BASE}ParameterMapping",
+    "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
+}
+_SSP_NAMESPACE = re.compile(r"^\{http://ssp-standard\.org/SSP[12]/SystemStructure[A-Za-z]+\}")
+_VERSION = re.compile(r"^[12]\.\d+(-.*)?$")
+
+
+def local(element: Any) -> str:
+    """Give an element's name without its namespace."""
+    return str(element.tag).rpartition("}")[2]
+
+
+def children(parent: Any, name: str) -> Iterator[Any]:
+    """Give the child elements of one name."""
+    return (child for child in (() if parent is None else parent) if local(child) == name)
+
+
+def only_child(parent: Any, name: str) -> Any:
+    """Give the first child of one name, or None."""
+    return next(children(parent, name), None)
+
+
+def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> None:
+    """Refuse by name any child element that is not read.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for child in parent:
+        if local(child) not in known:
+            raise InputError(
+                f"{where}: the element {local(child)} is not supported; remove it or write it another way"
+            )
+
+
+def root_of_file(path: Path, expected: str, where: str) -> Any:
+    """Parse an SSP document that is a file of its own, and give its root.
+
+    Raises
+    ------
+    InputError
+        If it is absent, not XML, not the expected kind of document, or of an unknown version.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give the path of a file that holds a {expected}")
+    with path.open("rb") as stream:
+        # One more byte than the limit, so that the parser sees and says that it is exceeded.
+        root = parse_xml(stream.read(XML_LIMIT_BYTES + 1), where)
+    check_root(root, expected, where)
+    return root
+
+
+def check_root(root: Any, expected: str, where: str) -> None:
+    """Check the name, namespace and version of a document's root, which may stand inside another document."""
+    if local(root) != expected or not _SSP_NAMESPACE.match(str(root.tag)):
+        raise InputError(f"{where}: its root is {local(root)}, not {expected} of SSP 1.0 or 2.0")
+    version = root.get("version", "")
+    if not _VERSION.match(version):
+        raise InputError(f"{where}: version {version!r} is not supported; use SSP 1.0 or 2.0")
+
+
+def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
+    """Give the units that a `Units` element defines, by name."""
+    return {unit.name: unit for unit in (read_unit(child, where) for child in children(held, "Unit"))}
+
+
+def element(prefix: str, tag: str, /, **attributes: str) -> Any:
+    """Give a new root element that declares the prefixes of SSP."""
+    from lxml import etree
+
+    inside = ("ssv", "osp") if prefix == "ssd" else ()
+    used = {key: PREFIXES[key] for key in ("ssc", *inside, prefix)}
+    return etree.Element(f"{{{PREFIXES[prefix]}}}{tag}", attributes, nsmap=used)
+
+
+def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: str) -> Any:
+    """Add a child element and give it."""
+    from lxml import etree
+
+    return etree.SubElement(parent, f"{{{PREFIXES[prefix]}}}{tag}", attributes)
+
+
+def unit_elements(root: Any, prefix: str, units: Iterable[Unit]) -> None:
+    """Add a `Units` element with the definitions of some units, by name; nothing where there are none."""
+    ordered = sorted(units, key=lambda unit: unit.name)
+    if not ordered:
+        return
+    held = sub_element(root, prefix, "Units")
+    for unit in map(meaning, ordered):
+        base = sub_element(sub_element(held, "ssc", "Unit", name=unit.name), "ssc", "BaseUnit")
+        for key, exponent in zip(BASE_UNITS, unit.exponents or (), strict=True):
+            if exponent:
+                base.set(key, str(exponent))
+        if unit.factor != 1.0:
+            base.set("factor", repr(unit.factor))
+        if unit.offset != 0.0:
+            base.set("offset", repr(unit.offset))
+
+
+def to_bytes(root: Any) -> bytes:
+    """Give a document's bytes, the same for the same content."""
+    from lxml import etree
+
+    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))

@@ -1,0 +1,159 @@
+"""Reading other people's XML without trusting it; attribute texts as values.
+
+Nothing here expands an entity or fetches from a network; whatever is wrong becomes one `InputError` that says
+where it stands.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.archive import XML_LIMIT_BYTES, brief
+
+XML_LIMIT_TAGS = 500_000
+"""Opening and closing ones together: a tree in memory takes some hundred bytes for each."""
+
+
+def parse_xml(data: bytes, where: str) -> Any:
+    """Parse XML that declares no document type, so that there is no entity to expand or fetch.
+
+    Parameters
+    ----------
+    data
+        The document.
+    where
+        How an error names it, such as `cell.ssp: SystemStructure.ssd`.
+
+    Returns
+    -------
+    lxml.etree._Element
+        The root, without comments and processing instructions.
+
+    Raises
+    ------
+    InputError
+        If it is not well formed or declares a document type.
+    """
+    from lxml import etree
+
+    if len(data) > XML_LIMIT_BYTES:
+        raise InputError(f"{where}: is larger than {XML_LIMIT_BYTES >> 20} MiB, the limit; make it smaller")
+    # As many as there may be attributes; in other encodings the limit is not lower.
+    if data.count(b"<") > XML_LIMIT_TAGS or data.count(b"=") > 4 * XML_LIMIT_TAGS:
+        raise InputError(
+            f"{where}: has more than {XML_LIMIT_TAGS} tags or {4 * XML_LIMIT_TAGS} attributes, the limit; "
+            "make it smaller"
+        )
+    # Before parsing, for every encoding in which the characters are one or two bytes wide.
+    if b"<!DOCTYPE" in data.replace(b"\0", b"").upper():
+        raise InputError(f"{where}: declares a document type, which could hold entities; remove the DOCTYPE")
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        root = etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError) as fault:
+        raise InputError(f"{where}: not well-formed XML ({brief(fault)}); make it anew") from fault
+    if root is None or root.getroottree().docinfo.internalDTD is not None:
+        raise InputError(f"{where}: empty, or declares a document type, which could hold entities")
+    return root
+
+
+def required(element: Any, name: str, where: str) -> str:
+    """Give an attribute that the standard demands.
+
+    Raises
+    ------
+    InputError
+        If it is absent.
+    """
+    text = element.get(name)
+    if text is None:
+        raise InputError(f"{where}: {_tag(element)} lacks its attribute {name}")
+    return str(text)
+
+
+def any_number(text: str, where: str) -> float:
+    """Give a number that may be NaN or infinite, as an xs:double may.
+
+    Raises
+    ------
+    InputError
+        If the text is no number.
+    """
+    try:
+        if "_" not in text:
+            return float(text)
+    except ValueError:
+        pass
+    raise InputError(f"{where}: {text!r} is not a number")
+
+
+def number(text: str, where: str) -> float:
+    """Give a finite number.
+
+    Raises
+    ------
+    InputError
+        If the text is no number, or NaN or infinite.
+    """
+    value = any_number(text, where)
+    if not math.isfinite(value):
+        raise InputError(f"{where}: {text!r} is not a finite number")
+    return value
+
+
+def integer(text: str, where: str) -> int:
+    """Give an integer of at most 64 bits.
+
+    Raises
+    ------
+    InputError
+        If the text is none.
+    """
+    try:
+        value = int(text)
+    except ValueError:
+        value = 1 << 64
+    if not -(1 << 63) <= value < 1 << 64 or "_" in text:
+        raise InputError(f"{where}: {text!r} is not an integer of 64 bits")
+    return value
+
+
+def optional_number(element: Any, name: str, where: str) -> float | None:
+    """Give an attribute as a finite number, or None where it is absent."""
+    text = element.get(name)
+    return None if text is None else number(text, f"{where}: {name}")
+
+
+def optional_integer(element: Any, name: str, where: str) -> int | None:
+    """Give an attribute as an integer, or None where it is absent."""
+    text = element.get(name)
+    return None if text is None else integer(text, f"{where}: {name}")
+
+
+def boolean(element: Any, name: str, where: str, default: bool) -> bool:
+    """Give an attribute as a truth value, or the default where it is absent.
+
+    Raises
+    ------
+    InputError
+        If it is neither true nor false (nor 1 nor 0).
+    """
+    text = element.get(name)
+    if text is None:
+        return default
+    if text.strip() not in ("true", "false", "1", "0"):
+        raise InputError(f"{where}: {name} is {text!r}, neither true nor false")
+    return text.strip() in ("true", "1")
+
+
+def _tag(element: Any) -> str:
+    return str(element.tag).rpartition("}")[2]
