@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.effects import CHANNELS, EFFECTS, effect_of
-from warmlink.orchestration.diagnosis.hidden import Segment
-from warmlink.orchestration.diagnosis.hide import (
+from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden import Segment
+from warmlink.orchestration.diagnosis.practice.hide import (
     INFORMATIVE,
     MOVING,
     REAL,
@@ -24,8 +24,8 @@ from warmlink.orchestration.diagnosis.hide import (
 )
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.experiment import Experiment
-    from warmlink.orchestration.diagnosis.verdict import Assessment
+    from warmlink.orchestration.diagnosis.data.experiment import Experiment
+    from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
 _TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""
@@ -204,8 +204,8 @@ def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
 
 def trial(task: tuple[str, int, int]) -> Trial:
     """Carry out one trial, given its kind, the bench's seed and its number."""
-    from warmlink.orchestration.diagnosis.gain import Scores
-    from warmlink.orchestration.diagnosis.verdict import assess, names
+    from warmlink.orchestration.diagnosis.answer.gain import Scores
+    from warmlink.orchestration.diagnosis.fit.verdict import assess, names
 
     kind_name, seed, i = task
     kind = KINDS[kind_name]
@@ -267,9 +267,9 @@ def _followed(
     Whether that names the truth, or says that nothing is wrong; and whether it does, or leaves beside the
     truth only what the proposal said that nothing tells from it. None where there was nothing to carry out.
     """
-    from warmlink.orchestration.diagnosis.experiment import together
-    from warmlink.orchestration.diagnosis.next_experiment import next_experiment
-    from warmlink.orchestration.diagnosis.verdict import assess, names
+    from warmlink.orchestration.diagnosis.answer.next_experiment import next_experiment
+    from warmlink.orchestration.diagnosis.data.experiment import together
+    from warmlink.orchestration.diagnosis.fit.verdict import assess, names
 
     proposed = next_experiment(found, experiment)
     if proposed is None or not proposed.duty:
@@ -290,7 +290,7 @@ def _followed(
 
 
 def _written_and_read(columns: dict[str, Any]) -> Experiment:
-    from warmlink.orchestration.diagnosis.experiment import read_experiment
+    from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.csv"

@@ -8,7 +8,7 @@ from warmlink.orchestration.arm.library import arm_scenario_names
 from warmlink.orchestration.arm.scenario import load_arm_scenario
 from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
-from warmlink.orchestration.diagnosis.effects import about_effects
+from warmlink.orchestration.diagnosis.practice.effects import about_effects
 from warmlink.orchestration.master.algorithms import ALGORITHMS, about
 from warmlink.orchestration.scenarios.scenario import load_scenario, scenario_names
 from warmlink.orchestration.studies import mismatch

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.effects import CHANNELS
-from warmlink.orchestration.diagnosis.hidden import COLD, Segment, Truth, simulate
-from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, write_csv
-from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.practice.effects import CHANNELS
+from warmlink.orchestration.diagnosis.practice.hidden import COLD, Segment, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, write_csv
 
 Columns = dict[str, np.ndarray]
 

@@ -1,9 +1,9 @@
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
-from warmlink.orchestration.diagnosis.cause import catalogue
-from warmlink.orchestration.diagnosis.instruments import CLOCK
-from warmlink.orchestration.diagnosis.rigs import RIGS, rig
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+from warmlink.orchestration.diagnosis.data.rig import RIGS, rig
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK
 from warmlink.orchestration.system.shipped import SHIPPED
 
 PROMISED = (

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.cause import catalogue
-from warmlink.orchestration.diagnosis.equations import Equations
-from warmlink.orchestration.diagnosis.forward import Forward
-from warmlink.orchestration.diagnosis.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
-from warmlink.orchestration.diagnosis.hidden import Segment, Truth, simulate
-from warmlink.orchestration.diagnosis.hide import INFORMATIVE
-from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.rigs import rig
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.diagnosis.model.equations import Equations
+from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.practice.hidden import Segment, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
 
 OUTPUTS = (
     "motor.shaft_temperature",

@@ -10,13 +10,13 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.diagnosis import hidden, hidden_fea
-from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of, ordinary
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.hidden import Course, Segment, Truth
-from warmlink.orchestration.diagnosis.hidden_fea import carried, hide_with_fea
-from warmlink.orchestration.diagnosis.hide import INFORMATIVE, write_csv
-from warmlink.orchestration.diagnosis.verdict import Assessment, assess
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
+from warmlink.orchestration.diagnosis.practice import hidden, hidden_fea
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of, ordinary
+from warmlink.orchestration.diagnosis.practice.hidden import Course, Segment, Truth
+from warmlink.orchestration.diagnosis.practice.hidden_fea import carried, hide_with_fea
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, write_csv
 
 TEMPERATURES = ("shaft", "winding", "base", "middle", "tip")
 DUTY = list(INFORMATIVE)

@@ -9,10 +9,10 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.diagnosis.effects import EFFECTS, about_effects, effect_of
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.hide import STILL, duty_of, hide, write_csv
-from warmlink.orchestration.diagnosis.verdict import assess
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, about_effects, effect_of
+from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
 
 DUTY = (
     "time [s],speed [rad/s],torque [N.m],pad_temperature [degC]\n0,3,2,\n613,0,0,40\n1801,1,4,\n3600,1,4,\n"

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.duties import DUTIES, length, run_of
-from warmlink.orchestration.diagnosis.experiment import read_experiment, read_runs, together
-from warmlink.orchestration.diagnosis.hidden import Segment
-from warmlink.orchestration.diagnosis.hide import STILL, hide, write_csv
-from warmlink.orchestration.diagnosis.next_experiment import LONGEST, Proposed, next_experiment
-from warmlink.orchestration.diagnosis.separation import chances
-from warmlink.orchestration.diagnosis.verdict import assess
+from warmlink.orchestration.diagnosis.answer.duties import DUTIES, length, run_of
+from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.separation import chances
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
+from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.practice.hidden import Segment
+from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 
 
 def test_a_proposal_tells_its_cycle_and_how_often() -> None:
