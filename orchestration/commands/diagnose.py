@@ -33,7 +33,7 @@ def diagnose_command(
                 raise InputError(f"{path}: a run of the whole arm stands alone; diagnose it by itself")
             if assumed or settings:
                 raise InputError(
-                    f"{path}: a run of the whole arm has every input, and is held against the shipped arm; "
+                    f"{path}: a run of the whole arm has every input, and is compared with the shipped arm; "
                     "leave --assume and --set out"
                 )
             _diagnose_arm(path, folder, as_json)
@@ -67,9 +67,10 @@ def _told_what_is_lost(folder: Path) -> Iterator[None]:
     """Turn a failure to write into a sentence: what was found was printed before it."""
     try:
         yield
-    except OSError as fault:
+    except (OSError, InputError) as fault:
+        reason = fault.strerror if isinstance(fault, OSError) else None
         raise InputError(
-            f"{folder}: cannot be written ({fault.strerror or fault}): the answer above is all there is, its "
+            f"{folder}: cannot be written ({reason or fault}): the answer above is all there is, its "
             "report and extended model are lost; make room or choose another --out, and run it again"
         ) from None
 

@@ -140,6 +140,36 @@ class Linearised:
         for i, array in enumerate((self.rates, self.by_state, self.by_slot)):
             self._buffer.set_res(i, memoryview(array.reshape(-1)))  # type: ignore[arg-type]
 
+    def averaged(
+        self, x: Vector, time: float, acting: Sequence[tuple[Vector, float]]
+    ) -> tuple[Vector, Vector, Vector]:
+        """Rates and their derivatives by state and by slot, averaged over the inputs that act in a step.
+
+        Parameters
+        ----------
+        x : states, shape (n,)
+        time : s
+        acting : inputs, shape (externals,), each with its share of the step
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Rates, and the derivatives, which the next call may overwrite.
+        """
+        self.x[:], self.time[0] = x, time
+        if len(acting) == 1:
+            self.w[:] = acting[0][0]
+            self.evaluate()
+            return self.rates.copy(), self.by_state, self.by_slot
+        slopes, by_state, by_slot = (np.zeros_like(a) for a in (self.rates, self.by_state, self.by_slot))
+        for inputs, share in acting:
+            self.w[:] = inputs
+            self.evaluate()
+            slopes += share * self.rates
+            by_state += share * self.by_state
+            by_slot += share * self.by_slot
+        return slopes, by_state, by_slot
+
 
 class _Symbols:
     """A rig's rates, start values and outputs as expressions; slots stand in place of what they free."""

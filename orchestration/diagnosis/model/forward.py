@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
-from warmlink.fmus.packaging.integrator import GAMMA
+from warmlink.fmus.packaging.integrator import GAMMA, ros2
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.values import is_discrete
 from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
-from warmlink.orchestration.diagnosis.model.step_control import controlled
+from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite
 
 Vector = NDArray[np.float64]
 
@@ -132,10 +132,7 @@ class Forward:
             scaled = (GAMMA * step) * jacobian
             if not np.abs(scaled - kept).max() < _STALE:
                 kept, inverse = scaled, np.linalg.inv(identity - scaled)
-            k1 = inverse @ first
-            second, _ = self._slopes(rates, joined + step * k1, time[k + 1], shares)
-            k2 = inverse @ (second - 2 * k1)
-            joined = joined + step * (1.5 * k1 + 0.5 * k2)
+            joined = self._stepped(rates, joined, first, inverse, k)
             states[k + 1] = joined
             same = k + 1 < count and self.steps.shares[k + 1][0][0] == shares[-1][0] and len(shares) == 1
             if same and len(self.steps.shares[k + 1]) == 1:
@@ -146,24 +143,22 @@ class Forward:
         right[following] = left[1:][following[:-1]]
         return states, left, right
 
+    def _stepped(self, rates: Linearised, joined: Vector, first: Vector, inverse: Vector, k: int) -> Vector:
+        """States and sensitivities after a step that begins with the slopes `first`."""
+        start, end = self.steps.time[k : k + 2]
+
+        def slope_ahead(ahead: Vector) -> Vector:
+            return self._slopes(rates, ahead, end, self.steps.shares[k])[0]
+
+        after: Vector = ros2(first, inverse.__matmul__, slope_ahead, joined, end - start)
+        return after
+
     def _slopes(
         self, rates: Linearised, joined: Vector, time: float, shares: Sequence[tuple[int, float]]
     ) -> tuple[Vector, Vector]:
         """Slopes of states and sensitivities, shape as `joined`, and the Jacobian, averaged over inputs."""
-        rates.x[:], rates.time[0] = joined[:, 0], time
-        if len(shares) == 1:
-            rates.w[:] = self.steps.inputs[:, shares[0][0]]
-            rates.evaluate()
-            slopes, jacobian, by_slot = rates.rates, rates.by_state, rates.by_slot
-        else:
-            slopes = np.zeros_like(rates.rates)
-            jacobian, by_slot = np.zeros_like(rates.by_state), np.zeros_like(rates.by_slot)
-            for column, share in shares:
-                rates.w[:] = self.steps.inputs[:, column]
-                rates.evaluate()
-                slopes = slopes + share * rates.rates
-                jacobian = jacobian + share * rates.by_state
-                by_slot = by_slot + share * rates.by_slot
+        acting = [(self.steps.inputs[:, column], share) for column, share in shares]
+        slopes, jacobian, by_slot = rates.averaged(joined[:, 0], time, acting)
         result = jacobian @ joined
         result[:, 0] = slopes
         result[:, 1:] += by_slot[:, : self._slots]
@@ -186,11 +181,7 @@ class Forward:
         k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(self.steps.shares) - 1)
         length = (time[k + 1] - time[k])[:, None, None]
         s = np.clip((times - time[k]) / (time[k + 1] - time[k]), 0.0, 1.0)[:, None, None]
-        value = (
-            (1 + 2 * s) * (1 - s) ** 2 * through[k]
-            + s**2 * (3 - 2 * s) * through[k + 1]
-            + length * (s * (1 - s) ** 2 * slope_left[k] - s**2 * (1 - s) * slope_right[k])
-        )
+        value = hermite(s, length, through[k], through[k + 1], slope_left[k], slope_right[k])
         y, left_y, right_y = through[:, :, 0], slope_left[:, :, 0], slope_right[:, :, 0]
         h, s = length[:, :, 0], s[:, :, 0]
         slope = (

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.diagnosis.data.rig import AT_SENSOR, Rig
 
 FIRST = 60.0
 """s whose readings are averaged."""
@@ -17,9 +17,7 @@ FIRST = 60.0
 _ENOUGH, _CLEARLY = 5, 4.0
 """Readings that make a line, and standard errors of its slope that make it clear."""
 
-_AT_SENSOR = {"link.base_temperature": 1, "link.tip_temperature": 3} | {
-    f"link.sensor_temperature[{i}]": i for i in range(1, SENSORS + 1)
-}
+_AT_SENSOR = {**AT_SENSOR, **{f"link.sensor_temperature[{i}]": i for i in range(1, SENSORS + 1)}}
 
 
 def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, float]:

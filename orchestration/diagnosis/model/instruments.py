@@ -40,7 +40,7 @@ class Channel:
 
 def channel_of(rig: Rig, output: str) -> Channel | None:
     """Variables of the sensor or camera that reads an output; empty names where it has no such variable."""
-    reading = rig.readings_of(output)
+    reading = rig.readings.get(output)
     if reading is None:
         return None
     if reading == "camera":

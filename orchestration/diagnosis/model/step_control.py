@@ -1,4 +1,4 @@
-"""Steps whose error is known: each is held against two shorter ones on the inputs as they were logged.
+"""Steps whose error is known: each is compared with two shorter ones on the inputs as they were logged.
 
 Along the run with nothing freed. A step that errs is cut in two, and cut again; inputs that change within a
 step are put together to their mean only where that is seen to change nothing.
@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.packaging.integrator import GAMMA
+from warmlink.fmus.packaging.integrator import GAMMA, ros2
 from warmlink.orchestration.diagnosis.model.equations import Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Shares, Steps, layout
 
@@ -44,6 +44,14 @@ def controlled(rates: Linearised, levels: Levels, x: Vector, resolution: Resolut
     return control.steps()
 
 
+def hermite(
+    s: float | Vector, length: float | Vector, first: Vector, last: Vector, slope: Vector, last_slope: Vector
+) -> Vector:
+    """Cubic in time through values and slopes at both ends of a step, at the share `s` of its length in s."""
+    value = (1 + 2 * s) * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * last
+    return value + length * (s * (1 - s) ** 2 * slope - s**2 * (1 - s) * last_slope)
+
+
 @dataclass(frozen=True)
 class _Step:
     """One step: times in s, states and their slopes at both ends."""
@@ -64,8 +72,7 @@ class _Step:
         """States within the step, as rows are read there."""
         length = self.end - self.start
         s = (time - self.start) / length
-        value = (1 + 2 * s) * (1 - s) ** 2 * self.x + s**2 * (3 - 2 * s) * self.reached
-        return np.asarray(value + length * (s * (1 - s) ** 2 * self.first - s**2 * (1 - s) * self.last))
+        return hermite(s, length, self.x, self.reached, self.first, self.last)
 
 
 class _Control:
@@ -112,22 +119,11 @@ class _Control:
         else:
             acting = [(mean, 1.0)]
         step = end - start
-        first, jacobian = self._slopes(x, start, acting)
+        first, jacobian, _ = self._rates.averaged(x, start, acting)
         inverse = np.linalg.inv(self._identity - (GAMMA * step) * jacobian)
-        k1 = inverse @ first
-        second, _ = self._slopes(x + step * k1, end, acting)
-        reached = x + step * (1.5 * k1 + 0.5 * (inverse @ (second - 2 * k1)))
-        last, _ = self._slopes(reached, end, acting)
-        return _Step(start, end, x, reached, first, last)
 
-    def _slopes(self, x: Vector, time: float, acting: list[tuple[Vector, float]]) -> tuple[Vector, Vector]:
-        """Rates and their Jacobian, averaged over the inputs."""
-        rates = self._rates
-        rates.x[:], rates.time[0] = x, time
-        slopes, jacobian = np.zeros_like(rates.rates), np.zeros_like(rates.by_state)
-        for values, share in acting:
-            rates.w[:] = values
-            rates.evaluate()
-            slopes += share * rates.rates
-            jacobian += share * rates.by_state
-        return slopes, jacobian
+        def slope_ahead(ahead: Vector) -> Vector:
+            return self._rates.averaged(ahead, end, acting)[0]
+
+        reached = ros2(first, inverse.__matmul__, slope_ahead, x, step)
+        return _Step(start, end, x, reached, first, slope_ahead(reached))

@@ -85,7 +85,7 @@ def test_hide_refuses_in_one_sentence(
 ) -> None:
     Path("shift.csv").write_text(DUTY)
     Path("power.toml").write_text('stop_time = "1 h"\n[[segment]]\nduration = "1 h"\npad_power = "20 W"\n')
-    Path("long.toml").write_text('stop_time = "9000 h"\n[[segment]]\nduration = "1 h"\n')
+    Path("long.toml").write_text('stop_time = "4000 h"\n[[segment]]\nduration = "1 h"\n')
     code, _, err = ended(["hide", *arguments], monkeypatch, capsys)
     assert code == 2
     assert said in err
@@ -136,8 +136,8 @@ def test_a_folder_that_is_not_there_is_a_sentence() -> None:
     "where",
     [
         "warmlink.orchestration.files.tempfile.mkdtemp",
-        "warmlink.orchestration.diagnosis.diagnose.write_ssv_of",
-        "warmlink.orchestration.diagnosis.diagnose.write_ssp_of",
+        "warmlink.orchestration.report.diagnosis.write_ssv_of",
+        "warmlink.orchestration.report.diagnosis.write_ssp_of",
         "pathlib.Path.write_text",
         "pathlib.Path.replace",
     ],
@@ -147,7 +147,7 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
 ) -> None:
     write_csv(hide({}, STILL, seed=0), Path("run.csv"))
     monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
-    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr("warmlink.orchestration.report.diagnosis.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr(where, full)
     code, out, err = ended(["diagnose", "run.csv", "--out", "found"], monkeypatch, capsys)
     assert code == 2

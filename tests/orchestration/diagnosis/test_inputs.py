@@ -129,7 +129,7 @@ def test_remarks_stand_in_json_on_the_page_and_on_the_terminal(
 ) -> None:
     path = written(tmp_path, without(whole, "ambient_temperature"))
     monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
-    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr("warmlink.orchestration.report.diagnosis.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr("sys.argv", ["warmlink", "diagnose", str(path), "--out", str(tmp_path / "out")])
     with suppress(SystemExit):  # which typer raises with 0 when all is well
         main()

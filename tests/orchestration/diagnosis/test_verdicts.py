@@ -167,7 +167,7 @@ def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
 
 
 def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
-    found = named.to_json("extended.ssv")
+    found = json_content(named, "extended.ssv")
     assert list(found)[:4] == ["verdict", "causes", "ambiguous", "next_experiment"]
     assert {"wrong", "gain", "extended"} <= set(found)
     cause = found["causes"][0]
