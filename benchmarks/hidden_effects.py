@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, EFFECTS, effect_of
-from warmlink.orchestration.diagnosis.practice.hidden import Segment
 from warmlink.orchestration.diagnosis.practice.hide import (
     INFORMATIVE,
     MOVING,
@@ -22,6 +21,7 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
     write_csv,
 )
+from warmlink.orchestration.scenarios.duty import Segment
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -274,11 +274,7 @@ def _followed(
     proposed = next_experiment(found, experiment)
     if proposed is None or not proposed.duty:
         return None, None
-    duty = [
-        Segment(s.duration_s, s.speed, s.torque, s.pad_temperature, s.ambient_temperature)
-        for s in proposed.duty
-    ]
-    again = assess(together([experiment, _written_and_read(hide(effects, duty, seed=seed))]))
+    again = assess(together([experiment, _written_and_read(hide(effects, proposed.duty, seed=seed))]))
     if not effects:
         return again.word == "adequate", again.word == "adequate"
     left = set(names([again.best, *again.rivals])) if again.word in ("named", "ambiguous") else set()

@@ -115,6 +115,7 @@ def hide_command(
         hide,
         write_csv,
     )
+    from warmlink.orchestration.scenarios.duty import length
 
     if solver not in (GRID, FEA):
         raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
@@ -151,7 +152,7 @@ def hide_command(
     else:
         columns = hide(strengths, segments, noise=kinds[noise], seed=seed)
     write_csv(columns, out)
-    hours = sum(segment.duration for segment in segments) / 3600
+    hours = length(segments) / 3600
     answer(
         f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
     )

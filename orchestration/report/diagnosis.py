@@ -257,10 +257,10 @@ def _next(proposed: Proposed | None) -> list[Section]:
     cycle, times = proposed.cycle
     rows = [
         (
-            f"{stage.duration_s / 60:.0f}",
+            f"{stage.duration / 60:.0f}",
             f"{stage.speed:.2f}",
             f"{stage.torque:.1f}",
-            "-" if stage.pad_temperature is None else f"{stage.pad_temperature - 273.15:.0f}",
+            "-" if np.isnan(stage.pad) else f"{stage.pad - 273.15:.0f}",
         )
         for stage in cycle
     ]

@@ -11,6 +11,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
+from warmlink.orchestration.scenarios.duty import Segment
 from warmlink.orchestration.system.units import Unit, conversion
 
 SHOWN = {"K": 1.0, "um": 1e6, "mm": 1e3, "m": 1.0}
@@ -43,7 +44,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "next_experiment": None
         if proposed is None
         else {
-            "duty": [vars(stage) for stage in proposed.duty],
+            "duty": [_stage(segment) for segment in proposed.duty],
             "why": proposed.why,
             "expected_separation_sigma": proposed.expected_separation_sigma,
             "expected_chance": proposed.expected_chance,
@@ -58,6 +59,16 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "remarks": list(diagnosis.experiment.remarks),
+    }
+
+
+def _stage(segment: Segment) -> dict[str, float | None]:
+    return {
+        "duration_s": segment.duration,
+        "speed": segment.speed,
+        "torque": segment.torque,
+        "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+        "ambient_temperature": segment.ambient_temperature,
     }
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.ambiguity import Titles, differences
-from warmlink.orchestration.diagnosis.answer.duties import DUTIES, Stage, length, run_of
+from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
 from warmlink.orchestration.diagnosis.answer.separation import Foreseen, chances
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, Averaging
@@ -24,6 +24,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.scenarios.duty import Segment, length
 
 Vector = NDArray[np.float64]
 Pair = tuple[Titles, Titles]
@@ -56,21 +57,21 @@ class Proposed:
 
     Attributes
     ----------
-    duty : stages in order; empty where another kind of run is asked for, or nothing helps
+    duty : segments in order; empty where another kind of run is asked for, or nothing helps
     why : what it tells apart
     expected_separation_sigma : of the two nearest members that it tells apart
     expected_chance : of naming the cause, but for those that nothing tells apart
     alike : pairs of sets of causes that no feasible duty cycle tells apart
     """
 
-    duty: tuple[Stage, ...]
+    duty: tuple[Segment, ...]
     why: str
     expected_separation_sigma: float
     expected_chance: float
     alike: tuple[tuple[str, str], ...] = ()
 
     @property
-    def cycle(self) -> tuple[tuple[Stage, ...], int]:
+    def cycle(self) -> tuple[tuple[Segment, ...], int]:
         """Shortest cycle that the duty repeats, and how often."""
         count = len(self.duty)
         for size in range(1, count):
@@ -136,7 +137,7 @@ class _Design:
         self._needed: Vector = price[: self.members, None] - price + alike
         self._doubt = np.array([1 / np.sqrt(max(search.null.chi2 - fit.chi2, 1.0)) for fit in members])
 
-    def separations(self, duty: Sequence[Stage]) -> Vector:
+    def separations(self, duty: Sequence[Segment]) -> Vector:
         """Separation of each model from each member as the truth, shape (members, models)."""
         problem, experiment = self._assessment.problem, self._experiment
         measured = self._first
@@ -166,7 +167,7 @@ class _Design:
         return min(float(self._weights @ total), 1.0)
 
 
-def _feasible(duty: Sequence[Stage]) -> list[int]:
+def _feasible(duty: Sequence[Segment]) -> list[int]:
     return [n for n in ROUNDS if n * length(duty) <= LONGEST]
 
 
@@ -187,8 +188,8 @@ def _soonest(design: _Design, table: Vector) -> tuple[int, int]:
 
 
 def _long_enough(
-    design: _Design, cycle: tuple[Stage, ...], rounds: int, never: NDArray[np.bool_]
-) -> tuple[tuple[Stage, ...], Vector, float]:
+    design: _Design, cycle: tuple[Segment, ...], rounds: int, never: NDArray[np.bool_]
+) -> tuple[tuple[Segment, ...], Vector, float]:
     """The cycle repeated from so many rounds on until it is sure; its separations, and the chance."""
     for rounds in (n for n in _feasible(cycle) if n >= rounds):
         separations = np.where(never, np.inf, design.separations(cycle * rounds))

@@ -24,7 +24,8 @@ from warmlink.orchestration.diagnosis.data.table import (
     require,
     times,
 )
-from warmlink.orchestration.diagnosis.data.values import column_parts, is_discrete, is_temperature
+from warmlink.orchestration.diagnosis.data.values import is_discrete, is_temperature
+from warmlink.orchestration.scenarios.quantity import heading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -134,7 +135,7 @@ def read_run(
         elif scalar.start is None:
             refuse_implausible(path, header, values, scalar.variable.unit)
             readings[variable] = values
-            columns.append(Column((column_parts(header) or (header,))[0], unit, variable))
+            columns.append(Column(heading(header)[0], unit, variable))
         else:
             raise InputError(
                 f"{path.name}: column {header!r}: {variable} is neither an input nor an output; "
@@ -189,7 +190,7 @@ def _wanted(
         require(path, table, header)
     wanted = dict(channels)
     for header in map(str, table.columns):
-        name, unit = column_parts(header) or (header.strip(), None)
+        name, unit = heading(header)
         if header in channels or header in covariates or is_time(header):
             continue
         if unit is None and (name in rig.columns or not channels):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
-from warmlink.orchestration.diagnosis.data.values import column_parts, converter
+from warmlink.orchestration.scenarios.quantity import converter, heading
 from warmlink.orchestration.text_files import measured_text
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def read_table(path: Path) -> pd.DataFrame:
 
 def is_time(header: str) -> bool:
     """Whether a header is that of the time."""
-    return (column_parts(header) or ("",))[0] == TIME
+    name, unit = heading(header)
+    return name == TIME and unit is not None
 
 
 def require(path: Path, table: pd.DataFrame, header: str) -> None:
@@ -113,10 +114,10 @@ def column(
     """
     import pandas as pd
 
-    parts = column_parts(header)
-    if parts is None:
+    _, unit = heading(header)
+    if unit is None:
         raise InputError(f"{path.name}: column {header!r} has no unit; head it as `name [unit]`")
-    conversion = converter(parts[1], si_unit, not temperature, f"{path.name}: column {header!r}")
+    conversion = converter(unit, si_unit, f"{path.name}: column {header!r}", difference=not temperature)
     cells: Any = table[header]
     numbers = pd.to_numeric(cells, errors="coerce")
     wrong = np.flatnonzero((numbers.isna() & cells.notna()).to_numpy())
@@ -133,7 +134,7 @@ def column(
             f"{path.name}: row {endless[0] + 2}, column {header!r}: the value is not finite; "
             "correct it or leave the cell empty"
         )
-    return conversion.factor * values + conversion.offset, parts[1]
+    return conversion.factor * values + conversion.offset, unit
 
 
 def held(path: Path, header: str, values: Vector, empty_is_off: bool) -> Vector:

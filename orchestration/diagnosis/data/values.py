@@ -6,18 +6,14 @@ variable is the one or the other is read from its declaration.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.component import Input
 from warmlink.orchestration.scenarios.quantity import quantity
-from warmlink.orchestration.system.units import Conversion, Unit, conversion, parse_unit
 
 if TYPE_CHECKING:
     from warmlink.fmus.packaging.component import Scalar
-
-_HEADER = re.compile(r"\s*(.+?)\s*\[(.*)\]\s*$")
 
 
 def is_temperature(scalar: Scalar) -> bool:
@@ -29,26 +25,6 @@ def is_discrete(scalar: Scalar) -> bool:
     """Whether the values of an input are names, as 0 for off and 2 for held, of which there is no mean."""
     variable = scalar.variable
     return isinstance(variable, Input) and (variable.discrete or variable.type != "Real")
-
-
-def column_parts(header: str) -> tuple[str, str] | None:
-    """Name and unit of a column headed `name [unit]`; None where the header has no unit."""
-    match = _HEADER.match(header)
-    return (match.group(1), match.group(2).strip()) if match else None
-
-
-def converter(unit: str, si_unit: str, difference: bool, where: str) -> Conversion:
-    """Conversion from a unit as written to an SI unit as declared.
-
-    Raises
-    ------
-    InputError
-        The unit is not known, or is of another quantity.
-    """
-    try:
-        return conversion(parse_unit(unit), Unit(si_unit), difference)
-    except InputError as fault:
-        raise InputError(f"{where}: {fault}; give it in a unit like {si_unit}") from fault
 
 
 def to_si(text: object, scalar: Scalar, where: str, difference: bool = False) -> float:

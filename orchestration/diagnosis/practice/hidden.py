@@ -1,4 +1,4 @@
-"""The truth behind a made-up run, by equations of its own: nothing here comes from the shipped components.
+"""The truth behind a made-up run, by equations of its own: none of them is that of a shipped component.
 
 Motor of two lumps on a rod by the method of lines: linear finite elements with lumped masses on a fine
 mesh, integrated by LSODA with tight tolerances. Every effect that a run may hide is a field of `Truth`.
@@ -12,21 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.scenarios.duty import Segment
+
 Vector = NDArray[np.float64]
 
 COLD = 295.15
 """K, at which every made-up run begins."""
-
-
-@dataclass(frozen=True)
-class Segment:
-    """Part of a duty cycle: duration in s, speed in rad/s, torque in N.m, temperatures in K."""
-
-    duration: float
-    speed: float
-    torque: float
-    pad: float | None = None
-    ambient: float = COLD
 
 
 def _none(time: float) -> float:
@@ -162,7 +153,7 @@ def simulate(truth: Truth, duty: list[Segment], times: Vector, elements: int = 1
 
 def surroundings(truth: Truth, duty: Segment, time: float) -> float:
     """True ambient temperature in K at a time in s."""
-    return duty.ambient + truth.ambient_offset + truth.ambient_drift * time + truth.room(time)
+    return duty.ambient_temperature + truth.ambient_offset + truth.ambient_drift * time + truth.room(time)
 
 
 def convection(truth: Truth, duty: Segment) -> float:
@@ -181,7 +172,7 @@ def motor_rates(
     iron = 0.15 * duty.speed**2
     level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
     rubbing = level * (1.5 + 0.6 * duty.speed) * duty.speed + truth.drag * duty.speed**3
-    pad = 0.0 if duty.pad is None else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
+    pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
     inward = 0.8 * (winding - shaft)
     warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
     return ((copper + iron - inward) / 200, (warming - 1.0 * (shaft - air) - into_link) / 1500), into_link

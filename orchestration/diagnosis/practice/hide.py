@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.table import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
-from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Segment, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER
+from warmlink.orchestration.scenarios.duty import PAD_POWER, Segment, demands_at, length
 from warmlink.orchestration.scenarios.scenario import load_scenario
 
 Vector = NDArray[np.float64]
@@ -46,22 +45,22 @@ WHITE = Noise()
 REAL = Noise(correlated=0.3, quantum=0.1, spikes=0.002)
 
 INFORMATIVE: tuple[Segment, ...] = (
-    Segment(300, 0.0, 0.0),
+    Segment(300),
     Segment(1200, 3.43, 2.5),
-    Segment(480, 0.0, 0.0, ambient=COLD + 2),
-    Segment(720, 0.0, 0.0, pad=COLD + 25, ambient=COLD + 2),
-    Segment(480, 1.2, 5.0, ambient=COLD + 1),
-    Segment(600, 0.0, 0.0, ambient=COLD + 1),
-    Segment(720, 4.5, 0.5, ambient=COLD - 1),
-    Segment(600, 0.0, 4.0, ambient=COLD - 1),
+    Segment(480, ambient_temperature=COLD + 2),
+    Segment.with_pad(720, COLD + 25, ambient_temperature=COLD + 2),
+    Segment(480, 1.2, 5.0, COLD + 1),
+    Segment(600, ambient_temperature=COLD + 1),
+    Segment(720, 4.5, 0.5, COLD - 1),
+    Segment(600, 0.0, 4.0, COLD - 1),
     Segment(900, 2.2, 3.2),
-    Segment(600, 0.0, 0.0),
-    Segment(600, 3.43, 2.5, ambient=COLD + 1),
+    Segment(600),
+    Segment(600, 3.43, 2.5, COLD + 1),
 )
 """Two hours in which every cause shows: rest, pad, torque without speed, speed without torque."""
 
-STILL: tuple[Segment, ...] = (Segment(3600, 0.0, 0.0, pad=36 + KELVIN_ZERO),)
-MOVING: tuple[Segment, ...] = (Segment(3600, 3.43, 2.5, pad=42 + KELVIN_ZERO),)
+STILL: tuple[Segment, ...] = (Segment.with_pad(3600, 36 + KELVIN_ZERO),)
+MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + KELVIN_ZERO, 3.43, 2.5),)
 """The paper's hours, which show little apart."""
 
 
@@ -71,11 +70,9 @@ def duty_of(name: str) -> tuple[Segment, ...]:
     Raises
     ------
     InputError
-        There is no such scenario, it is too long to be logged, or it heats by a pad of given power.
+        There is no such scenario, or it heats by a pad of given power.
     """
     duty = load_scenario(name).duty
-    if duty.stop_time > MOST_DAYS * 86400:
-        raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
     found: list[Segment] = []
     left = duty.stop_time
     while left > 0:
@@ -86,8 +83,7 @@ def duty_of(name: str) -> tuple[Segment, ...]:
                 raise InputError(
                     f"{name}: a run is made with a pad held at a temperature; give pad_temperature"
                 )
-            pad = None if part.pad_mode == NO_PAD else part.pad_temperature
-            segment = Segment(lasts, part.speed, part.torque, pad, part.ambient_temperature)
+            segment = replace(part, duration=lasts)
             left -= lasts
             if found and replace(found[-1], duration=lasts) == segment:
                 found[-1] = replace(segment, duration=found[-1].duration + lasts)
@@ -126,7 +122,7 @@ def hide(
     InputError
         An effect is not known.
     """
-    duration = sum(segment.duration for segment in duty)
+    duration = length(duty)
     truth, late = Truth(), 0.0
     for name, size in effects.items():
         effect = effect_of(name)
@@ -160,14 +156,8 @@ def write_csv(columns: Mapping[str, Vector], path: Path) -> None:
 
 def _true_readings(course: Course, duty: Sequence[Segment]) -> Readings:
     true = (course.shaft, course.winding, course.base, course.middle, course.tip)
-    _, ambient = _held(course.time, duty, lambda s: s.ambient)
+    ambient = demands_at(duty, course.time)["ambient_temperature"]
     return {**dict(zip(CHANNELS, true, strict=True)), "elongation": course.elongation, "ambient": ambient}
-
-
-def _held(times: Vector, duty: Sequence[Segment], value: Callable[[Segment], float]) -> tuple[Vector, Vector]:
-    starts = np.concatenate([[0.0], np.cumsum([s.duration for s in duty])[:-1]])
-    which = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(duty) - 1)
-    return starts, np.array([value(s) for s in duty])[which]
 
 
 def noisy(rows: Vector, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
@@ -202,15 +192,13 @@ def _correlated(count: int, decay: float, random: np.random.Generator) -> Vector
 
 
 def _columns(rows: Vector, duty: Sequence[Segment], readings: Readings) -> dict[str, Vector]:
-    def of(value: Callable[[Segment], float]) -> Vector:
-        return _held(rows, duty, value)[1]
-
+    demands = demands_at(duty, rows)
     columns = {
         "time [s]": rows,
-        "speed [rad/s]": of(lambda s: s.speed),
-        "torque [N.m]": of(lambda s: s.torque),
-        "pad_temperature [degC]": of(lambda s: np.nan if s.pad is None else s.pad - KELVIN_ZERO),
-        "ambient_temperature [degC]": of(lambda s: s.ambient - KELVIN_ZERO),
+        "speed [rad/s]": demands["speed"],
+        "torque [N.m]": demands["torque"],
+        "pad_temperature [degC]": demands["pad_temperature"] - KELVIN_ZERO,
+        "ambient_temperature [degC]": demands["ambient_temperature"] - KELVIN_ZERO,
     }
     columns |= {f"{channel} [degC]": readings[channel] - KELVIN_ZERO for channel in CHANNELS}
     return columns | {"elongation [um]": readings["elongation"] * 1e6}

@@ -14,9 +14,10 @@ from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice import hidden, hidden_fea
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of, ordinary
-from warmlink.orchestration.diagnosis.practice.hidden import Course, Segment, Truth
+from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth
 from warmlink.orchestration.diagnosis.practice.hidden_fea import carried, hide_with_fea
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, write_csv
+from warmlink.orchestration.scenarios.duty import Segment, length
 
 TEMPERATURES = ("shaft", "winding", "base", "middle", "tip")
 DUTY = list(INFORMATIVE)
@@ -30,18 +31,14 @@ def far_apart(a: Course, b: Course) -> tuple[float, float]:
     return kelvin, 100 * float(growth)
 
 
-def duration(duty: list[Segment]) -> float:
-    return sum(segment.duration for segment in duty)
-
-
 def rows(duty: list[Segment]) -> hidden.Vector:
-    return np.arange(0.0, duration(duty) + 5.0, 10.0)
+    return np.arange(0.0, length(duty) + 5.0, 10.0)
 
 
 def truth_with(name: str, duty: list[Segment]) -> Truth:
     effect = EFFECTS[name]
     assert effect.on_truth is not None
-    return effect.on_truth(Truth(), effect.size, duration(duty))
+    return effect.on_truth(Truth(), effect.size, length(duty))
 
 
 def test_both_solvers_agree_as_link_and_finite_elements_do() -> None:
