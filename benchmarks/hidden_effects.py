@@ -205,7 +205,7 @@ def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
 def trial(task: tuple[str, int, int]) -> Trial:
     """Carry out one trial, given its kind, the bench's seed and its number."""
     from warmlink.orchestration.diagnosis.answer.gain import Scores
-    from warmlink.orchestration.diagnosis.fit.verdict import assess, names
+    from warmlink.orchestration.diagnosis.fit.verdict import assess
 
     kind_name, seed, i = task
     kind = KINDS[kind_name]
@@ -223,7 +223,7 @@ def trial(task: tuple[str, int, int]) -> Trial:
     found = assess(experiment)
     seconds = time.process_time() - began
     truth = "+".join(sorted(effects))
-    said = names([found.best, *found.rivals]) if found.word in ("named", "ambiguous") else []
+    said = [fit.name for fit in (found.best, *found.rivals)] if found.word in ("named", "ambiguous") else []
     if kind.effects == 0:
         right = found.word == "adequate"
     elif kind.known:
@@ -269,7 +269,7 @@ def _followed(
     """
     from warmlink.orchestration.diagnosis.answer.next_experiment import next_experiment
     from warmlink.orchestration.diagnosis.data.experiment import together
-    from warmlink.orchestration.diagnosis.fit.verdict import assess, names
+    from warmlink.orchestration.diagnosis.fit.verdict import assess
 
     proposed = next_experiment(found, experiment)
     if proposed is None or not proposed.duty:
@@ -277,7 +277,9 @@ def _followed(
     again = assess(together([experiment, _written_and_read(hide(effects, proposed.duty, seed=seed))]))
     if not effects:
         return again.word == "adequate", again.word == "adequate"
-    left = set(names([again.best, *again.rivals])) if again.word in ("named", "ambiguous") else set()
+    left = (
+        {fit.name for fit in (again.best, *again.rivals)} if again.word in ("named", "ambiguous") else set()
+    )
     truth = "+".join(sorted(effects))
     beside = left - {truth}
     right = truth in left and beside <= (_TWINS if set(effects) & _TWINS else set())

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import (
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
 
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
+
+Vector = NDArray[np.float64]
 
 _MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
 _RANKED = 10
@@ -165,44 +168,14 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
         name = problem.names[problem.variables[i]]
         unit = diagnosis.units()[name]
         factor, zero = (SHOWN[shown(unit)], 273.15 if shown(unit) == "K" else 0.0)
-        first = row == 1
-        figure.add_scatter(
-            x=minutes,
-            y=(data.readings[:, i] - zero) * factor,
-            name="measured",
-            mode="markers",
-            marker={"size": 3, "color": _MEASURED},
-            legendgroup="measured",
-            showlegend=first,
-            row=row,
-            col=1,
-        )
+        measured = data.readings[:, i]
+        _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
         for word, predicted, colour in pairs:
-            line = {"color": colour, "width": 2}
             readings = predicted.readings[run][:, i]
-            figure.add_scatter(
-                x=minutes,
-                y=(readings - zero) * factor,
-                name=word,
-                mode="lines",
-                line=line,
-                legendgroup=word,
-                showlegend=first,
-                row=row,
-                col=1,
-            )
-            error = (data.readings[:, i] - readings) / diagnosis.scores.scales[run][i]
-            figure.add_scatter(
-                x=minutes,
-                y=error,
-                mode="markers",
-                marker={"size": 3, "color": colour},
-                legendgroup=word,
-                showlegend=False,
-                name=word,
-                row=row,
-                col=2,
-            )
+            line = {"mode": "lines", "line": {"color": colour, "width": 2}}
+            _trace(figure, (row, 1), word, minutes, (readings - zero) * factor, line)
+            error = (measured - readings) / diagnosis.scores.scales[run][i]
+            _trace(figure, (row, 2), word, minutes, error, _points(colour))
         label = "degC" if shown(unit) == "K" else unit
         figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)
         figure.update_yaxes(title_text="error / sigma", row=row, col=2)
@@ -213,6 +186,26 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
             x0=until / 60, x1=float(minutes[-1]), fillcolor="#5b6577", opacity=0.08, line_width=0
         )
     return styled(figure, 170 * len(channels) + 90)
+
+
+def _points(colour: str) -> dict[str, Any]:
+    return {"mode": "markers", "marker": {"size": 3, "color": colour}}
+
+
+def _trace(
+    figure: Any, place: tuple[int, int], word: str, minutes: Vector, values: Vector, style: dict[str, Any]
+) -> None:
+    """Draw a signal at a row and column of the figure; the legend names those of the first place."""
+    figure.add_scatter(
+        x=minutes,
+        y=values,
+        name=word,
+        legendgroup=word,
+        showlegend=place == (1, 1),
+        row=place[0],
+        col=place[1],
+        **style,
+    )
 
 
 def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:

@@ -144,13 +144,13 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
 
 def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Vector:
     """Readings of an output, put right for the known faults of the instrument except its lag."""
-    values = run.readings[variable].copy()
+    values = run.readings[variable]
     channel = channel_of(rig, variable)
     if channel is None:
         return values
-    values -= faults.get(channel.offset, 0.0) + faults.get(channel.drift, 0.0) * run.time
-    values /= faults.get(channel.scale, 1.0)
-    stem = faults.get(channel.stem, 0.0)
+    fault = channel.faults(faults)
+    values = (values - fault["offset"] - fault["drift_rate"] * run.time) / fault["scale"]
+    stem = fault["stem_conduction"]
     ambient = run.inputs.get("motor.ambient_temperature")
     return values if ambient is None or stem == 0 else (values - stem * ambient) / (1 - stem)
 
@@ -163,9 +163,7 @@ def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, fl
     given = by_scalar(parameters)
     step = given["sample_time"]
     count = int(np.ceil(run.time[-1] / step))
-    rows = np.clip(
-        np.searchsorted(run.time, step * np.arange(count + 1), side="right") - 1, 0, run.time.size - 1
-    )
+    rows = run.row_at(step * np.arange(count + 1))
     inputs = np.repeat(np.array([[float(v.start or 0.0)] for v in COMPONENT.inputs]), count + 1, axis=1)
     for name, signal in _signals(rig, run, values).items():
         inputs[COMPONENT.u.index[name]] = signal[rows]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
 
@@ -50,7 +50,7 @@ class Scores:
             if measured.heldout and measured.adapt > 0:
                 values[run] = self._adapted(run, values[run], freed, fit, measured.adapt)
         readings = tuple(self.problem.finest(i, z) for i, z in enumerate(values))
-        return Predicted("+".join(sorted(fit.key)), readings)
+        return Predicted(fit.name, readings)
 
     def rmse(self, predicted: Predicted, heldout: bool) -> tuple[float, float, float] | None:
         """RMSE in units of noise over fitted or held-out rows, and its 95 % interval."""
@@ -91,19 +91,13 @@ class Scores:
 
         A group that was never fitted takes the mean of those that were.
         """
-        fitted = {(f.variable, f.group, f.calibrated): v for f, v in zip(fit.freed, fit.theta, strict=True)}
+        fitted = {f.key: v for f, v in zip(fit.freed, fit.theta, strict=True)}
         items = [i for i in problem.items if i.title in fit.key]
         freed = [*problem.calibrated, *(f for item in items for f in item.freed)]
         theta = []
         for f in freed:
-            like = [
-                v
-                for (name, _, calibrated), v in fitted.items()
-                if (name, calibrated) == (f.variable, f.calibrated)
-            ]
-            theta.append(
-                fitted.get((f.variable, f.group, f.calibrated), float(np.mean(like)) if like else f.start)
-            )
+            like = [v for (name, _, free), v in fitted.items() if (name, free) == (f.variable, f.calibrated)]
+            theta.append(fitted.get(f.key, float(np.mean(like)) if like else f.start))
         return freed, np.array(theta)
 
     def _adapted(self, run: int, z: Vector, freed: Sequence[Freed], fit: Fit, until: float) -> Vector:
@@ -118,8 +112,7 @@ class Scores:
         for _ in range(4 if own else 0):
             _, by_slot = self.problem.predict(run, z)
             residual = ((data.readings - self.problem.finest(run, z)) / self.scales[run])[rows]
-            columns = np.stack([by_slot[rows][:, :, list(f.slots)].sum(axis=2) for f in own], axis=2)
-            columns = columns / self.scales[run][None, :, None]
+            columns = by_number(by_slot[rows], own, run, ()) / self.scales[run][None, :, None]
             good = np.isfinite(residual)
             step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
             for f, change in zip(own, step, strict=True):

@@ -260,7 +260,7 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
     if not found or max(found)[0] == 0:
         return Proposed(
             (),
-            f"No further run of this kind tells {'+'.join(sorted(members[0].key))} from its rivals.",
+            f"No further run of this kind tells {members[0].name} from its rivals.",
             0.0,
             0.0,
         )

@@ -9,13 +9,14 @@ twice the separation.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.gain import Scores
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, overridden
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import orthonormal
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 
@@ -61,7 +62,7 @@ class Foreseen:
     def told(self, truth: int, rival: int) -> float:
         """Separation where the runs that both were fitted to tell of their numbers too."""
         apart = self._readings[truth] - self._readings[rival]
-        columns = [self._columns[i] @ _root(self.models[i].covariance()) for i in (truth, rival)]
+        columns = [self._columns[i] @ root_of(self.models[i].covariance()) for i in (truth, rival)]
         free = np.column_stack(columns)
         # (I + F F')^-1 by Woodbury's identity
         part = free.T @ apart
@@ -89,17 +90,9 @@ def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) 
     """Readings, shape (rows,), and their derivatives by the fit's numbers, all channels after one another."""
     freed, theta = Scores.carry(problem, fit)
     values, by_slot = problem.predict(run, problem.values(run, freed, theta))
-    here = {(f.variable, f.group, f.calibrated): f for f in freed}
-    columns = np.zeros((*values.shape, len(fit.freed)))
-    for j, fitted in enumerate(fit.freed):
-        f = here.get((fitted.variable, fitted.group, fitted.calibrated))
-        if f is not None and run in f.runs and not (f.calibrated and overridden(f, freed, run)):
-            columns[:, :, j] = by_slot[:, :, list(f.slots)].sum(axis=2)
+    here = {f.key: f for f in freed}
+    wanted = [here.get(f.key, replace(f, runs=())) for f in fit.freed]
+    columns = by_number(by_slot, wanted, run, freed)
     joined = np.concatenate([values[:, :, None], columns], axis=2)
     together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
     return together[:, 0], together[:, 1:]
-
-
-def _root(covariance: Vector) -> Vector:
-    values, vectors = np.linalg.eigh(covariance)
-    return vectors * np.sqrt(np.maximum(values, 0.0))

@@ -99,7 +99,7 @@ def _terms(assessment: Assessment, run: int, times: Vector, edges: Vector) -> di
     """Candidate terms as means between the middles of successive stretches."""
     problem = assessment.problem
     measured, data = problem.experiment.runs[run], problem.data[run]
-    held = np.clip(np.searchsorted(measured.time, times, side="right") - 1, 0, None)
+    held = measured.row_at(times)
     signals: dict[str, Vector] = {
         "a constant heat": np.ones(times.size),
         "heat growing with time": times / 3600,
@@ -111,11 +111,10 @@ def _terms(assessment: Assessment, run: int, times: Vector, edges: Vector) -> di
             signals[f"{word} squared"] = values[held] ** 2
             if word == "speed":
                 signals["speed cubed"] = np.abs(values[held]) ** 3
-    ambient = next((v[held] for n, v in measured.inputs.items() if n.endswith("ambient_temperature")), None)
     for i, variable in enumerate(problem.variables):
         values = data.readings[:, i]
-        if problem.experiment.rig.variables[variable].variable.unit == "K" and ambient is not None:
-            rise = values - ambient
+        if problem.experiment.rig.unit(variable) == "K" and measured.ambient is not None:
+            rise = values - measured.ambient[held]
             name = problem.names[variable]
             signals[f"loss in proportion to {name} above ambient"] = rise
             signals[f"natural convection at {name}"] = np.sign(rise) * np.abs(rise) ** 1.25

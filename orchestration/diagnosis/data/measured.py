@@ -81,6 +81,29 @@ class Run:
         """Rows that fitting and choosing may use, shape (n,)."""
         return np.zeros(self.time.size, dtype=bool) if self.heldout else self.time < self.fit_until
 
+    @property
+    def ambient(self) -> Vector | None:
+        """Logged ambient temperature in K, shape (n,); None where there is none."""
+        return next((v for name, v in self.inputs.items() if name.endswith("ambient_temperature")), None)
+
+    def row_at(self, times: NDArray[np.floating]) -> NDArray[np.intp]:
+        """Row whose inputs act at each time in s, shape of `times`."""
+        return np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 1)
+
+    def part(self, rows: NDArray[np.bool_]) -> Run:
+        """The run with some of its rows."""
+
+        def chosen(signals: Mapping[str, Vector]) -> dict[str, Vector]:
+            return {name: values[rows] for name, values in signals.items()}
+
+        return replace(
+            self,
+            time=self.time[rows],
+            inputs=chosen(self.inputs),
+            readings=chosen(self.readings),
+            covariates=chosen(self.covariates),
+        )
+
     def like(self, other: Run) -> bool:
         """Whether the other has the same readings at the same times."""
         return (

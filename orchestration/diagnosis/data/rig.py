@@ -139,6 +139,10 @@ class Rig:
         """Whether an end is what a camera looks at."""
         return self.blueprint.components[_instance(end)] == "DriftCamera" and _variable(end) == "elongation"
 
+    def unit(self, name: str) -> str:
+        """SI unit of a variable."""
+        return self.variables[name].variable.unit
+
     def scalar(self, name: str, where: str) -> Scalar:
         """Declaration of a variable.
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
 
@@ -69,6 +70,11 @@ class Fit:
         return frozenset(item.title for item in self.items)
 
     @property
+    def name(self) -> str:
+        """Titles of the causes, joined by plus."""
+        return "+".join(sorted(self.key))
+
+    @property
     def admissible(self) -> bool:
         """Whether no cause was driven to a bound."""
         return not any(
@@ -87,9 +93,7 @@ class Fit:
     def covariance(self) -> Vector:
         """Covariance of the fitted numbers in SI, shape (numbers, numbers)."""
         selection = Columns(self.freed, self.freed, self.point)
-        scale = np.sqrt(np.maximum(np.diag(selection.gram), 1e-300))
-        inverse = np.linalg.pinv(selection.gram / np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        return inverse / np.outer(scale, scale)
+        return inverse_of(selection.gram, 1e-12)
 
 
 class Columns:
@@ -100,15 +104,24 @@ class Columns:
         self.gram: Vector = np.zeros((count, count))
         self.gradient: Vector = np.zeros(count)
         for run, (gram, gradient) in enumerate(zip(point.gram, point.gradient, strict=True)):
-            selection = np.zeros((gradient.size, count))
-            for j, freed in enumerate(wanted):
-                if run in freed.runs and not (freed.calibrated and overridden(freed, overriding, run)):
-                    selection[list(freed.slots), j] = 1.0
+            selection = by_number(np.eye(gradient.size), wanted, run, overriding)
             self.gram += selection.T @ gram @ selection
             self.gradient += selection.T @ gradient
 
 
-def overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
+def by_number(by_slot: Vector, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Vector:
+    """Derivatives in a run by chosen numbers, shape (..., numbers), from those by slot, shape (..., slots).
+
+    They are 0 for a number that does not act in the run, and for a calibrated one that is overridden.
+    """
+    result = np.zeros((*by_slot.shape[:-1], len(wanted)))
+    for j, freed in enumerate(wanted):
+        if run in freed.runs and not (freed.calibrated and _overridden(freed, overriding, run)):
+            result[..., j] = by_slot[..., list(freed.slots)].sum(axis=-1)
+    return result
+
+
+def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
     """Whether a cause's own number takes a calibrated one's place in a run."""
     return any(
         o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by
@@ -162,7 +175,7 @@ class Fitter:
         """Fit a model, from given values as far as there are any."""
         freed = (*self.problem.calibrated, *(f for item in items for f in item.freed))
         theta = np.array([(start or {}).get(f, f.start) for f in freed])
-        lower, upper = np.array([f.lower for f in freed]), np.array([f.upper for f in freed])
+        lower, upper, _ = _bounds(freed)
         theta = np.clip(theta, lower, upper)
         point = self.at(freed, theta)
         damping = 0.0
@@ -184,14 +197,14 @@ class Fitter:
                 damping = max(10 * damping, 0.01)
                 if damping > 1e5:
                     break
-        return Fit(tuple(items), freed, theta, point, self._bounds(freed, theta, point))
+        return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
 
-    def _bounds(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
+    def _beyond(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
-        near = np.array([1e-6 * f.span for f in freed])
-        lower, upper = np.array([f.lower for f in freed]), np.array([f.upper for f in freed])
+        lower, upper, start = _bounds(freed)
+        near = 1e-6 * (upper - lower)
         on = (theta <= lower + near) | (theta >= upper - near)
-        on &= np.abs(theta - np.array([f.start for f in freed])) > near
+        on &= np.abs(theta - start) > near
         if not on.any():
             return (False,) * len(freed)
         columns = Columns(freed, freed, point)
@@ -200,13 +213,18 @@ class Fitter:
         return tuple(bool(each) and beyond > _BEYOND for each in on)
 
 
+def _bounds(freed: Sequence[Freed]) -> Vector:
+    """Lower bounds, upper bounds and starting values, shape (3, numbers)."""
+    return np.array([(f.lower, f.upper, f.start) for f in freed]).reshape(-1, 3).T
+
+
 def bounded_step(
     gram: Vector, gradient: Vector, lower: Vector, upper: Vector, damping: float = 0.0
 ) -> tuple[Vector, float]:
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    correlation, scale = correlation_of(gram)
     alive = np.diag(gram) > 1e-18 * max(float(np.diag(gram).max()), 1e-300)
-    matrix = gram / np.outer(scale, scale) + (1e-11 + damping) * np.eye(scale.size)
+    matrix = correlation + (1e-11 + damping) * np.eye(scale.size)
     matrix[~alive, :] = 0.0
     matrix[:, ~alive] = 0.0
     matrix[~alive, ~alive] = 1.0
@@ -215,7 +233,7 @@ def bounded_step(
     low, high = lower * scale, upper * scale
     if np.any(step < low) or np.any(step > high):
         step = _between(matrix, target, low, high)
-    decrease = float(2 * target @ step - step @ (gram / np.outer(scale, scale)) @ step)
+    decrease = float(2 * target @ step - step @ correlation @ step)
     return step / scale, decrease
 
 

@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.noise import (
     FEWEST,
     LIKED,
@@ -56,10 +57,10 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
             times = fitter.problem.data[run].time[rows]
             residuals.append(joined[:, 0])
             courses.append(fitter.whiteners[run][channel](slow_courses(times)))
-            sensitivities.append(_by_number(joined[:, 1:], fit, run))
-    residual, by_number = np.concatenate(residuals), np.concatenate(sensitivities)
+            sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
+    residual = np.concatenate(residuals)
     basis = _block_diagonal(courses)
-    taken = orthonormal(by_number)
+    taken = orthonormal(np.concatenate(sensitivities))
     residual = residual - taken @ (taken.T @ residual)
     basis = basis - taken @ (taken.T @ basis)
     slow = orthonormal(basis)
@@ -105,7 +106,7 @@ def estimated_noise(
                 continue
             columns = by_slot[rows, channel]
             if fit is not None and fit.items:
-                columns = _by_number(columns, fit, run)
+                columns = by_number(columns, fit.freed, run, fit.freed)
             removed = orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
             samples += undisturbed(
                 Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed, data.averaging)
@@ -131,25 +132,7 @@ def whiteness_p(residual: Vector) -> float:
     return float(kstwobign.sf(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
 
 
-def _by_number(by_slot: Vector, fit: Fit, run: int) -> Vector:
-    result = np.zeros((by_slot.shape[0], len(fit.freed)))
-    for j, freed in enumerate(fit.freed):
-        if run in freed.runs:
-            result[:, j] = by_slot[:, list(freed.slots)].sum(axis=1)
-    return result
-
-
 def _block_diagonal(blocks: list[Vector]) -> Vector:
     from scipy.linalg import block_diag
 
     return np.asarray(block_diag(*blocks))
-
-
-def orthonormal(columns: Vector, least: float = 1e-7) -> Vector:
-    """Orthonormal basis of the columns' span, shape (rows, rank), without what adds less than a share."""
-    size = np.linalg.norm(columns, axis=0)
-    kept = columns[:, size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)]
-    if kept.shape[1] == 0:
-        return np.zeros((columns.shape[0], 0))
-    left, singular, _ = np.linalg.svd(kept / np.linalg.norm(kept, axis=0), full_matrices=False)
-    return left[:, singular > least * singular[0]]

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of, root_of
 from warmlink.orchestration.diagnosis.fit.fitting import Columns, Fit
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 
@@ -66,9 +67,7 @@ class Neighbours:
             + change @ gram[nb : nb + nr, nb : nb + nr] @ change
         )
         inner = gram[:nb, :nb]
-        scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-        inverse = np.linalg.pinv(inner / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-        self._inverse = inverse / np.outer(scale, scale)
+        self._inverse = inverse_of(inner, 1e-10)
         self._across = gram[nb + nr :, :nb]
         self._inner_gradient = shifted[:nb]
         self.chi2 -= float(shifted[:nb] @ self._inverse @ shifted[:nb])
@@ -153,10 +152,10 @@ class Neighbours:
         return Proposal((*kept, *(self.candidates[i] for i in chosen)), chi2, start)
 
 
-def says(items: Sequence[Item]) -> dict[str, float]:
-    """Share of each candidate by the name of its cause.
+def prior_shares(items: Sequence[Item]) -> dict[str, float]:
+    """Weight of each candidate by the name of its cause, which all candidates of one cause share equally.
 
-    A cause has the same say, however many channels or labels it may be tried on.
+    So a cause that may be tried on many channels or labels is not found more easily by chance.
     """
     counts = Counter(item.cause.name for item in items)
     return {name: 1 / count for name, count in counts.items()}
@@ -172,13 +171,9 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
     usable = null.usable()
     if not usable:
         return false_alarms
-    gram = null.gram
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    correlation = gram / np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(correlation)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    draws = root @ np.random.default_rng(seed).standard_normal((scale.size, _DRAWS))
-    say = says(null.candidates)
+    correlation, _ = correlation_of(null.gram)
+    draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((len(null.gram), _DRAWS))
+    share = prior_shares(null.candidates)
     smallest = np.ones(_DRAWS)
     for i in usable:
         span = null.spans[i]
@@ -188,5 +183,5 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
             gain = np.where(one_sided & (z[0] < 0), 0.0, z[0] ** 2)
         else:
             gain = np.sum(z * np.linalg.solve(correlation[span, span], z), axis=0)
-        smallest = np.minimum(smallest, chdtrc(z.shape[0], gain) / say[null.candidates[i].cause.name])
+        smallest = np.minimum(smallest, chdtrc(z.shape[0], gain) / share[null.candidates[i].cause.name])
     return float(np.quantile(smallest, false_alarms))

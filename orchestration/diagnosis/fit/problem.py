@@ -48,6 +48,11 @@ class Freed:
     calibrated: bool = False
 
     @property
+    def key(self) -> tuple[str, str, bool]:
+        """What it has in common with the same number in a problem with other runs."""
+        return self.variable, self.group, self.calibrated
+
+    @property
     def span(self) -> float:
         """Size of an ordinary change, by which steps are scaled."""
         return self.upper - self.lower
@@ -244,19 +249,11 @@ class Problem:
             return
         for variable in self.variables:
             channel = channel_of(rig_here, variable)
-            fits = cause.kind == "reading" or (cause.kind == "camera") == (variable == ELONGATION)
-            if channel is None or not fits:
-                continue
-            own = {
-                "lag": channel.lag,
-                "offset": channel.offset,
-                "stem_conduction": channel.stem,
-                "scale": channel.scale,
-                "drift_rate": channel.drift,
-            }[cause.frees[0]]
-            if own:
+            if channel is not None and (
+                cause.kind == "reading" or (cause.kind == "camera") == channel.is_camera
+            ):
                 name = cause.name if cause.kind == "camera" else f"{cause.name}:{self.names[variable]}"
-                yield name, (own,)
+                yield name, (channel.variable(cause.frees[0]),)
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
         """Runs by the value of a label; every run where there is none."""
@@ -310,8 +307,7 @@ class Problem:
 
 def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Vector, Vector]:
     """Logged ambient temperature in K by row, for what the sensors' stems reach into."""
-    for name, signal in run.inputs.items():
-        if name.endswith("ambient_temperature"):
-            return run.time, signal
+    if run.ambient is not None:
+        return run.time, run.ambient
     given = [value for name, value in known.items() if name.endswith(".ambient_temperature")]
     return run.time, np.full(run.time.size, given[0] if given else 295.15)

@@ -144,7 +144,7 @@ def _when(
 def _signals(problem: Problem, run: int) -> dict[str, Vector]:
     """Signals that a residual may follow, at the rows of a run."""
     data, measured = problem.data[run], problem.experiment.runs[run]
-    held = np.clip(np.searchsorted(measured.time, data.time, side="right") - 1, 0, None)
+    held = measured.row_at(data.time)
     signals = {"time": data.time}
     for name, signal in {**measured.inputs, **measured.covariates}.items():
         word = name.rpartition(".")[2]
@@ -153,13 +153,12 @@ def _signals(problem: Problem, run: int) -> dict[str, Vector]:
     temperatures = {
         problem.names[v]: data.readings[:, i]
         for i, v in enumerate(problem.variables)
-        if problem.experiment.rig.variables[v].variable.unit == "K"
+        if problem.experiment.rig.unit(v) == "K"
     }
-    ambient = next((s[held] for n, s in measured.inputs.items() if n.endswith("ambient_temperature")), None)
     for name, values in temperatures.items():
         signals[name] = values
-        if ambient is not None:
-            signals[f"{name}^4 - ambient^4"] = values**4 - ambient**4
+        if measured.ambient is not None:
+            signals[f"{name}^4 - ambient^4"] = values**4 - measured.ambient[held] ** 4
     pairs = list(temperatures.items())
     for (a, first), (b, second) in pairwise(pairs):
         signals[f"{a} - {b}"] = first - second

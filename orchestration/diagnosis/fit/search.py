@@ -15,7 +15,12 @@ from dataclasses import replace
 import numpy as np
 
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal, family_wise_level, says
+from warmlink.orchestration.diagnosis.fit.neighbours import (
+    Neighbours,
+    Proposal,
+    family_wise_level,
+    prior_shares,
+)
 from warmlink.orchestration.diagnosis.fit.problem import Item
 
 FALSE_ALARMS = 0.007
@@ -51,7 +56,7 @@ class Search:
         self._progress = progress
         self._level: float | None = None
         self._penalties: dict[tuple[int, float], float] = {}
-        self._say = says(self.items)
+        self._shares = prior_shares(self.items)
         self.add(fitter.fit(()))
 
     @property
@@ -76,7 +81,7 @@ class Search:
         return least + sum(dearer) * (len(items) - 1) / len(items)
 
     def _penalty_of(self, item: Item, level: float) -> float:
-        key = (len(item.freed), level * self._say[item.cause.name])
+        key = (len(item.freed), level * self._shares[item.cause.name])
         if key not in self._penalties:
             from scipy.special import chdtri
 

@@ -65,8 +65,9 @@ def _refuse_dead(experiment: Experiment, dead: list[tuple[Run, str]]) -> None:
         index = experiment.runs.index(run)
         simulated, _ = problem.predict(index, problem.neutral[index])
         span = float(np.ptp(simulated[:, problem.variables.index(variable)]))
-        if span > _MOVES.get(experiment.rig.variables[variable].variable.unit, np.inf):
+        unit = experiment.rig.unit(variable)
+        if span > _MOVES.get(unit, np.inf):
             raise InputError(
                 f"{run.name}: column {problem.names[variable]!r} never changes, while it should by about "
-                f"{span:.3g} {experiment.rig.variables[variable].variable.unit}; leave the column out"
+                f"{span:.3g} {unit}; leave the column out"
             )

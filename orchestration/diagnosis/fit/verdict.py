@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -190,20 +190,4 @@ def fitted_part(experiment: Experiment) -> Experiment:
 def _until(run: Run) -> Run:
     if run.fit_until > run.time[-1]:
         return run
-    kept = run.time < run.fit_until
-
-    def cut(signals: dict[str, Vector]) -> dict[str, Vector]:
-        return {name: values[kept] for name, values in signals.items()}
-
-    return replace(
-        run,
-        time=run.time[kept],
-        inputs=cut(dict(run.inputs)),
-        readings=cut(dict(run.readings)),
-        covariates=cut(dict(run.covariates)),
-    )
-
-
-def names(fits: Sequence[Fit]) -> list[str]:
-    """Titles of the causes of each fit, joined by plus."""
-    return ["+".join(sorted(fit.key)) for fit in fits]
+    return run.part(run.time < run.fit_until)

@@ -29,7 +29,7 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
     first = {}
     for variable, values in run.readings.items():
         readings = values[early & np.isfinite(values)]
-        if readings.size and variable in rig.variables and rig.variables[variable].variable.unit == "K":
+        if readings.size and rig.unit(variable) == "K":
             first[variable] = _at_start(run.time[early & np.isfinite(values)], readings)
     if not first:
         return {}

@@ -20,39 +20,45 @@ from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.model.forward import Forward
 
 Vector = NDArray[np.float64]
+_Read = tuple[Vector, Vector, dict[str, Vector]]
 
 CLOCK = "record.clock_offset"
 """Not a variable of any FMU: it belongs to the recording."""
 
 _SHORTEST_LAG = 1e-3
 
+_FAULTS = {"offset": 0.0, "lag": 0.0, "stem_conduction": 0.0, "scale": 1.0, "drift_rate": 0.0}
+"""Faults of a sensor or camera, with the values that change nothing."""
+
 
 @dataclass(frozen=True)
 class Channel:
-    """The variables of what reads one output; a neutral instrument changes nothing."""
+    """The sensor or camera that reads one output: its instance, and the element of a sensor, as `[3]`."""
 
-    lag: str
-    offset: str
-    stem: str
-    scale: str
-    drift: str
+    instance: str
+    element: str
+
+    @property
+    def is_camera(self) -> bool:
+        """Whether a camera reads the output, rather than a sensor."""
+        return not self.element
+
+    def variable(self, name: str) -> str:
+        """Full name of a variable of the instrument, as `sensors.lag[3]`."""
+        return f"{self.instance}.{name}{self.element}"
+
+    def faults(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Values of the instrument's faults by the name within it, from values by full name."""
+        return {**_FAULTS, **{n: values[v] for n in _FAULTS if (v := self.variable(n)) in values}}
 
 
 def channel_of(rig: Rig, output: str) -> Channel | None:
-    """Variables of the sensor or camera that reads an output; empty names where it has no such variable."""
+    """Sensor or camera that reads an output, if any."""
     reading = rig.readings.get(output)
     if reading is None:
         return None
-    if reading == "camera":
-        return Channel("", "camera.offset", "", "camera.scale", "camera.drift_rate")
-    instance, _, element = reading.partition("[")
-    return Channel(
-        f"{instance}.lag[{element}",
-        f"{instance}.offset[{element}",
-        f"{instance}.stem_conduction[{element}",
-        "",
-        "",
-    )
+    instance, bracket, element = reading.partition("[")
+    return Channel(instance, bracket + element)
 
 
 NEUTRAL = {"camera.scale": 1.0}
@@ -103,7 +109,7 @@ class Readings:
         late = named.get(CLOCK, 0.0)
         ends = self.forward.steps.time
         asked = np.clip(self.times - late, 0.0, ends[-1])
-        lagging = any(c and c.lag and named.get(c.lag, 0.0) > _SHORTEST_LAG for c in self._channels)
+        lagging = any(c and c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
         dense = np.union1d(ends, asked) if lagging else asked
         pick = np.searchsorted(dense, asked) if lagging else np.arange(asked.size)
         truth = self.forward(z[: self._inner], dense)
@@ -112,15 +118,14 @@ class Readings:
         within = (self.times - late >= 0) & (self.times - late <= ends[-1])
         for i, channel in enumerate(self._channels):
             joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
-            extra: dict[str, Vector] = {}
             slope = truth.slopes[:, i]
-            if channel is not None and channel.scale:
-                joined, slope = self._camera(channel, named, joined, slope, dense, extra)
-            elif channel is not None:
-                joined, slope = self._sensor(channel, named, joined, slope, dense, extra)
+            extra = {CLOCK: -slope}
+            if channel is not None:
+                read = self._camera if channel.is_camera else self._sensor
+                joined, slope, by_fault = read(channel.faults(named), joined, slope, dense)
+                extra = {CLOCK: -slope, **{channel.variable(n): each for n, each in by_fault.items()}}
             values[:, i] = joined[pick, 0]
             by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
-            extra[CLOCK] = -slope
             for name, column in extra.items():
                 if name in self._slots:
                     by_slot[:, i, self._inner + self._slots[name]] = column[pick]
@@ -128,51 +133,30 @@ class Readings:
                 by_slot[~within, i, self._inner + self._slots[CLOCK]] = 0.0
         return values, by_slot
 
-    def _camera(
-        self,
-        channel: Channel,
-        named: Mapping[str, float],
-        joined: Vector,
-        slope: Vector,
-        times: Vector,
-        extra: dict[str, Vector],
-    ) -> tuple[Vector, Vector]:
-        scale, rate = named.get(channel.scale, 1.0), named.get(channel.drift, 0.0)
-        extra[channel.scale], extra[channel.drift] = joined[:, 0].copy(), times
-        extra[channel.offset] = np.ones(times.size)
-        joined = scale * joined
-        joined[:, 0] += rate * times + named.get(channel.offset, 0.0)
-        return joined, scale * slope + rate
+    def _camera(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
+        """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
+        by_fault = {"scale": joined[:, 0].copy(), "drift_rate": times, "offset": np.ones(times.size)}
+        joined = faults["scale"] * joined
+        joined[:, 0] += faults["drift_rate"] * times + faults["offset"]
+        return joined, faults["scale"] * slope + faults["drift_rate"], by_fault
 
-    def _sensor(
-        self,
-        channel: Channel,
-        named: Mapping[str, float],
-        joined: Vector,
-        slope: Vector,
-        times: Vector,
-        extra: dict[str, Vector],
-    ) -> tuple[Vector, Vector]:
-        stem, lag = named.get(channel.stem, 0.0), named.get(channel.lag, 0.0)
+    def _sensor(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
+        """As `_camera`, for a sensor."""
+        stem, lag = faults["stem_conduction"], faults["lag"]
         rows, logged = self._ambient
         ambient = logged[np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)]
-        rise = joined[:, 0] - ambient
+        by_stem = ambient - joined[:, 0]
         joined = (1 - stem) * joined
         joined[:, 0] += stem * ambient
         slope = (1 - stem) * slope
-        by_stem = -rise
+        by_lag = -slope
         if lag > _SHORTEST_LAG:
             followed = _followed(np.column_stack([joined, by_stem]), times, lag)
-            rate = (joined[:, 0] - followed[:, 0]) / lag
-            extra[channel.lag] = _followed(-rate[:, None], times, lag, from_rest=True)[:, 0]
-            joined, by_stem, slope = followed[:, :-1], followed[:, -1], rate
-        else:
-            extra[channel.lag] = -slope
-        extra[channel.stem] = by_stem
-        extra[channel.offset] = np.ones(times.size)
-        joined = joined.copy()
-        joined[:, 0] += named.get(channel.offset, 0.0)
-        return joined, slope
+            slope = (joined[:, 0] - followed[:, 0]) / lag
+            by_lag = _followed(-slope[:, None], times, lag, from_rest=True)[:, 0]
+            joined, by_stem = followed[:, :-1].copy(), followed[:, -1]
+        joined[:, 0] += faults["offset"]
+        return joined, slope, {"lag": by_lag, "stem_conduction": by_stem, "offset": np.ones(times.size)}
 
 
 def _followed(signal: Vector, times: Vector, lag: float, from_rest: bool = False) -> Vector:
