@@ -8,6 +8,10 @@ class InputError(ValueError):
     """
 
 
+class NoRoomError(InputError):
+    """The disk takes nothing more, which says nothing about what was given."""
+
+
 class MissingExtraError(InputError):
     """An optional part is not installed; the message gives the command that installs it."""
 

@@ -11,11 +11,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
 
 WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+"""What a full or broken disk answers."""
 
 
 @contextmanager
@@ -28,7 +29,7 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If the folder cannot be written, or the disk is full.
+        If the folder cannot be written; NoRoomError where the disk is full.
     """
     folder = folder.absolute()
     with _made(folder):
@@ -37,10 +38,10 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
             try:
                 yield work
             except OSError as fault:
-                if fault.errno not in _FULL:
+                if fault.errno not in FULL_DISK:
                     raise
                 told = os.strerror(fault.errno).lower()
-                raise InputError(f"{folder}: nothing was written ({told}); free space there") from None
+                raise NoRoomError(f"{folder}: cannot be written ({told}); free space there") from None
             for path in sorted(work.iterdir()):
                 try:
                     path.replace(folder / path.name)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json, remark, spinner
@@ -62,17 +62,21 @@ def diagnose_command(
         answer(f"report  {folder / PAGE}    {files}")
 
 
+_LOST = (
+    "the answer above is all there is, its report and extended model are lost: run it again, or choose "
+    "another --out"
+)
+
+
 @contextmanager
 def _told_what_is_lost(folder: Path) -> Iterator[None]:
     """Turn a failure to write into a sentence: what was found was printed before it."""
     try:
         yield
-    except (OSError, InputError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else None
-        raise InputError(
-            f"{folder}: cannot be written ({reason or fault}): the answer above is all there is, its "
-            "report and extended model are lost; make room or choose another --out, and run it again"
-        ) from None
+    except NoRoomError as fault:
+        raise NoRoomError(f"{fault}; {_LOST}") from None
+    except OSError as fault:
+        raise InputError(f"{folder}: cannot be written ({fault.strerror or fault}); {_LOST}") from None
 
 
 def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:

@@ -72,13 +72,16 @@ def _scenario(
     name: str, settings: dict[str, str | float], step: str | None, stop: str | None, master: str | None
 ) -> ArmScenario:
     scenario = load_arm_scenario(name)
-    scenario = replace(scenario, parameters={**scenario.parameters, **settings})
-    if step is not None:
-        scenario = replace(scenario, step_size=positive(step, "s", "--step"))
+    program = scenario.program
     if stop is not None:
-        program = replace(scenario.program, stop_time=positive(stop, "s", "--stop"))
-        scenario = replace(scenario, program=program)
-    return scenario if master is None else replace(scenario, master=master)
+        program = replace(program, stop_time=positive(stop, "s", "--stop"))
+    return replace(
+        scenario,
+        program=program,
+        step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
+        master=master or scenario.master,
+        parameters={**scenario.parameters, **settings},
+    )
 
 
 def _answer(outcome: ArmOutcome) -> str:

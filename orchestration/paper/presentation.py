@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.figures import figures
 from warmlink.orchestration.paper.results import Reproduction, Row
@@ -58,12 +59,8 @@ def write_report(result: Reproduction, path: Path) -> None:
         Section("Materials and geometry", _assumptions(), _material_table()),
         Section("Versions", table=versions()),
     ]
-    partial = path.with_name(f".{path.name}.partial")
-    try:
+    with fresh_file(path) as partial:
         write_page(partial, TITLE, _lead(result), sections)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 _ATTEMPT_HEADINGS = (

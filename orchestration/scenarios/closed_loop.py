@@ -21,6 +21,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.belief import advice, is_ideal
+from warmlink.orchestration.scenarios.extent import check_extent
 from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import Scenario
@@ -234,8 +235,10 @@ def cell_values(scenario: Scenario, controller: Component) -> dict[str, dict[str
     Raises
     ------
     InputError
-        If the scenario names a parameter or unit that does not exist, or a component refuses a value.
+        If the scenario names a parameter or unit that does not exist, a component refuses a value, or the
+        run would be too long.
     """
+    check_extent(scenario.name, scenario.stop_time, scenario.step_size)
     values = start_values(scenario.parameters, cell_components(controller), scenario.name)
     values.setdefault("duty", {}).update(scenario.duty.component_parameters())
     if "tolerance" in controller.p.index:

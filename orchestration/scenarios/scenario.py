@@ -15,7 +15,6 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios import duty_files
 from warmlink.orchestration.scenarios.duty import Duty
-from warmlink.orchestration.scenarios.extent import check_extent
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.text_files import (
     is_file,
@@ -57,9 +56,6 @@ class Scenario:
     parameters: dict[str, str | float] = field(default_factory=dict)
     mismatches: tuple[str, ...] = ()
     believed: dict[str, str | float] | None = None
-
-    def __post_init__(self) -> None:
-        check_extent(self.name, self.stop_time, self.step_size)
 
     @property
     def stop_time(self) -> float:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.master import compiled
 from warmlink.orchestration.studies.case import Case, Outcome, failed, run_case
 from warmlink.orchestration.studies.fmu_set import FmuSet
@@ -33,8 +33,7 @@ class Workers(Protocol):
         """
 
 
-NO_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
-"""What a full or locked disk answers: no fault of the case."""
+_KEPT = "the finished runs are kept, and the same command goes on"
 
 
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
@@ -42,20 +41,20 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
 
     Raises
     ------
-    InputError
+    NoRoomError
         If the disk takes nothing more, which says nothing of the case.
     """
     prepare_stepping()
     try:
         return run_case(case, fmus.files(), fmus.unpacked)
+    except NoRoomError as fault:
+        raise NoRoomError(f"{fault}; {_KEPT}") from None
     except InputError as fault:
         return failed(str(fault))
     except OSError as fault:
-        if fault.errno in NO_DISK:
-            raise InputError(
-                f"{fault.filename or 'a temporary file'}: cannot be written ({fault.strerror}); the finished "
-                "runs are kept; make room, and the same command goes on"
-            ) from None
+        if fault.errno in FULL_DISK:
+            where = fault.filename or "a temporary file"
+            raise NoRoomError(f"{where}: cannot be written ({fault.strerror}); free space; {_KEPT}") from None
         return failed(f"{type(fault).__name__}: {fault}")
     except Exception as fault:
         return failed(f"{type(fault).__name__}: {fault}")

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
 
 # What zipfile raises on damaged input; OSError covers seeks to places that do not exist.
 _ZIP_FAULTS = (
@@ -312,8 +312,8 @@ def _write_member(
     return written
 
 
-def _no_room(path: Path, folder: Path, fault: OSError) -> InputError:
-    return InputError(
+def _no_room(path: Path, folder: Path, fault: OSError) -> NoRoomError:
+    return NoRoomError(
         f"{path.name}: cannot be unpacked into {folder} ({fault.strerror}); free space there, or name "
         "another folder in TMPDIR"
     )

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.table import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.scenarios.duty import PAD_POWER, Segment, demands_at, length
+from warmlink.orchestration.scenarios.extent import check_segments
 from warmlink.orchestration.scenarios.scenario import load_scenario
 
 Vector = NDArray[np.float64]
@@ -70,9 +72,13 @@ def duty_of(name: str) -> tuple[Segment, ...]:
     Raises
     ------
     InputError
-        There is no such scenario, or it heats by a pad of given power.
+        There is no such scenario, it is too long to be logged, or it heats by a pad of given power.
     """
     duty = load_scenario(name).duty
+    if duty.stop_time > MOST_DAYS * 86400:
+        raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
+    cycles = duty.stop_time / length(duty.segments) if duty.repeat else 1.0
+    check_segments(cycles * len(duty.segments), name)
     found: list[Segment] = []
     left = duty.stop_time
     while left > 0:

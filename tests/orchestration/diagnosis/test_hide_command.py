@@ -69,7 +69,8 @@ def test_a_scenario_s_duty_cycle_lasts_as_long_as_the_scenario() -> None:
         (["--duty", "absent.csv"], "absent.csv"),
         (["--duty", "nowhere"], "nowhere: no such scenario"),
         (["--duty", "power.toml"], "give pad_temperature"),
-        (["--duty", "long.toml"], "give a shorter one"),
+        (["--duty", "long.toml"], "give at most 100"),
+        (["--duty", "short.toml"], "100000 are the most"),
         (["--duty", "shift.csv", "--axis", "3"], "leave --duty shift.csv out"),
         (["radiatoin"], "did you mean radiation"),
         (["radiation:tip_temperature"], "write radiation"),
@@ -85,7 +86,8 @@ def test_hide_refuses_in_one_sentence(
 ) -> None:
     Path("shift.csv").write_text(DUTY)
     Path("power.toml").write_text('stop_time = "1 h"\n[[segment]]\nduration = "1 h"\npad_power = "20 W"\n')
-    Path("long.toml").write_text('stop_time = "9000 h"\n[[segment]]\nduration = "1 h"\n')
+    Path("long.toml").write_text('stop_time = "8000 h"\n[[segment]]\nduration = "1 h"\n')
+    Path("short.toml").write_text('stop_time = "1 h"\nrepeat = true\n[[segment]]\nduration = "1e-9 s"\n')
     code, _, err = ended(["hide", *arguments], monkeypatch, capsys)
     assert code == 2
     assert said in err
@@ -153,5 +155,7 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
     assert code == 2
     assert "run: adequate" in out
     assert "found: cannot be written" in err
+    if "mkdtemp" not in where:
+        assert "the answer above is all there is" in err
     assert err.count("\n") == 1
     assert not Path("found").exists()

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -5,9 +6,11 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios.closed_loop import cell_values
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.quantity import quantity
-from warmlink.orchestration.scenarios.scenario import load_scenario, read_scenario, scenario_names
+from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario, read_scenario, scenario_names
 
 HOUR = "stop_time = '1 h'\n"
 
@@ -153,14 +156,29 @@ def test_a_wrong_type_of_any_entry_gives_a_scenario_or_a_sentence(text: str) -> 
             'put the whole name in quotes, as "link.length"',
         ),
         ("stop_time = 99999999999999999999", "a number beyond 64 bits is not a value"),
-        ("stop_time = '99999999999999999999 s'", "1e\\+20 s is more than a year"),
-        ("step_size = '1e-3 s'", "are 3.6e\\+06 communication points, and a run keeps at most 1000000"),
     ],
 )
 def test_what_was_taken_for_something_else_is_refused(entry: str, sentence: str) -> None:
     hour = "" if entry.startswith("stop_time") else HOUR
     with pytest.raises(InputError, match=sentence):
         read_scenario("mine", f"{entry}\n{hour}[[segment]]\nduration = '1 h'")
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"stop_time": 1e20}, r"1e\+20 s is more than a year"),
+        ({"step_size": 1e-3}, r"are 3.6e\+06 communication points, and a run keeps at most 1000000"),
+    ],
+)
+def test_a_run_that_is_too_long_is_refused_but_not_the_duty_cycle(
+    change: dict[str, float], sentence: str
+) -> None:
+    duty = replace(load_scenario("windshield_wiper").duty, stop_time=change.get("stop_time", 3600.0))
+    scenario = Scenario("mine", "", "", duty, step_size=change.get("step_size", 1.0))
+    with pytest.raises(InputError, match=sentence):
+        cell_values(scenario, catalogue.controller("none"))
+    cell_values(replace(scenario, duty=replace(duty, stop_time=2.0)), catalogue.controller("none"))
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("optuna")
 import sqlalchemy
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import NoRoomError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.commands import study as commands_study
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -224,7 +224,16 @@ class NoRoom(FmuSet):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "ThermalLink.fmu")
 
 
+class NoRoomToUnpack(FmuSet):
+    """FMUs that no disk takes any more once they are unpacked."""
+
+    @property
+    def unpacked(self) -> Path:
+        raise NoRoomError("ThermalLink.fmu: cannot be unpacked into unpacked (No space left on device)")
+
+
 def test_a_worker_without_disk_ends_the_study_rather_than_the_run(folder: Path) -> None:
-    said = r"ThermalLink\.fmu: cannot be written \(No space left on device\)"
-    with LocalWorkers(NoRoom("native", {}), 1) as workers, pytest.raises(InputError, match=said):
-        list(workers.run([short(folder)]))
+    for fmus, failed in ((NoRoom, "written"), (NoRoomToUnpack, "unpacked into unpacked")):
+        said = rf"ThermalLink\.fmu: cannot be {failed} \(No space left on device\).*runs are kept"
+        with LocalWorkers(fmus("native", {}), 1) as workers, pytest.raises(NoRoomError, match=said):
+            list(workers.run([short(folder)]))
