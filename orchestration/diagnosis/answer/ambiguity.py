@@ -1,4 +1,4 @@
-"""An ambiguous set in few words: which causes stand in for which."""
+"""An ambiguous set in few words: which causes may replace which."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ Titles = frozenset[str]
 def stand_ins(best: Titles, rivals: Sequence[Titles]) -> list[list[str]]:
     """Causes that the data cannot tell apart, one of the best set first in each list.
 
-    Two sets that differ in one cause say that these two stand in for each other. A set that such exchanges
-    make of the best one is not told again; any other is, as a combination written `a+b`.
+    Two sets that differ in one cause show that these two causes may replace each other. A set that follows
+    from the best one by such exchanges is not listed again; any other is, as a combination written `a+b`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a compensator made of the extended model would have left of the growth that was measured.
+"""The growth that a compensator based on the extended model would have left in the measured runs.
 
 Two of them, each made once of the system as it stands and once of the extended model: the model itself as
 a feed-forward, and the shipped observer, designed anew, which goes through the measured run by the
@@ -38,7 +38,7 @@ _STEP = 10.0
 """s between two corrections, at least."""
 
 _AFTER_PAD = 1800.0
-"""s after which the observer has got over a pad."""
+"""s after which a pad no longer affects the observer."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:
 
 
 def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
-    """Largest error of the observer designed on a fitted model; None where there is nothing to go by.
+    """Largest error of the observer designed on a fitted model; None where no elongation was measured.
 
     Its law does not know of a heating pad, and falls back while one is on: those stretches are left out.
 
@@ -75,7 +75,7 @@ def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
     ----------
     problem : every run, held-out rows included
     fit : the model that the observer is designed on
-    truth : the model by whose instruments the readings are put right: the best that is known
+    truth : the best model known, by which the readings are corrected for faults of the instruments
     """
     rig = problem.experiment.rig
     if rig.name != "WarmupCell" or ELONGATION not in problem.variables:
@@ -143,7 +143,7 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
 
 
 def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Vector:
-    """Readings of an output, put right for the known faults of the instrument except its lag."""
+    """Readings of an output, corrected for the known faults of its instrument except the lag."""
     values = run.readings[variable]
     channel = channel_of(rig, variable)
     if channel is None:
@@ -195,7 +195,7 @@ def _compiled_law() -> tuple[Any, Any]:
 
 
 def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Vector]:
-    """Inputs of the observer by name, put right for what the model knows of sensors and surroundings."""
+    """Inputs of the observer by name, corrected for the model's faults of sensors and surroundings."""
     signals: dict[str, Vector] = {}
     for name in SENSED:
         variable = rig.columns[name]

@@ -57,7 +57,7 @@ class Proposed:
 
     Attributes
     ----------
-    duty : segments in order; empty where another kind of run is asked for, or nothing helps
+    duty : segments in order; empty where another kind of run is proposed, or nothing helps
     why : what it tells apart
     expected_separation_sigma : of the two nearest members that it tells apart
     expected_chance : of naming the cause, but for those that nothing tells apart
@@ -116,7 +116,7 @@ def _nothing_tells(members: Sequence[Fit], alike: Sequence[Pair]) -> Proposed:
 
 
 class _Design:
-    """What the members of an ambiguous set, and those that are to be ruled out besides, foresee."""
+    """Predictions by the members of an ambiguous set, and by further models that must be ruled out."""
 
     def __init__(self, assessment: Assessment, experiment: Experiment, members: Sequence[Fit]) -> None:
         search = assessment.search
@@ -156,8 +156,8 @@ class _Design:
     def chance(self, separations: Vector) -> float:
         """Expected chance that the member which is true is named.
 
-        An effect is as strong as it was found to be give or take its standard deviation, and models are
-        apart in proportion.
+        The strength of an effect is uncertain by its standard deviation, and the separations are in
+        proportion to it.
         """
         points, shares = np.polynomial.hermite_e.hermegauss(_POINTS)
         total = np.zeros(self.members)

@@ -55,10 +55,10 @@ class Thinned:
     Attributes
     ----------
     time : s, mean of each block's rows, shape (blocks,)
-    averaging : what a block is the mean of
+    averaging : rows and time over which each block was averaged
     within : s, times in each block at which it is simulated, shape (blocks, points)
     weight : of each of these times in the block's mean, shape (blocks, points, outputs)
-    readings : SI, mean of each block, NaN where most of what an output is read in it is missing,
+    readings : SI, mean of each block, NaN where most of the readings due in it are missing,
         shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     spikes : spikes removed by output, shape (outputs,)

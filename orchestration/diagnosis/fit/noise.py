@@ -56,8 +56,8 @@ _KEPT = 0.4
 class NoiseModel:
     """Noise of one channel in SI: standard deviations of its parts, and correlation time in s.
 
-    `lasting` is an error that stays for long, as of a coarse converter that rests on one step: it cannot
-    be seen in the scatter from row to row, and is known only from a stated noise that is larger.
+    `lasting` is an error that stays the same for long, as that of a coarse converter which rests on one
+    step. It does not show in the scatter from row to row; only a larger stated noise tells of it.
     """
 
     white: float
@@ -71,9 +71,9 @@ class NoiseModel:
         return float(np.sqrt(self.white**2 + self.slow**2 + self.lasting**2))
 
     def averaged(self, here: Averaging, known: Averaging) -> NoiseModel:
-        """Noise of means over other rows and times than those that it is known of.
+        """Noise after another averaging than the one for which it is known.
 
-        A stated figure, which is known from `lasting`, is that of any reading.
+        A stated figure, recognised by `lasting`, applies to every reading.
         """
         if here == known or self.lasting:
             return self
@@ -124,7 +124,7 @@ class Sample:
     times : s, shape (n,)
     values : residuals, orthogonal to `removed`, shape (n,)
     removed : orthonormal columns, shape (n, columns)
-    averaging : what each value is the mean of
+    averaging : rows and time over which each value was averaged
     """
 
     times: Vector
@@ -168,7 +168,7 @@ class Spectrum:
     ----------
     samples : residuals by run
     least : least standard deviation that the channel may have
-    known : what the readings are means of whose noise is asked for
+    known : the averaging for which the noise is requested
     unresolved : standard deviation where there are too few frequencies to tell
     """
 

@@ -107,7 +107,7 @@ class Problem:
 
     @property
     def averaging(self) -> Averaging:
-        """What the readings are means of whose noise is told: those of the first run to fit."""
+        """The averaging to which the stated noise refers: that of the first run to fit."""
         return self.data[self.fitted_runs[0] if self.fitted_runs else 0].averaging
 
     def noise_in(self, run: int, noise: Sequence[NoiseModel]) -> list[NoiseModel]:
@@ -280,7 +280,7 @@ class Problem:
     def _simulated(
         self, cells: int, grids: Sequence[Resolution | Forward], derivatives: bool = False
     ) -> list[Readings]:
-        """Readings of each run, on a grid of its own."""
+        """Readings of each run, simulated on the grid for that run."""
         compiled = equations(self.experiment.rig.name, cells, self._inner, self.variables)
         return [
             Readings(

@@ -38,7 +38,7 @@ class Trajectory:
     ----------
     values : shape (times, outputs)
     slopes : time derivatives of the values
-    by_slot : derivatives, shape (times, outputs, slots), or (times, outputs, 0) where none were asked for
+    by_slot : derivatives, shape (times, outputs, slots), or (times, outputs, 0) where they were not requested
     """
 
     values: Vector

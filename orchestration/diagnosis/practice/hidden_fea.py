@@ -178,7 +178,8 @@ class _Cell:
         self._field = np.full(self._model.size, COLD)
         self._motor = np.full(2, COLD)
         self._ramp = _Ramp()
-        # How the flow that is asked for answers to the flow that is given, W/W: about the same in every step.
+        # Change of the flow that link and motor call for per change of the flow that is tried, W/W; it hardly
+        # differs from step to step.
         self._answer = 0.0
 
     def enter(self, truth: Truth, segment: Segment) -> None:

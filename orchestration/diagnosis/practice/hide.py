@@ -110,7 +110,7 @@ def hide(
 
     Parameters
     ----------
-    effects : strength in SI by effect; an instrument's effect bears its channel, as
+    effects : strength in SI by effect; the effect of an instrument names its channel, as
         `sensor_lag:tip_temperature`
     duty : the duty cycle
     noise : what the instruments add
