@@ -44,9 +44,10 @@ def stand_ins(best: Titles, rivals: Sequence[Titles]) -> list[list[str]]:
 
 
 def differences(best: Titles, rivals: Sequence[Titles]) -> list[tuple[str, str]]:
-    """What each rival has another cause for, and which; one side is empty where it has one more or less.
+    """Causes in which each rival differs from the best set: those it lacks, and those it has instead.
 
-    A difference that goes beyond another is not told.
+    One side is empty where a rival has only more or only fewer causes. A difference that contains another
+    one is left out.
     """
     found = list(dict.fromkeys((best - rival, rival - best) for rival in rivals))
     least = [

@@ -1,8 +1,8 @@
 """The growth that a compensator based on the extended model would have left in the measured runs.
 
-Two of them, each made once of the system as it stands and once of the extended model: the model itself as
-a feed-forward, and the shipped observer, designed anew, which goes through the measured run by the
-thermometers, speed, torque and ambient temperature that were logged.
+Two compensators are compared, each based once on the system as it stands and once on the extended model:
+the model itself as a feed-forward, and the shipped observer, newly designed, which is fed with the logged
+thermometers, speed, torque and ambient temperature.
 """
 
 from __future__ import annotations

@@ -77,12 +77,12 @@ class Diagnosis:
 
     @cached_property
     def remaining(self) -> dict[str, Wrong]:
-        """What is wrong still with the chosen model."""
+        """What the chosen model still gets wrong, by column name."""
         return what_is_wrong(self.assessment.fitter, self.assessment.best)
 
     @cached_property
     def hint(self) -> Hint | None:
-        """For an unknown cause what the missing heat looks like."""
+        """What the missing heat looks like, where the cause is unknown."""
         return hint(self.assessment) if self.verdict == "unknown" else None
 
     @property

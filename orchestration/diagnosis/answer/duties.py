@@ -1,4 +1,4 @@
-"""Duty cycles that a warm-up cell can be asked to go through to learn more about it."""
+"""Duty cycles that a warm-up cell can follow so that more is learned about it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ DUTIES: tuple[tuple[Segment, ...], ...] = (
 
 
 def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, interval: float) -> Run:
-    """The opening share of a duty cycle as a run with rows an interval in s apart; its readings are 0."""
+    """Run over the first share of a duty cycle, with a row for each interval in s; its readings are 0."""
     time = np.arange(0.0, share * length(duty) + interval / 2, interval)
     inputs = {f"motor.{name}": values for name, values in demands_at(duty, time).items()}
     return Run("next", time, inputs, {v: np.zeros(time.size) for v in variables})

@@ -73,7 +73,7 @@ def _stage(segment: Segment) -> dict[str, float | None]:
 
 
 def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
-    """Entry of `causes`: values in the units that people read, with what speaks for it."""
+    """Entry of `causes`: values in the units that people read, and the evidence."""
     from scipy.special import chdtrc
 
     assessment = diagnosis.assessment

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 
 def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
-    """Value by full variable name of everything that differs from the nominal system, SI.
+    """Values in SI, by full variable name, of everything that differs from the nominal system.
 
-    Where runs differ, those of the first fitted run. The clock of the recording is no part of a model.
+    Where runs differ, the values are those of the first fitted run. The clock of the recording is no part
+    of a model.
     """
     run = problem.fitted_runs[0]
     values = problem.values(run, fit.freed, fit.theta)

@@ -101,7 +101,7 @@ class Scores:
         return freed, np.array(theta)
 
     def _adapted(self, run: int, z: Vector, freed: Sequence[Freed], fit: Fit, until: float) -> Vector:
-        """Fit to a held-out run's opening the numbers that belong to this run alone."""
+        """Fit the numbers that belong to a held-out run alone to the first part of that run."""
         own = [
             f
             for f in freed

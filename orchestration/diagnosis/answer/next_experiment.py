@@ -1,9 +1,9 @@
 """The next experiment: the feasible duty cycle that soonest tells apart what this one could not.
 
-Any member of the ambiguous set may be the truth, the likelier the better it fits. For each candidate duty
-cycle and each member as the truth the separation from every rival is foreseen, and with it the chance that
-the run, judged by itself, names that member; the chances are averaged over the members. The cycle that is
-sure soonest is proposed, repeated as often as that takes.
+Any member of the ambiguous set may be the truth, and is more likely the better it fits. For each candidate
+duty cycle, and for each member as the truth, the separation from every rival is predicted, and from it the
+chance that the run, diagnosed by itself, names that member. The chances are averaged over the members. The cycle that
+is sure soonest is proposed, repeated as often as that takes.
 """
 
 from __future__ import annotations
@@ -99,10 +99,10 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     duty, separations, chance = _long_enough(design, DUTIES[which], rounds, never)
     among = separations[:, : len(members)]
     nearest = float(np.minimum(among, among.T).min())
-    told = _apart(members, alike)
+    told = _told_from_best(members, alike)
     why = (
         f"In {length(duty) / 3600:.1f} hours it {f'tells {told}' if told else 'narrows the set down'}, "
-        f"with a chance of {100 * chance:.0f} %.{_but(alike)}"
+        f"with a chance of {100 * chance:.0f} %.{_indistinguishable(alike)}"
     )
     return Proposed(duty, why, nearest, chance, _titles(alike))
 
@@ -208,19 +208,19 @@ def _titles(pairs: Sequence[Pair]) -> tuple[tuple[str, str], ...]:
     return tuple(("+".join(sorted(one)), "+".join(sorted(other))) for one, other in pairs)
 
 
-def _apart(members: Sequence[Fit], alike: Sequence[Pair]) -> str:
+def _told_from_best(members: Sequence[Fit], alike: Sequence[Pair]) -> str:
     """What is told from the best member, in words; empty where nothing is."""
     best, *others = (fit.key for fit in members)
     told = differences(best, [key for key in others if (best, key) not in alike])
-    return ", and ".join(_told(told))
+    return ", and ".join(_in_words(told))
 
 
-def _but(alike: Sequence[Pair]) -> str:
+def _indistinguishable(alike: Sequence[Pair]) -> str:
     told = dict.fromkeys(pair for one, other in alike for pair in differences(one, [other]))
-    return "".join(f" Nothing tells {words}." for words in _told(told))
+    return "".join(f" Nothing tells {words}." for words in _in_words(told))
 
 
-def _told(pairs: Iterable[tuple[str, str]]) -> list[str]:
+def _in_words(pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Differences in words, those of one cause together."""
     others: dict[str, list[str]] = {}
     for one, other in pairs:
@@ -254,7 +254,7 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
         )
         problem = Problem(replace(experiment, runs=(*runs, like)))
         foreseen = Foreseen(problem, problem.noise_in(len(runs), assessment.noise), members)
-        told = np.array([foreseen.told(0, j) for j in range(1, len(members))])
+        told = np.array([foreseen.pooled_separation(0, j) for j in range(1, len(members))])
         clear = told[told >= ALIKE]
         found.append((clear.size, float(clear.min(initial=np.inf)), labels, told))
     if not found or max(found)[0] == 0:
@@ -270,7 +270,7 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
     words = " and ".join(f"{n} = {v}" for n, v in zip(names, labels, strict=True))
     why = (
         f"In the fitted runs {' and '.join(names)} change together, so their effects cannot be told apart; "
-        f"a run with {words} would tell {_apart(members, alike)}.{_but(alike)}"
+        f"a run with {words} would tell {_told_from_best(members, alike)}.{_indistinguishable(alike)}"
     )
     chance = float(chances(np.array([[separation]]), np.array([[NEAR]]))[0])
     return Proposed((), why, separation, chance, _titles(alike))

@@ -27,7 +27,7 @@ _CLOSE = 1e-6
 
 
 class Foreseen:
-    """What models foresee of the last run of a problem, in standard deviations of the noise.
+    """Predictions of the last run of a problem by several models, in standard deviations of the noise.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ class Foreseen:
                     table[i, j] = np.linalg.norm(apart - taken @ (taken.T @ apart))
         return table
 
-    def told(self, truth: int, rival: int) -> float:
-        """Separation where the runs that both were fitted to tell of their numbers too."""
+    def pooled_separation(self, truth: int, rival: int) -> float:
+        """Separation of two models whose numbers are known from the fitted runs as well."""
         apart = self._readings[truth] - self._readings[rival]
         columns = [self._columns[i] @ root_of(self.models[i].covariance()) for i in (truth, rival)]
         free = np.column_stack(columns)

@@ -1,4 +1,4 @@
-"""What an unknown cause looks like: the heat that a balance misses, regressed on physical terms.
+"""What an unknown cause looks like: the heat missing from a balance, regressed on physical terms.
 
 A hint, not a finding. The balance is taken over stretches of time (a weak form, so that no noisy
 derivative is needed), and terms are added one by one while they still explain a good part of it, as in
@@ -33,7 +33,7 @@ class Hint:
     Attributes
     ----------
     channel : column with the largest unexplained course
-    terms : physical terms with their coefficients in K/s a unit of the term
+    terms : physical terms with their coefficients in K/s per unit of the term
     share : share of the missing rate's variance that they explain
     """
 

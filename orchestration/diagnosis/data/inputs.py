@@ -1,4 +1,4 @@
-"""What drives each run: its columns, what is assumed in their place, and a remark on what nobody gave."""
+"""Inputs that drive each run: logged, assumed, or absent, which is remarked on."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _refuse_undriven(experiment: Experiment) -> None:
 
 
 def _absent(experiment: Experiment) -> list[str]:
-    """Remarks on inputs that were taken as nothing, or as what they ordinarily are."""
+    """Remarks on inputs that nobody logged, with the values they are given."""
     rig = experiment.rig
     remarks = []
     for group in rig.driven_by:
@@ -110,7 +110,7 @@ def _absent(experiment: Experiment) -> list[str]:
 
 
 def _neutral(rig: Rig, name: str) -> tuple[str, str]:
-    """What an absent input is taken as: in words, and as `--assume` has it."""
+    """Value that an absent input is given: in words, and as an argument of `--assume`."""
     if name.endswith("pad_temperature"):
         return OFF, OFF
     scalar = rig.variables[rig.columns.get(name, name)]

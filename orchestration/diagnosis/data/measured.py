@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.data.table import (
     is_time,
     read_table,
     refuse_implausible,
-    refuse_nameless,
+    refuse_undefined,
     require,
     times,
 )
@@ -152,7 +152,7 @@ def read_run(
         values, unit = column(path, table, header, scalar.variable.unit, is_temperature(scalar))
         if variable in rig.externals:
             if is_discrete(scalar):
-                refuse_nameless(path, header, values, scalar)
+                refuse_undefined(path, header, values, scalar)
                 discrete.append(variable)
             inputs[variable] = held(path, header, values, empty_is_off=variable.endswith("pad_temperature"))
         elif scalar.start is None:
@@ -178,7 +178,7 @@ def read_run(
 def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> Run:
     """Average a run's rows in groups of equal size where there are more than can be used.
 
-    A discrete input is throughout a group what it is in its first row, and so is a pad that is off.
+    A discrete input keeps the value of the first row throughout a group, and so does a pad that is off.
     """
     if run.time.size <= most:
         return run
@@ -208,7 +208,7 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
 def _wanted(
     path: Path, table: pd.DataFrame, rig: Rig, channels: Mapping[str, str], covariates: Mapping[str, str]
 ) -> Mapping[str, str]:
-    """Variable by header: as the channels have it, and by the names that the rig has for columns."""
+    """Variable by header, from the experiment's channels and from the rig's names of columns."""
     for header in channels:
         require(path, table, header)
     wanted = dict(channels)

@@ -74,7 +74,7 @@ def require(path: Path, table: pd.DataFrame, header: str) -> None:
 
 
 def times(path: Path, table: pd.DataFrame) -> Vector:
-    """Times in s from the first row, rising; raises InputError where they are missing or not so."""
+    """Times in s from the first row; raises InputError where they are missing or do not increase."""
     headers = [h for h in map(str, table.columns) if is_time(h)]
     if not headers:
         raise InputError(f"{path.name}: there is no time column; head it as 'time [s]'")
@@ -150,8 +150,8 @@ def held(path: Path, header: str, values: Vector, empty_is_off: bool) -> Vector:
     return values[last]
 
 
-def refuse_nameless(path: Path, header: str, values: Vector, scalar: Scalar) -> None:
-    """Refuse what is no value of a discrete input, as 1.5 for the pad's mode."""
+def refuse_undefined(path: Path, header: str, values: Vector, scalar: Scalar) -> None:
+    """Raise InputError where a cell is not a value of a discrete input, as 1.5 for the pad's mode."""
     for row in np.flatnonzero(np.isfinite(values)):
         sentence = limits.problem(scalar, float(values[row]))
         if sentence is not None:

@@ -112,10 +112,10 @@ def _means(
     count: NDArray[np.int64],
     sparse: NDArray[np.bool_],
 ) -> Vector:
-    """Mean of each block's readings, NaN where most are missing that an output's own spacing would give.
+    """Mean of each block's readings, NaN where most of those due at the output's own spacing are missing.
 
-    Where not each row of a block is simulated, missing readings are put on the line between their neighbours:
-    the mean must not lean to one side.
+    Where not every row of a block is simulated, missing readings are interpolated between their neighbours,
+    so that the mean is not biased to one side.
     """
     full = np.isfinite(table)
     filled = np.add.reduceat(full.astype(float), starts, axis=0)
@@ -141,8 +141,8 @@ def _points(
 ) -> tuple[Vector, Vector]:
     """Times at which blocks are simulated, and their weights: the rows, or some as evenly spread.
 
-    Rows are taken themselves where they are few, those that were read: beside a leap of the inputs no others
-    stand for them.
+    Where a block has few rows, its own rows with readings are used: near a leap of the inputs no other times
+    can represent them.
     """
     number = np.minimum(count, most)[:, None]
     point = np.arange(number.max())

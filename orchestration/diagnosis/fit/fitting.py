@@ -1,4 +1,4 @@
-"""Bounded Gauss-Newton fits, and what they say about models near by.
+"""Bounded Gauss-Newton fits, and what they predict for similar models.
 
 A fit ends with the Gram matrices of the whitened sensitivities to *every* slot. From these alone the
 outcome of freeing other variables, or of taking some back, is predicted without another simulation.
@@ -122,7 +122,7 @@ def by_number(by_slot: Vector, wanted: Sequence[Freed], run: int, overriding: Se
 
 
 def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
-    """Whether a cause's own number takes a calibrated one's place in a run."""
+    """Whether a number of a cause replaces a calibrated one in a run."""
     return any(
         o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by
     )

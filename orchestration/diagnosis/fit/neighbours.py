@@ -1,4 +1,4 @@
-"""What a fit says about sets of causes near by: adding some, taking some back, without a simulation."""
+"""Predictions of a fit for similar sets of causes, with some added or removed, without a simulation."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Neighbours:
         self._upper = np.array([f.upper - f.start for f in added])
 
     def usable(self) -> list[int]:
-        """Indices of candidates that the data say anything about."""
+        """Indices of candidates that affect the data."""
         return [i for i, span in enumerate(self.spans) if self.alive[span].all()]
 
     def outcome(self, chosen: Sequence[int]) -> tuple[float, Vector] | None:

@@ -140,8 +140,8 @@ class Sample:
 def undisturbed(sample: Sample) -> list[Sample]:
     """Parts of a sample without the stretches that stand out in their courses.
 
-    Noise is alike throughout a run. A stretch that is much louder is the model's fault, a jump or a stuck
-    sensor for one, and would pass for noise that is correlated.
+    Noise is the same throughout a run. A stretch that is much louder is a fault of the model, for example a
+    jump or a stuck sensor, and would be mistaken for correlated noise.
     """
     windows = sample.times.size // _STRETCH
     if windows < _FEWEST_STRETCHES:
@@ -227,8 +227,8 @@ class Spectrum:
 def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseModel]:
     """Noise model of each channel: of the forms within a loss of log-likelihood the slowest.
 
-    What is correlated, and for how long, is alike in all channels unless one clearly differs: a single
-    channel of an hour says too little about it.
+    The correlated share and its duration are the same in all channels unless one clearly differs: an hour of
+    a single channel is too short to estimate them.
     """
     known = [i for i, spectrum in enumerate(spectra) if spectrum.power.size >= FEWEST]
     forms = [(60.0, 0.0)]

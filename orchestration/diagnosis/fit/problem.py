@@ -49,7 +49,7 @@ class Freed:
 
     @property
     def key(self) -> tuple[str, str, bool]:
-        """What it has in common with the same number in a problem with other runs."""
+        """Identifies the number in problems with other runs."""
         return self.variable, self.group, self.calibrated
 
     @property
@@ -60,7 +60,7 @@ class Freed:
 
 @dataclass(frozen=True)
 class Item:
-    """A candidate: a cause, for one channel where it is an instrument's, split by a label or not."""
+    """A candidate: a cause, on one channel if it belongs to an instrument, and perhaps split by a label."""
 
     name: str
     cause: Cause
@@ -294,11 +294,11 @@ class Problem:
         ]
 
     def known(self, run: int) -> Mapping[str, float]:
-        """What the experiment gives of a run, and the states that it starts from, in SI."""
+        """Known values of a run and its initial states, in SI."""
         return self.known_of(self.experiment.runs[run])
 
     def known_of(self, run: Run) -> Mapping[str, float]:
-        """What the experiment gives of any run on its system."""
+        """Known values of any run on the system and its initial states, in SI."""
         known = {**self.experiment.known, **run.known}
         if self.experiment.initial_measured:
             known = {**initial_values(self.experiment.rig, run, known), **known}
@@ -306,7 +306,7 @@ class Problem:
 
 
 def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Vector, Vector]:
-    """Logged ambient temperature in K by row, for what the sensors' stems reach into."""
+    """Times in s and logged ambient temperature in K by row, which the sensors' stems are exposed to."""
     if run.ambient is not None:
         return run.time, run.ambient
     given = [value for name, value in known.items() if name.endswith(".ambient_temperature")]

@@ -1,7 +1,7 @@
 """Which causes, alone or together, explain the data: forward selection and replacement over sets.
 
-Every fit predicts by its Gram matrices what adding one or two causes, or exchanging one, would bring; the
-most promising sets are then fitted in full, until none is left that might be better. A set is judged by
+The Gram matrices of every fit predict the gain of adding one or two causes, or of exchanging one. The most
+promising sets are then fitted in full, until none is left that might be better. A set is judged by
 chi-square plus a penalty for each cause, the level that no candidate reaches by chance in all but a few of
 a thousand runs with nothing wrong (the maximum over all candidates, found by drawing from their joint
 distribution).
@@ -141,7 +141,7 @@ class Search:
         return sorted(every.values(), key=self.score)
 
     def extended(self, best: Fit) -> list[Fit]:
-        """Sets with one more cause than the best that gain what a first cause must, but no further one."""
+        """Sets with one more cause, which reach the level of a first cause but not that of a further one."""
         bar = best.chi2 + self.penalty(best.items, alone=True)
         more = [f for f in self.fits.values() if f.key > best.key and len(f.key) == len(best.key) + 1]
         likely = [f for f in more if f.admissible and f.chi2 + self.penalty(f.items, alone=True) < bar]

@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.fit.noise import FEWEST
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 
 _MOVES = {"K": 1.0, "m": 2e-6}
-"""Course of the simulation by SI unit against which a reading that never changes is a dead one."""
+"""Change in the simulation, by SI unit, from which a reading that never changes counts as dead."""
 
 
 def refuse_senseless(experiment: Experiment) -> None:

@@ -100,24 +100,24 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     lasting = any(n.lasting for n in search.fitter.noise)
     if lasting and left.p < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
-        search, best, left = _again(search, best, progress, inflation=2.0)
+        search, best, left = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
-        search, best, left = _again(search, best, progress)
+        search, best, left = _searched_again(search, best, progress)
     if left.p < UNEXPLAINED and not lasting and any(n.slow for n in search.fitter.noise):
         # What noise correlated as strongly as is just credible would explain is not called unknown.
         tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
         if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
-            search, best, left = _again(search, best, progress, liked=TOLERATED)
+            search, best, left = _searched_again(search, best, progress, liked=TOLERATED)
     before = lack_of_fit(search.fitter, search.null) if best.items else left
     word, rivals = _judge(search, best, left)
     grid_error = problem.refine(_values(problem, best))
     return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
 
 
-def _again(
+def _searched_again(
     search: Search, best: Fit, progress: Callable[[str], None], inflation: float = 1.0, liked: float = LIKED
 ) -> tuple[Search, Fit, LackOfFit]:
-    """Search anew from the best models so far, near which the grid's error and the noise are known better."""
+    """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
     problem.refine(_values(problem, best))
@@ -132,9 +132,9 @@ def _again(
 def _noise(
     problem: Problem, fit: Fit | None, inflation: float = 1.0, liked: float = LIKED
 ) -> list[NoiseModel]:
-    """Noise as estimated, and what a stated figure says beyond the scatter from row to row.
+    """Estimated noise of each channel, with an error that lasts where a stated figure tells of one.
 
-    A stated noise of about the size of the scatter, or smaller, adds nothing: the data know better. One
+    A stated noise of about the size of the scatter from row to row, or smaller, adds nothing. One
     that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
     """
     floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
@@ -165,7 +165,7 @@ def _judge(search: Search, best: Fit, left: LackOfFit) -> tuple[Word, tuple[Fit,
 
 
 def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[Fit, ...]:
-    """The best sets that rest on no bound: one that does is doubtful, so they stay beside it."""
+    """The best sets that rest on no bound: a best set that does is doubtful, so these are kept as rivals."""
     size = len(best.items)
     free = [f for f in search.fits.values() if len(f.items) == size and f.admissible and not f.resting]
     if not free:

@@ -1,7 +1,6 @@
 """A rig's equations in one piece: rates, outputs, derivatives, from the joined component.
 
-So the diagnosis integrates the very equations that lie in the FMUs, without the communication steps between
-them.
+So the diagnosis integrates the same equations as the FMUs, without the communication steps between them.
 """
 
 from __future__ import annotations

@@ -202,23 +202,23 @@ def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> V
     for name, value in known.items():
         if name in index:
             table[index[name]] = value
-    spoken_for = {*run.inputs, *(name for name in known if name in index)}
+    given_here = {*run.inputs, *(name for name in known if name in index)}
     for name, signal in [*run.inputs.items(), *_covariates(rig.externals, run)]:
         for target in rig.fed_with(name):
-            if target == name or target not in spoken_for:
+            if target == name or target not in given_here:
                 table[index[target]] = signal
     if _PAD in index:
-        _switch_pad(table, index, spoken_for)
+        _switch_pad(table, index, given_here)
     return table
 
 
-def _switch_pad(table: Vector, index: Mapping[str, int], spoken_for: set[str]) -> None:
-    """Set the pad's mode by what was said of the pad, unless the mode itself was said."""
+def _switch_pad(table: Vector, index: Mapping[str, int], given_here: set[str]) -> None:
+    """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
     temperature = table[index[_PAD]]
     held = np.isfinite(temperature)
-    if "motor.pad_mode" not in spoken_for:
-        by_power = PAD_POWER if "motor.pad_power" in spoken_for else PAD_OFF
-        table[index["motor.pad_mode"]] = np.where(held & (_PAD in spoken_for), PAD_TEMPERATURE, by_power)
+    if "motor.pad_mode" not in given_here:
+        by_power = PAD_POWER if "motor.pad_power" in given_here else PAD_OFF
+        table[index["motor.pad_mode"]] = np.where(held & (_PAD in given_here), PAD_TEMPERATURE, by_power)
     table[index[_PAD]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
 
 

@@ -1,4 +1,4 @@
-"""What sensors, camera and recorder make of the true outputs, with derivatives.
+"""Readings of sensors, camera and recorder from the true outputs, with derivatives.
 
 The same laws as in the components TemperatureSensors and DriftCamera, for readings at any times rather
 than at samples:

@@ -1,7 +1,7 @@
 """Steps whose error is known: each is compared with two shorter ones on the inputs as they were logged.
 
 Along the run with nothing freed. A step that errs is cut in two, and cut again; inputs that change within a
-step are put together to their mean only where that is seen to change nothing.
+step are replaced by their mean only where that changes nothing.
 """
 
 from __future__ import annotations
@@ -65,11 +65,11 @@ class _Step:
 
     @property
     def bend(self) -> Vector:
-        """How far the trapezoidal rule ends elsewhere: about as far as the step errs, and for nothing."""
+        """Difference from the trapezoidal rule: about the error of the step, at no cost."""
         return self.reached - self.x - (self.end - self.start) / 2 * (self.first + self.last)
 
     def at(self, time: float) -> Vector:
-        """States within the step, as rows are read there."""
+        """States within the step, interpolated as for the rows of a run."""
         length = self.end - self.start
         s = (time - self.start) / length
         return hermite(s, length, self.x, self.reached, self.first, self.last)

@@ -1,8 +1,8 @@
-"""The effects that a run may hide: what each does to the cell or to what was recorded of it."""
+"""The effects that a run may hide: the change that each makes to the cell or to its recorded readings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -242,17 +242,6 @@ def effect_of(name: str) -> Effect:
             f"{instead(channel, (*CHANNELS, 'elongation'))}"
         )
     return EFFECTS[stem]
-
-
-def ordinary(names: Sequence[str]) -> dict[str, float]:
-    """Ordinary strengths in SI of effects by name.
-
-    Raises
-    ------
-    InputError
-        An effect is not known.
-    """
-    return {name: effect_of(name).size for name in names}
 
 
 def about_effects() -> dict[str, str]:

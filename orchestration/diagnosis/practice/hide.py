@@ -1,4 +1,4 @@
-"""Runs with a hidden effect, for teaching and for tests."""
+"""Runs with a hidden effect, for practice and for tests."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice import hidden, hidden_fea
-from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of, ordinary
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth
 from warmlink.orchestration.diagnosis.practice.hidden_fea import carried, hide_with_fea
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, write_csv
@@ -89,7 +89,7 @@ def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_hidden_is_found(tmp_path: Path, names: tuple[str, ...], seed: int) -> None:
-    found = assessed(tmp_path, ordinary(names), seed)
+    found = assessed(tmp_path, {name: effect_of(name).size for name in names}, seed)
     assert found.word in ("named", "ambiguous")
     assert set(names) in [set(fit.key) for fit in (found.best, *found.rivals)]
     # Where nothing is 1 the start is the nominal value.

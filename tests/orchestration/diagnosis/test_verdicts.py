@@ -11,7 +11,7 @@ from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
-from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of, ordinary
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import (
     MOVING,
     REAL,
@@ -33,7 +33,7 @@ def file_with(folder: Path, effects: dict[str, float], **how) -> Path:  # type: 
 
 
 def sized(*names: str) -> dict[str, float]:
-    return ordinary(names)
+    return {name: effect_of(name).size for name in names}
 
 
 def assessed(folder: Path, effects: dict[str, float], **how) -> Assessment:  # type: ignore[no-untyped-def]
