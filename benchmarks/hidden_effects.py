@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.effects import CHANNELS, EFFECTS, effect_of
-from warmlink.orchestration.diagnosis.hidden import Segment
-from warmlink.orchestration.diagnosis.hide import (
+from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hide import (
     INFORMATIVE,
     MOVING,
     REAL,
@@ -22,10 +21,11 @@ from warmlink.orchestration.diagnosis.hide import (
     hide,
     write_csv,
 )
+from warmlink.orchestration.scenarios.duty import Segment
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.experiment import Experiment
-    from warmlink.orchestration.diagnosis.verdict import Assessment
+    from warmlink.orchestration.diagnosis.data.experiment import Experiment
+    from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
 _TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""
@@ -204,8 +204,8 @@ def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
 
 def trial(task: tuple[str, int, int]) -> Trial:
     """Carry out one trial, given its kind, the bench's seed and its number."""
-    from warmlink.orchestration.diagnosis.gain import Scores
-    from warmlink.orchestration.diagnosis.verdict import assess, names
+    from warmlink.orchestration.diagnosis.answer.gain import Scores
+    from warmlink.orchestration.diagnosis.fit.verdict import assess
 
     kind_name, seed, i = task
     kind = KINDS[kind_name]
@@ -223,7 +223,7 @@ def trial(task: tuple[str, int, int]) -> Trial:
     found = assess(experiment)
     seconds = time.process_time() - began
     truth = "+".join(sorted(effects))
-    said = names([found.best, *found.rivals]) if found.word in ("named", "ambiguous") else []
+    said = [fit.name for fit in (found.best, *found.rivals)] if found.word in ("named", "ambiguous") else []
     if kind.effects == 0:
         right = found.word == "adequate"
     elif kind.known:
@@ -267,21 +267,19 @@ def _followed(
     Whether that names the truth, or says that nothing is wrong; and whether it does, or leaves beside the
     truth only what the proposal said that nothing tells from it. None where there was nothing to carry out.
     """
-    from warmlink.orchestration.diagnosis.experiment import together
-    from warmlink.orchestration.diagnosis.next_experiment import next_experiment
-    from warmlink.orchestration.diagnosis.verdict import assess, names
+    from warmlink.orchestration.diagnosis.answer.next_experiment import next_experiment
+    from warmlink.orchestration.diagnosis.data.experiment import together
+    from warmlink.orchestration.diagnosis.fit.verdict import assess
 
     proposed = next_experiment(found, experiment)
     if proposed is None or not proposed.duty:
         return None, None
-    duty = [
-        Segment(s.duration_s, s.speed, s.torque, s.pad_temperature, s.ambient_temperature)
-        for s in proposed.duty
-    ]
-    again = assess(together([experiment, _written_and_read(hide(effects, duty, seed=seed))]))
+    again = assess(together([experiment, _written_and_read(hide(effects, proposed.duty, seed=seed))]))
     if not effects:
         return again.word == "adequate", again.word == "adequate"
-    left = set(names([again.best, *again.rivals])) if again.word in ("named", "ambiguous") else set()
+    left = (
+        {fit.name for fit in (again.best, *again.rivals)} if again.word in ("named", "ambiguous") else set()
+    )
     truth = "+".join(sorted(effects))
     beside = left - {truth}
     right = truth in left and beside <= (_TWINS if set(effects) & _TWINS else set())
@@ -290,7 +288,7 @@ def _followed(
 
 
 def _written_and_read(columns: dict[str, Any]) -> Experiment:
-    from warmlink.orchestration.diagnosis.experiment import read_experiment
+    from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.csv"

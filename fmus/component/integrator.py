@@ -1,4 +1,4 @@
-"""The linearly implicit integrator inside the Python FMUs, and the Jacobian it uses.
+"""The linearly implicit integrator inside the FMUs and the diagnosis, and the Jacobian it uses.
 
 ROS2 of J. G. Verwer, E. J. Spee, J. G. Blom and W. Hundsdorfer, "A second-order Rosenbrock method applied
 to photochemical dispersion problems", SIAM J. Sci. Comput. 20 (1999) 1456-1480: two stages, one matrix,
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,24 @@ GAMMA = 1 - 1 / math.sqrt(2)
 
 COMPLEX_STEP = 1e-30
 """Imaginary step; without subtraction there is no cancellation, so it may be this small."""
+
+
+def ros2(
+    slope: Any, solve: Callable[[Any], Any], slope_ahead: Callable[[Any], Any], x: Any, step: Any
+) -> Any:
+    """State after one step of ROS2: arrays, or expressions of CasADi.
+
+    Parameters
+    ----------
+    slope : time derivative of the state at the start of the step, of the shape of `x`
+    solve : solution y of (I - gamma step J) y = b for a given b, with J the Jacobian
+    slope_ahead : time derivative at the end of the step of a given state
+    x : state, beside it the columns of its sensitivities where there are any
+    step : length of the step in s
+    """
+    first = solve(slope)
+    second = solve(slope_ahead(x + step * first) - 2 * first)
+    return x + step * (1.5 * first + 0.5 * second)
 
 
 def rosenbrock_step(
@@ -41,9 +60,8 @@ def rosenbrock_step(
         State at `time + step`, shape (n,).
     """
     inverse = np.linalg.inv(np.eye(x.size) - GAMMA * step * jacobian)
-    first = inverse @ rates(x, time)
-    second = inverse @ (rates(x + step * first, time + step) - 2 * first)
-    return x + step * (1.5 * first + 0.5 * second)
+    after: Vector = ros2(rates(x, time), inverse.__matmul__, lambda ahead: rates(ahead, time + step), x, step)
+    return after
 
 
 class ComplexStepJacobian:

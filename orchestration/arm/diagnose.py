@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
-from warmlink.orchestration.diagnosis.diagnose import JSON, SSV, Diagnosis, diagnose_experiment
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.diagnose import Progress, diagnose_experiment
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.report.diagnosis import JSON, SSV, write_diagnosis, write_json
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.experiment import Experiment
-
-Progress = Callable[[str], None]
+    from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
 
 @dataclass(frozen=True)
@@ -38,23 +39,22 @@ class ArmDiagnosis:
             found = " + ".join(item.title for item in each.causes)
             lines.append(f"{axis_name(number)}  {axis(number).name:<12}{each.verdict:<12}{found}".rstrip())
         for number in self.at_fault:
-            lines += ["", self.axes[number].summary()]
+            lines += ["", summary(self.axes[number])]
         return "\n".join(lines)
 
     def to_json(self) -> dict[str, Any]:
         """Contents of `diagnosis.json`: which axes are at fault, and each axis's own."""
         return {
             "at_fault": [axis_name(number) for number in self.at_fault],
-            "axes": {axis_name(number): each.to_json(SSV) for number, each in self.axes.items()},
+            "axes": {axis_name(number): json_content(each, SSV) for number, each in self.axes.items()},
         }
 
     def write(self, folder: Path) -> None:
         """Write `diagnosis.json`, and for each axis a folder with its own, its report and extended model."""
         for number, each in self.axes.items():
-            each.write(folder / axis_name(number))
+            write_diagnosis(each, folder / axis_name(number))
         with fresh_folder(folder) as work:
-            text = json.dumps(self.to_json(), indent=2, allow_nan=False, ensure_ascii=False)
-            (work / JSON).write_text(text + "\n", encoding="utf-8")
+            write_json(self.to_json(), work / JSON)
 
 
 def diagnose_arm(

@@ -14,10 +14,10 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import arm_values, axis_name
 from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
-from warmlink.orchestration.diagnosis.cause import Cause
-from warmlink.orchestration.diagnosis.cause import catalogue as causes
-from warmlink.orchestration.diagnosis.effects import EFFECTS
-from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, WHITE, Noise, Vector, noisy
+from warmlink.orchestration.diagnosis.causes.catalogue import Cause
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
+from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, WHITE, Noise, Vector, noisy
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.guard import guarded
@@ -45,8 +45,8 @@ def hide_in_arm(
 
     Parameters
     ----------
-    effects : strength in SI by effect, as `warmlink.orchestration.diagnosis.hide` has them; only what a
-        parameter of the axis's motor or link can be
+    effects : strength in SI by effect, as `hide` of `diagnosis/practice` has them; only what a parameter of
+        the axis's motor or link can be
     number : of the axis, from 1
     store : the arm's FMUs
     program : scenario of the arm

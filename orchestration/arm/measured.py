@@ -18,9 +18,9 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.arm.smoothing import over_steps, smoothed
-from warmlink.orchestration.diagnosis.experiment import HELD_OUT_SHARE, Experiment
-from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
-from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
+from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
+from warmlink.orchestration.diagnosis.data.measured import Column, Run, read_run
+from warmlink.orchestration.diagnosis.data.rig import ELONGATION, rig
 from warmlink.orchestration.text_files import measured_text
 
 RIG = "WarmupCell"

@@ -6,7 +6,7 @@ from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.catalogue import components, controllers
 from warmlink.orchestration.commands.console import answer_json
-from warmlink.orchestration.diagnosis.effects import about_effects
+from warmlink.orchestration.diagnosis.practice.effects import about_effects
 from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
 from warmlink.orchestration.scenarios.load import load_scenario, scenario_names
 from warmlink.orchestration.studies import mismatch

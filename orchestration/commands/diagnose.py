@@ -14,7 +14,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.console import answer, answer_json, remark, spinner
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.hide import Noise, Vector
+    from warmlink.orchestration.diagnosis.practice.hide import Noise, Vector
 
 NO_CONTROLLER = "none"
 
@@ -33,13 +33,16 @@ def diagnose_command(
                 raise InputError(f"{path}: a run of the whole arm stands alone; diagnose it by itself")
             if assumed or settings:
                 raise InputError(
-                    f"{path}: a run of the whole arm has every input, and is held against the shipped arm; "
+                    f"{path}: a run of the whole arm has every input, and is compared with the shipped arm; "
                     "leave --assume and --set out"
                 )
             _diagnose_arm(path, folder, as_json)
             return
-    from warmlink.orchestration.diagnosis.diagnose import JSON, SSP, SSV, diagnose
+    from warmlink.orchestration.diagnosis.answer.entries import json_content
+    from warmlink.orchestration.diagnosis.answer.words import summary
+    from warmlink.orchestration.diagnosis.diagnose import diagnose
     from warmlink.orchestration.fmu_store import store
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
     from warmlink.orchestration.system.shipped import SHIPPED
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
@@ -47,16 +50,16 @@ def diagnose_command(
     for each in diagnosis.experiment.remarks:
         remark(each)
     if as_json:
-        answer_json(diagnosis.to_json(SSV, SSP))
+        answer_json(json_content(diagnosis, SSV, SSP))
     else:
-        answer(diagnosis.summary())
+        answer(summary(diagnosis))
     with _told_what_is_lost(folder):
         blueprint = SHIPPED[diagnosis.experiment.rig.name]
         needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
-        diagnosis.write(folder, store(None, sorted(needed), remark))
+        write_diagnosis(diagnosis, folder, store(None, sorted(needed), remark))
     if not as_json:
         files = f"figures  {folder / JSON}    extended model  {folder / SSP}"
-        answer(f"report  {folder / 'report.html'}    {files}")
+        answer(f"report  {folder / PAGE}    {files}")
 
 
 _LOST = (
@@ -79,7 +82,7 @@ def _told_what_is_lost(folder: Path) -> Iterator[None]:
 def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
     from warmlink.orchestration.arm.diagnose import diagnose_arm
     from warmlink.orchestration.arm.measured import arm_experiments
-    from warmlink.orchestration.diagnosis.diagnose import JSON
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE
 
     with spinner(f"Diagnosing {path.name}") as progress:
         diagnosis = diagnose_arm(arm_experiments(path), progress=progress)
@@ -90,7 +93,7 @@ def _diagnose_arm(path: Path, folder: Path, as_json: bool) -> None:
     with _told_what_is_lost(folder):
         diagnosis.write(folder)
     if not as_json:
-        answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / 'report.html'} and so on")
+        answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")
 
 
 GRID, FEA = "grid", "fea"
@@ -107,8 +110,16 @@ def hide_command(
     axis: int | None,
 ) -> None:
     """Write a run that hides effects."""
-    from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of
-    from warmlink.orchestration.diagnosis.hide import INFORMATIVE, REAL, WHITE, duty_of, hide, write_csv
+    from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
+    from warmlink.orchestration.diagnosis.practice.hide import (
+        INFORMATIVE,
+        REAL,
+        WHITE,
+        duty_of,
+        hide,
+        write_csv,
+    )
+    from warmlink.orchestration.scenarios.duty import length
 
     if solver not in (GRID, FEA):
         raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
@@ -139,13 +150,13 @@ def hide_command(
         return
     segments = INFORMATIVE if duty is None else duty_of(duty)
     if solver == FEA:
-        from warmlink.orchestration.diagnosis.hidden_fea import hide_with_fea
+        from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea
 
         columns = hide_with_fea(strengths, segments, noise=kinds[noise], seed=seed)
     else:
         columns = hide(strengths, segments, noise=kinds[noise], seed=seed)
     write_csv(columns, out)
-    hours = sum(segment.duration for segment in segments) / 3600
+    hours = length(segments) / 3600
     answer(
         f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
     )

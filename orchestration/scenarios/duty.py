@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,10 +39,43 @@ class Segment:
     pad_temperature: float = ROOM_TEMPERATURE
     pad_power: float = 0.0
 
+    @classmethod
+    def with_pad(
+        cls,
+        duration: float,
+        pad_temperature: float,
+        speed: float = 0.0,
+        torque: float = 0.0,
+        ambient_temperature: float = ROOM_TEMPERATURE,
+    ) -> Segment:
+        """Segment during which a pad is held at a temperature in K."""
+        return cls(duration, speed, torque, ambient_temperature, PAD_TEMPERATURE, pad_temperature)
+
+    @property
+    def pad(self) -> float:
+        """Temperature in K at which a pad is held; NaN where none is."""
+        return self.pad_temperature if self.pad_mode == PAD_TEMPERATURE else float("nan")
+
     @property
     def demands(self) -> tuple[float, ...]:
         """Demands in the order of `DEMANDS`."""
         return tuple(getattr(self, name) for name in DEMANDS)
+
+
+def length(segments: Sequence[Segment]) -> float:
+    """Duration of all segments in s."""
+    return sum(segment.duration for segment in segments)
+
+
+def demands_at(segments: Sequence[Segment], times: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Demands by name at times in s, shape (times,) each, in SI units; the last segment holds.
+
+    The pad temperature is NaN where no pad is held at one.
+    """
+    ends = np.cumsum([segment.duration for segment in segments])
+    which = np.minimum(np.searchsorted(ends, times, side="right"), len(segments) - 1)
+    table = np.array([(s.speed, s.torque, s.pad, s.ambient_temperature) for s in segments])[which]
+    return dict(zip(("speed", "torque", "pad_temperature", "ambient_temperature"), table.T, strict=True))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,8 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, UNITS, Duty, Segment
-from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
+from warmlink.orchestration.scenarios.quantity import converter, heading
+from warmlink.orchestration.system.units import Conversion
 from warmlink.orchestration.text_files import read_text, shown
 
 TIME, DURATION = "time", "duration"
@@ -25,8 +25,6 @@ DEMANDS = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != D
 
 MEASURED = (*SENSED, "elongation")
 """Columns that may stand beside it, as in a run that `diagnose` reads; they are no part of the duty cycle."""
-
-_COLUMN = re.compile(r"^\s*(\w+)\s*(?:\[([^\]]*)\])?\s*$")
 
 
 class _Column(NamedTuple):
@@ -108,10 +106,9 @@ def _columns(header: list[str], where: str) -> list[_Column]:
 
 def _known_columns(header: list[str], where: str) -> Iterator[_Column]:
     for place, cell in enumerate(header):
-        match = _COLUMN.match(cell)
-        if match is None:
+        name, unit = heading(cell)
+        if not name.isidentifier():
             raise InputError(f"{where}: column {shown(cell)} is not of the form 'name [unit]'; rename it")
-        name, unit = match[1], match[2]
         if name in MEASURED:
             yield _Column(place, name, Conversion())
             continue
@@ -122,10 +119,7 @@ def _known_columns(header: list[str], where: str) -> Iterator[_Column]:
             )
         if not unit:
             raise InputError(f"{where}: column {name!r} has no unit; write '{name} [{DEMANDS[name]}]'")
-        try:
-            yield _Column(place, name, conversion(parse_unit(unit), parse_unit(DEMANDS[name])))
-        except InputError as fault:
-            raise InputError(f"{where}: column {name!r}: {fault}; give it in {DEMANDS[name]}") from None
+        yield _Column(place, name, converter(unit, DEMANDS[name], f"{where}: column {name!r}"))
 
 
 def _held(cells: Mapping[str, float | None], where: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Values with units as people write them, `22 degC` or `2 h`, turned into SI."""
+"""Values with units as people write them, `22 degC` or `2 h`, turned into SI, and headers `name [unit]`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import math
 import re
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.units import conversion, parse_unit
+from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
 from warmlink.orchestration.text_files import shortened, shown
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*$")
+_HEADING = re.compile(r"(.+?)\s*\[([^\[\]]*)\]")
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
@@ -35,10 +36,21 @@ def quantity(text: str | float, unit: str, where: str, *, difference: bool = Fal
         raise InputError(f"{where}: {shown(text)} is not a finite number; give one in {unit}")
     if given == unit:
         return number
+    return converter(given, unit, where, difference=difference)(number)
+
+
+def converter(given: str, unit: str, where: str, *, difference: bool = False) -> Conversion:
+    """Conversion from a unit as written to an SI unit; raises InputError where that is not possible."""
     try:
-        return conversion(parse_unit(given), parse_unit(unit), difference)(number)
+        return conversion(parse_unit(given), parse_unit(unit), difference)
     except InputError as fault:
         raise InputError(f"{where}: {fault}; give it in {unit}") from None
+
+
+def heading(header: str) -> tuple[str, str | None]:
+    """Name and unit of a column headed `name [unit]`; None where the header has no unit in brackets."""
+    match = _HEADING.fullmatch(header.strip())
+    return (match[1], match[2].strip()) if match else (header.strip(), None)
 
 
 def positive(text: str | float, unit: str, where: str) -> float:

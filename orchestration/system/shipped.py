@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
@@ -29,6 +29,8 @@ class Blueprint:
     components : name of the component behind each instance, as `ThermalLink` behind `link`; empty for
         the compensator, whose component is chosen with the controller
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`
+    signals : inputs that one signal from outside the system feeds, by the name of the signal
+    instruments : sensor or camera outside the system by the output that it reads, as `sensors[1]`
     """
 
     name: str
@@ -37,6 +39,8 @@ class Blueprint:
     wires: tuple[tuple[str, str], ...] = ()
     stop_time: float = 3600.0
     step_size: float = 1.0
+    signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    instruments: Mapping[str, str] = field(default_factory=dict)
 
     def components_with(self, controller: str | None) -> dict[str, str]:
         """Component behind each instance, once the controller's component is known."""
@@ -172,8 +176,15 @@ BENCH_ROD = Blueprint(
         *ROD_WIRES,
         *((f"link.sensor_temperature[{i}]", f"sensors.temperature[{i}]") for i in range(1, 9)),
     ),
+    signals={"ambient_temperature": ("link.ambient_temperature", "link.tip_sink_temperature")},
+    instruments={"link.elongation": "camera"},
 )
 
-BENCH_MOTOR = Blueprint(name="BenchMotor", about="a motor by itself", components={"motor": "MotorHeatSource"})
+BENCH_MOTOR = Blueprint(
+    name="BenchMotor",
+    about="a motor by itself",
+    components={"motor": "MotorHeatSource"},
+    instruments={"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+)
 
 SHIPPED = {blueprint.name: blueprint for blueprint in (WARMUP_CELL, BENCH_ROD, BENCH_MOTOR)}

@@ -2,8 +2,8 @@ import numpy as np
 
 from benchmarks.diagnosis import bench_diagnosis
 from benchmarks.hidden_effects import KINDS, drawn, weakened, with_gaps
-from warmlink.orchestration.diagnosis.effects import effect_of
-from warmlink.orchestration.diagnosis.hide import hide
+from warmlink.orchestration.diagnosis.practice.effects import effect_of
+from warmlink.orchestration.diagnosis.practice.hide import hide
 
 
 def test_the_bench_counts_and_writes(tmp_path) -> None:  # type: ignore[no-untyped-def]

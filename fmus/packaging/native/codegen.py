@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar
-from warmlink.fmus.component.integrator import GAMMA
+from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.packaging.native.elimination import Factorisation
 from warmlink.fmus.packaging.native.joint_code import (
     running_parts,
@@ -176,11 +176,11 @@ def micro_step(component: Component, s: Symbols, later: Expression) -> Expressio
     x, held = s.x[:size], s.x[size:]
     slope = component.rates_of(s.x, s.u, s.d, s.time)
     system = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x))
-    first = system.solve(slope)
-    beyond = casadi.vertcat(x + s.step * first, held)
-    ahead = component.rates_of(beyond, later, s.d, s.time + s.step, since=s.time)
-    second = system.solve(ahead - 2 * first)
-    return x + s.step * (1.5 * first + 0.5 * second)
+
+    def slope_ahead(ahead: Expression) -> Expression:
+        return component.rates_of(casadi.vertcat(ahead, held), later, s.d, s.time + s.step, since=s.time)
+
+    return ros2(slope, system.solve, slope_ahead, x, s.step)
 
 
 def _like(symbols: Expression) -> Expression:

@@ -16,7 +16,8 @@ from warmlink.orchestration.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.arm.setup import arm
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.commands.diagnose import diagnose_command
-from warmlink.orchestration.diagnosis.hide import write_csv
+from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
 
 pytestmark = pytest.mark.xdist_group("arm_diagnosis")
@@ -44,7 +45,7 @@ def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Pat
     assert found.at_fault == (ELBOW,)
     (cause,) = found.axes[ELBOW].causes
     assert cause.name == "joint_resistance"
-    said = found.axes[ELBOW].to_json()["causes"][0]["parameters"]["motor.joint_resistance"]
+    said = json_content(found.axes[ELBOW])["causes"][0]["parameters"]["motor.joint_resistance"]
     assert said["low95"] <= RESISTANCE <= said["high95"]
     for _ in range(2):  # a second time over the first
         found.write(tmp_path / "out")

@@ -8,19 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.effects import CHANNELS
-from warmlink.orchestration.diagnosis.hidden import COLD, Segment, Truth, simulate
-from warmlink.orchestration.diagnosis.hide import KELVIN_ZERO, write_csv
-from warmlink.orchestration.diagnosis.measured import Run
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.practice.effects import CHANNELS
+from warmlink.orchestration.diagnosis.practice.hidden import COLD, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, write_csv
+from warmlink.orchestration.scenarios.duty import Segment
 
 Columns = dict[str, np.ndarray]
 
 PADDED = (
     Segment(900, 2.0, 2.5),
-    Segment(1500, 0.0, 0.0, pad=COLD + 28),
+    Segment.with_pad(1500, COLD + 28),
     Segment(600, 0.0, 4.0),
     Segment(1200, 4.0, 1.0),
-    Segment(900, 1.5, 3.0, pad=COLD + 35),
+    Segment.with_pad(900, COLD + 35, 1.5, 3.0),
     Segment(900, 3.43, 2.5),
 )
 """A hundred minutes with the heating pad on twice, once while the motor works."""
@@ -55,7 +56,7 @@ def logged_inputs(logger: Logger, seed: int) -> tuple[Columns, Truth]:
         return logger.room * float(np.sin(2 * np.pi * time / 3000 + phase) - np.sin(phase))
 
     at = [PADDED[i] for i in np.clip(np.searchsorted(ends, rows, side="right"), 0, len(PADDED) - 1)]
-    pad = np.array([np.nan if s.pad is None else s.pad for s in at]) - KELVIN_ZERO
+    pad = np.array([s.pad for s in at]) - KELVIN_ZERO
     columns = {
         "time [s]": rows,
         "speed [rad/s]": np.array([s.speed for s in at]),

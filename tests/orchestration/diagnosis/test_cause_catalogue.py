@@ -1,10 +1,14 @@
+from pathlib import Path
+
+import pytest
+
 from warmlink.fmus.component import Component
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
-from warmlink.orchestration.diagnosis.cause import catalogue
-from warmlink.orchestration.diagnosis.instruments import CLOCK
-from warmlink.orchestration.diagnosis.rigs import RIGS, rig
-from warmlink.orchestration.system.shipped import SHIPPED
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue, read_cause
+from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK
 
 PROMISED = (
     "radiation",
@@ -82,15 +86,11 @@ def test_bounds_lie_within_the_fmus() -> None:
             assert top is None or cause.upper * factor <= top, cause.name
 
 
-def test_rigs_are_wired_as_the_shipped_systems() -> None:
-    for name in RIGS:
-        here, shipped = rig(name), SHIPPED[name]
-        wires = {target: source for source, target in shipped.wires}
-        for target, source in here.connections.items():
-            assert wires[target] == source
-        for output, reading in here.readings.items():
-            if reading.startswith("sensors") and reading.replace("[", ".temperature[") in wires:
-                source = wires[reading.replace("[", ".temperature[")]
-                same = {source, output} <= {"link.base_temperature", "link.sensor_temperature[1]"}
-                same |= {source, output} <= {"link.tip_temperature", "link.sensor_temperature[3]"}
-                assert source == output or same
+def test_a_file_that_is_not_a_cause_is_refused_with_its_entry(tmp_path: Path) -> None:
+    path = tmp_path / "leak.toml"
+    entries = 'sentence = "S"\nlooks_like = "L"\ncheck = "C"\nlower = 0.0\nupper = 1.0\n'
+    path.write_text(entries + 'frees = ["link.hub_conductance"]\n', "utf-8")
+    assert read_cause(path).frees == ("link.hub_conductance",)
+    path.write_text(entries + 'free = ["link.hub_conductance"]\n', "utf-8")
+    with pytest.raises(InputError, match=r"leak\.toml: frees: Field required"):
+        read_cause(path)

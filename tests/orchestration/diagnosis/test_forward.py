@@ -5,14 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.cause import catalogue
-from warmlink.orchestration.diagnosis.equations import Equations
-from warmlink.orchestration.diagnosis.forward import Forward
-from warmlink.orchestration.diagnosis.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
-from warmlink.orchestration.diagnosis.hidden import Segment, Truth, simulate
-from warmlink.orchestration.diagnosis.hide import INFORMATIVE
-from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.rigs import rig
+from warmlink.orchestration.diagnosis.answer import duties
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.diagnosis.model.equations import Equations
+from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
+from warmlink.orchestration.scenarios.duty import NO_PAD, Segment
 
 OUTPUTS = (
     "motor.shaft_temperature",
@@ -31,21 +33,7 @@ def freed() -> list[str]:
 
 
 def run_of(duty: tuple[Segment, ...], interval: float = 10.0) -> Run:
-    ends = np.cumsum([s.duration for s in duty])
-    time = np.arange(0.0, ends[-1] + interval / 2, interval)
-    at = [duty[i] for i in np.clip(np.searchsorted(ends, time, side="right"), 0, len(duty) - 1)]
-    pad = np.array([np.nan if s.pad is None else s.pad for s in at])
-    return Run(
-        "run",
-        time,
-        {
-            "motor.speed": np.array([s.speed for s in at]),
-            "motor.torque": np.array([s.torque for s in at]),
-            "motor.ambient_temperature": np.array([s.ambient for s in at]),
-            "motor.pad_temperature": pad,
-        },
-        {},
-    )
+    return duties.run_of(duty, [], 1.0, interval)
 
 
 def forward(run: Run, resolution: Resolution, slots: list[str] | None = None) -> Forward:
@@ -88,7 +76,7 @@ def test_finer_steps_converge_with_second_order() -> None:
 
 def test_sensitivities_equal_differences() -> None:
     slots = freed()
-    duty = tuple(replace(s, pad=None) for s in INFORMATIVE[:6])
+    duty = tuple(replace(s, pad_mode=NO_PAD) for s in INFORMATIVE[:6])
     run = run_of(duty, 60.0)
     simulated = forward(run, Resolution(20, 0.5, 0.05, 15.0, np.inf), slots)
     z = simulated.start_values()

@@ -7,7 +7,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.diagnose import diagnose
-from warmlink.orchestration.diagnosis.hide import hide, write_csv
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
 Columns = dict[str, np.ndarray]
 

@@ -10,13 +10,14 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.diagnosis import hidden, hidden_fea
-from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of, ordinary
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.hidden import Course, Segment, Truth
-from warmlink.orchestration.diagnosis.hidden_fea import carried, hide_with_fea
-from warmlink.orchestration.diagnosis.hide import INFORMATIVE, write_csv
-from warmlink.orchestration.diagnosis.verdict import Assessment, assess
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
+from warmlink.orchestration.diagnosis.practice import hidden, hidden_fea
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth
+from warmlink.orchestration.diagnosis.practice.hidden_fea import carried, hide_with_fea
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, write_csv
+from warmlink.orchestration.scenarios.duty import Segment, length
 
 TEMPERATURES = ("shaft", "winding", "base", "middle", "tip")
 DUTY = list(INFORMATIVE)
@@ -30,18 +31,14 @@ def far_apart(a: Course, b: Course) -> tuple[float, float]:
     return kelvin, 100 * float(growth)
 
 
-def duration(duty: list[Segment]) -> float:
-    return sum(segment.duration for segment in duty)
-
-
 def rows(duty: list[Segment]) -> hidden.Vector:
-    return np.arange(0.0, duration(duty) + 5.0, 10.0)
+    return np.arange(0.0, length(duty) + 5.0, 10.0)
 
 
 def truth_with(name: str, duty: list[Segment]) -> Truth:
     effect = EFFECTS[name]
     assert effect.on_truth is not None
-    return effect.on_truth(Truth(), effect.size, duration(duty))
+    return effect.on_truth(Truth(), effect.size, length(duty))
 
 
 def test_both_solvers_agree_as_link_and_finite_elements_do() -> None:
@@ -92,7 +89,7 @@ def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_hidden_is_found(tmp_path: Path, names: tuple[str, ...], seed: int) -> None:
-    found = assessed(tmp_path, ordinary(names), seed)
+    found = assessed(tmp_path, {name: effect_of(name).size for name in names}, seed)
     assert found.word in ("named", "ambiguous")
     assert set(names) in [set(fit.key) for fit in (found.best, *found.rivals)]
     # Where nothing is 1 the start is the nominal value.

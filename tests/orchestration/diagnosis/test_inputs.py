@@ -9,15 +9,16 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.inputs import with_inputs
+from warmlink.orchestration.diagnosis.data.measured import Run, condensed
+from warmlink.orchestration.diagnosis.data.nominal import with_nominal
+from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose
-from warmlink.orchestration.diagnosis.equations import Equations
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.forward import input_table
-from warmlink.orchestration.diagnosis.hide import STILL, hide, write_csv
-from warmlink.orchestration.diagnosis.inputs import with_inputs
-from warmlink.orchestration.diagnosis.measured import Run, condensed
-from warmlink.orchestration.diagnosis.nominal import with_nominal
-from warmlink.orchestration.diagnosis.rigs import rig
+from warmlink.orchestration.diagnosis.model.equations import Equations
+from warmlink.orchestration.diagnosis.model.forward import input_table
+from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 Columns = dict[str, np.ndarray]
 INPUTS = ("speed", "torque", "pad_temperature", "ambient_temperature")
@@ -128,7 +129,7 @@ def test_remarks_stand_in_json_on_the_page_and_on_the_terminal(
 ) -> None:
     path = written(tmp_path, without(whole, "ambient_temperature"))
     monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
-    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr("warmlink.orchestration.report.diagnosis.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr("sys.argv", ["warmlink", "diagnose", str(path), "--out", str(tmp_path / "out")])
     with suppress(SystemExit):  # which typer raises with 0 when all is well
         main()
@@ -182,7 +183,7 @@ def test_another_nominal_is_where_the_diagnosis_starts_from(tmp_path: Path, whol
     assert diagnose(path).verdict != "adequate"
     found = diagnose(path, settings={"link.convection_still": "2.275 W/(m2.K)"})
     assert found.verdict == "adequate"
-    files = found.write(tmp_path / "out")
+    files = write_diagnosis(found, tmp_path / "out")
     assert "link.convection_still" in files["extended.ssv"].read_text()
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.measured import Run, condensed
-from warmlink.orchestration.diagnosis.thinning import quantum, spike_rows
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.measured import Run, condensed
+from warmlink.orchestration.diagnosis.data.thinning import quantum, spike_rows
 
 HEAD = (
     "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],"

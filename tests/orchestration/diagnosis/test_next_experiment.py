@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.duties import DUTIES, length, run_of
-from warmlink.orchestration.diagnosis.experiment import read_experiment, read_runs, together
-from warmlink.orchestration.diagnosis.hidden import Segment
-from warmlink.orchestration.diagnosis.hide import STILL, hide, write_csv
-from warmlink.orchestration.diagnosis.next_experiment import LONGEST, Proposed, next_experiment
-from warmlink.orchestration.diagnosis.separation import chances
-from warmlink.orchestration.diagnosis.verdict import assess
+from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
+from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.separation import chances
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
+from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
+from warmlink.orchestration.scenarios.duty import length
 
 
 def test_a_proposal_tells_its_cycle_and_how_often() -> None:
@@ -58,11 +58,7 @@ def test_carried_out_it_names_what_an_hour_at_rest_left_open(tmp_path: Path) -> 
     assert proposed is not None
     assert 0 < length(proposed.duty) <= LONGEST
     assert proposed.expected_chance > 0.9
-    duty = [
-        Segment(s.duration_s, s.speed, s.torque, s.pad_temperature, s.ambient_temperature)
-        for s in proposed.duty
-    ]
-    second = written(tmp_path, "second", hide(hidden, duty, seed=3))
+    second = written(tmp_path, "second", hide(hidden, proposed.duty, seed=3))
     both = read_runs([first, second])
     assert [run.name for run in both.runs] == ["first", "second"]
     again = assess(both)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.diagnose import diagnose
 
 DATA = Path(os.environ.get("WARMLINK_DATA", Path(__file__).parents[4] / "shared" / "data"))
@@ -21,7 +22,7 @@ def given(name: str) -> Path:
 def test_a_robot_joint_needs_nothing_added() -> None:
     found = diagnose(given("motor/motor.toml"))
     assert found.verdict == "adequate"
-    assert found.to_json()["gain"]["runs"]["fit"]["temperature_J3"]["rmse_before"] < 0.05
+    assert json_content(found)["gain"]["runs"]["fit"]["temperature_J3"]["rmse_before"] < 0.05
 
 
 @pytest.mark.platform
@@ -30,7 +31,7 @@ def test_a_robot_joint_needs_nothing_added() -> None:
 def test_a_rod_is_ambiguous_and_some_member_predicts_the_held_out_run() -> None:
     found = diagnose(given("rod/rod.toml"))
     assert found.verdict == "ambiguous"
-    members = found.to_json()["gain"]["heldout"]["members"]
+    members = json_content(found)["gain"]["heldout"]["members"]
     errors = []
     for member in members.values():
         channels = member["runs"]["0609hs"].values()

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
-from warmlink.orchestration.diagnosis import problem as problem_module
-from warmlink.orchestration.diagnosis.equations import Equations
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.forward import Forward
-from warmlink.orchestration.diagnosis.grid import FINAL, SEARCH, Levels, Resolution
-from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.noise import NoiseModel
-from warmlink.orchestration.diagnosis.problem import Problem
-from warmlink.orchestration.diagnosis.rigs import rig
-from warmlink.orchestration.diagnosis.verdict import assess
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.diagnosis.fit import problem as problem_module
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.model.equations import Equations
+from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.grid import FINAL, SEARCH, Levels, Resolution
 
 BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")
 CELLS = 20

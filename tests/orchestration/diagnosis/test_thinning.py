@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.measured import Run
-from warmlink.orchestration.diagnosis.noise import ROW, Averaging, NoiseModel
-from warmlink.orchestration.diagnosis.thinning import MOST_ROWS, thinned
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, ROW, Averaging, thinned
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 
 VARIABLE = "link.tip_temperature"
 

@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose
-from warmlink.orchestration.diagnosis.effects import EFFECTS, effect_of, ordinary
-from warmlink.orchestration.diagnosis.experiment import read_experiment
-from warmlink.orchestration.diagnosis.hide import (
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hide import (
     MOVING,
     REAL,
     STILL,
@@ -18,7 +21,7 @@ from warmlink.orchestration.diagnosis.hide import (
     hide,
     write_csv,
 )
-from warmlink.orchestration.diagnosis.verdict import Assessment, assess
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 TWINS = {"expansion_coefficient", "elongation_scale"}
 
@@ -30,7 +33,7 @@ def file_with(folder: Path, effects: dict[str, float], **how) -> Path:  # type: 
 
 
 def sized(*names: str) -> dict[str, float]:
-    return ordinary(names)
+    return {name: effect_of(name).size for name in names}
 
 
 def assessed(folder: Path, effects: dict[str, float], **how) -> Assessment:  # type: ignore[no-untyped-def]
@@ -154,7 +157,7 @@ def named(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
 
 
 def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
-    gain = named.to_json()["gain"]
+    gain = json_content(named)["gain"]
     assert gain["heldout"]["rmse_before"] > 3
     assert gain["heldout"]["rmse_after"] < 1.1
     compensated = gain["compensation_um"]
@@ -164,7 +167,7 @@ def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
 
 
 def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
-    found = named.to_json("extended.ssv")
+    found = json_content(named, "extended.ssv")
     assert list(found)[:4] == ["verdict", "causes", "ambiguous", "next_experiment"]
     assert {"wrong", "gain", "extended"} <= set(found)
     cause = found["causes"][0]
@@ -180,7 +183,7 @@ def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
 
 
 def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
-    lines = named.summary().splitlines()
+    lines = summary(named).splitlines()
     assert len(lines) <= 10
     assert "radiat" in lines[1]
 
@@ -188,7 +191,7 @@ def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
 def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> None:
     from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
-    files = named.write(tmp_path / "out")
+    files = write_diagnosis(named, tmp_path / "out")
     assert set(files) == {"diagnosis.json", "extended.ssv", "report.html"}
     values = read_ssv(files["extended.ssv"])
     assert values["link.emissivity"].value == pytest.approx(0.6, abs=0.05)

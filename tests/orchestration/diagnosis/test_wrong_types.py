@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
 COMPLETE: dict[str, Any] = {
     "title": "Rod",

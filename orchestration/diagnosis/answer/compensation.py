@@ -1,0 +1,215 @@
+"""The growth that a compensator based on the extended model would have left in the measured runs.
+
+Two compensators are compared, each based once on the system as it stands and once on the extended model:
+the model itself as a feed-forward, and the shipped observer, newly designed, which is fed with the logged
+thermometers, speed, torque and ambient temperature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.orchestration.diagnosis.answer.extension import extended_values
+from warmlink.orchestration.diagnosis.answer.gain import Predicted
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.model.instruments import channel_of
+
+Vector = NDArray[np.float64]
+
+LAW = "observer"
+GOES_BY = ("base_temperature", "tip_temperature")
+"""Thermometers of the observer that ships, as far as they were measured."""
+
+AVERAGED = 120.0
+"""s over which an error is averaged before its largest value is taken, against the camera's noise."""
+
+_STEP = 10.0
+"""s between two corrections, at least."""
+
+_AFTER_PAD = 1800.0
+"""s after which a pad no longer affects the observer."""
+
+
+@dataclass(frozen=True)
+class Compensated:
+    """Largest error in m of the tool point over all runs, as the mean over a stretch, and its 95 % interval.
+
+    The interval is that of the readings' scatter about the means of stretches.
+    """
+
+    largest: float
+    low95: float
+    high95: float
+
+
+def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:
+    """Largest error when a model's elongation is taken out; None where no elongation was measured."""
+    if ELONGATION not in problem.variables:
+        return None
+    channel = problem.variables.index(ELONGATION)
+    return _largest(
+        [
+            (data.time, data.readings[:, channel] - readings[:, channel])
+            for data, readings in zip(problem.data, predicted.readings, strict=True)
+        ]
+    )
+
+
+def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
+    """Largest error of the observer designed on a fitted model; None where no elongation was measured.
+
+    Its law does not know of a heating pad, and falls back while one is on: those stretches are left out.
+
+    Parameters
+    ----------
+    problem : every run, held-out rows included
+    fit : the model that the observer is designed on
+    truth : the best model known, by which the readings are corrected for faults of the instruments
+    """
+    rig = problem.experiment.rig
+    if rig.name != "WarmupCell" or ELONGATION not in problem.variables:
+        return None
+    values, faults = extended_values(problem, fit), extended_values(problem, truth)
+    law = _designed(problem, values)
+    errors = []
+    for run in problem.experiment.runs:
+        if ELONGATION in run.readings:
+            error = _reading(rig, run, ELONGATION, faults) - _corrections(law, rig, run, values)
+            errors.append((run.time, np.where(_padded(run), np.nan, error)))
+    return _largest(errors)
+
+
+def _padded(run: Run) -> NDArray[np.bool_]:
+    """Rows with the pad on, or on not long ago."""
+    pad = run.inputs.get("motor.pad_temperature")
+    if pad is None or not np.isfinite(pad).any():
+        return np.zeros(run.time.size, dtype=bool)
+    on = run.time[np.isfinite(pad)]
+    last = np.searchsorted(on, run.time, side="right") - 1
+    return (last >= 0) & (run.time - on[np.maximum(last, 0)] < _AFTER_PAD)
+
+
+def _largest(errors: Sequence[tuple[Vector, Vector]]) -> Compensated | None:
+    """Largest mean over a stretch of errors at times, spikes left out."""
+    stretches: list[Vector] = []
+    for time, error in errors:
+        good = np.isfinite(error)
+        which = np.floor(time[good] / AVERAGED)
+        stretches += [error[good][which == w] for w in np.unique(which)]
+    stretches = [s[np.abs(s - np.median(s)) <= _wild(s)] for s in stretches if s.size]
+    if not stretches:
+        return None
+    scatter = np.concatenate([s - s.mean() for s in stretches])
+    freedom = max(scatter.size - len(stretches), 1)
+    worst = max(stretches, key=lambda s: abs(float(s.mean())))
+    largest = abs(float(worst.mean()))
+    spread = 1.96 * float(np.sqrt(scatter @ scatter / freedom / worst.size))
+    return Compensated(largest, max(largest - spread, 0.0), largest + spread)
+
+
+def _wild(values: Vector) -> float:
+    """Distance from the median beyond which a reading is a spike."""
+    return 8 * 1.4826 * float(np.median(np.abs(values - np.median(values)))) + 1e-7
+
+
+def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
+    """Parameters of the observer for a cell with other parameters than the nominal."""
+    from warmlink.controllers.design.gains import design_controller
+    from warmlink.controllers.design.plant import Plant
+
+    def of(instance: str) -> dict[str, float]:
+        names = problem.experiment.rig.parameters
+        return {n.partition(".")[2]: v for n, v in values.items() if n in names and n.startswith(instance)}
+
+    measured = {problem.names[v] for v in problem.variables}
+    spacing = min(float(np.median(np.diff(run.time))) for run in problem.experiment.runs)
+    return design_controller(
+        LAW,
+        [name for name in GOES_BY if name in measured],
+        sample_time=max(spacing, _STEP),
+        plant=Plant(of("motor."), of("link.")),
+    ).parameters
+
+
+def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Vector:
+    """Readings of an output, corrected for the known faults of its instrument except the lag."""
+    values = run.readings[variable]
+    channel = channel_of(rig, variable)
+    if channel is None:
+        return values
+    fault = channel.faults(faults)
+    values = (values - fault["offset"] - fault["drift_rate"] * run.time) / fault["scale"]
+    stem = fault["stem_conduction"]
+    ambient = run.inputs.get("motor.ambient_temperature")
+    return values if ambient is None or stem == 0 else (values - stem * ambient) / (1 - stem)
+
+
+def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, float]) -> Vector:
+    """Correction in m at each row of a run."""
+    from warmlink.controllers.design.plant import parameter_vector
+    from warmlink.controllers.observer.component import COMPONENT
+
+    given = by_scalar(parameters)
+    step = given["sample_time"]
+    count = int(np.ceil(run.time[-1] / step))
+    rows = run.row_at(step * np.arange(count + 1))
+    inputs = np.repeat(np.array([[float(v.start or 0.0)] for v in COMPONENT.inputs]), count + 1, axis=1)
+    for name, signal in _signals(rig, run, values).items():
+        inputs[COMPONENT.u.index[name]] = signal[rows]
+    settled = np.asarray(COMPONENT.settled(parameter_vector(COMPONENT, given, LAW)))
+    begin, update = _compiled_law()
+    first = begin(inputs[:, 0], settled)
+    repeated = np.repeat(settled[:, None], count, axis=1)
+    states = update.mapaccum(count)(first, inputs[:, 1:], repeated, np.full((1, count), step))
+    correction = COMPONENT.x.index["correction"]
+    corrections = np.append(np.array(first)[correction], np.array(states)[correction])
+    return np.interp(run.time, step * np.arange(count + 1), corrections)
+
+
+@cache
+def _compiled_law() -> tuple[Any, Any]:
+    """First states by inputs and settled parameters; the next by states, inputs, these and the step."""
+    import casadi as ca
+
+    from warmlink.controllers.observer.component import COMPONENT
+
+    x, u, d = (
+        ca.SX.sym(n, each.size) for n, each in (("x", COMPONENT.x), ("u", COMPONENT.u), ("d", COMPONENT.d))
+    )
+    step = ca.SX.sym("step")
+    begin = ca.Function("begin", [u, d], [COMPONENT.states_at_start(u, d)])
+    return begin, ca.Function(
+        "update", [x, u, d, step], [COMPONENT.updated(x, u, d, 0.0, step)], {"cse": True}
+    )
+
+
+def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Vector]:
+    """Inputs of the observer by name, corrected for the model's faults of sensors and surroundings."""
+    signals: dict[str, Vector] = {}
+    for name in SENSED:
+        variable = rig.columns[name]
+        if variable in run.readings and name in GOES_BY:
+            signals[name] = _reading(rig, run, variable, values)
+        else:
+            signals[name] = np.full(run.time.size, np.nan)
+    for name in ("speed", "torque", "ambient_temperature"):
+        signal = run.inputs.get(f"motor.{name}")
+        start = float(rig.variables[f"motor.{name}"].start or 0.0)
+        signals[name] = np.full(run.time.size, start) if signal is None else np.abs(signal)
+    signals["ambient_temperature"] = (
+        signals["ambient_temperature"]
+        + values.get("motor.ambient_offset", 0.0)
+        + values.get("motor.ambient_drift", 0.0) * run.time
+    )
+    return signals

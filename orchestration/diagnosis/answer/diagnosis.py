@@ -1,0 +1,113 @@
+"""All that was found in an experiment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
+from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
+from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
+from warmlink.orchestration.diagnosis.answer.unknown import Hint, hint
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.problem import Item
+from warmlink.orchestration.diagnosis.fit.residuals import Wrong, what_is_wrong
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """All that was found.
+
+    Attributes
+    ----------
+    experiment : what was measured
+    assessment : the search and its verdict
+    scores : errors on the whole experiment
+    before, after : readings by the uncorrected and by the chosen model
+    members : readings by the rivals of an ambiguous verdict
+    proposed : the next experiment, where the verdict is ambiguous
+    """
+
+    experiment: Experiment
+    assessment: Assessment
+    scores: Scores
+    before: Predicted
+    after: Predicted
+    members: tuple[Predicted, ...]
+    proposed: Proposed | None
+
+    @property
+    def verdict(self) -> str:
+        """One of adequate, named, ambiguous, unknown."""
+        return self.assessment.word
+
+    @property
+    def causes(self) -> tuple[Item, ...]:
+        """Causes found, strongest first; of an ambiguous set the best member."""
+        if self.verdict in ("adequate", "unknown"):
+            return ()
+        return tuple(sorted(self.assessment.best.items, key=lambda item: -self.strength(item)))
+
+    def strength(self, item: Item) -> float:
+        """Chi-square that the chosen model loses without a cause."""
+        fit = self.assessment.best
+        values = np.array([v for f, v in zip(fit.freed, fit.theta, strict=True) if f in item.freed])
+        which = [i for i, f in enumerate(fit.freed) if f in item.freed]
+        neutral = np.array([fit.freed[i].start for i in which])
+        covariance = fit.covariance()[np.ix_(which, which)]
+        away = values - neutral
+        return float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
+
+    @cached_property
+    def ambiguous(self) -> list[list[str]]:
+        """Sets of causes that the data cannot tell apart; a combination is written `a+b`."""
+        if self.verdict != "ambiguous":
+            return []
+        return stand_ins(self.assessment.best.key, [fit.key for fit in self.assessment.rivals])
+
+    @cached_property
+    def wrong(self) -> dict[str, Wrong]:
+        """What the simulation as it stands gets wrong, by column name."""
+        return what_is_wrong(self.assessment.fitter, self.assessment.null)
+
+    @cached_property
+    def remaining(self) -> dict[str, Wrong]:
+        """What the chosen model still gets wrong, by column name."""
+        return what_is_wrong(self.assessment.fitter, self.assessment.best)
+
+    @cached_property
+    def hint(self) -> Hint | None:
+        """What the missing heat looks like, where the cause is unknown."""
+        return hint(self.assessment) if self.verdict == "unknown" else None
+
+    @property
+    def adopted(self) -> Predicted:
+        """Readings by the model to use from now on."""
+        return self.after if self.causes else self.before
+
+    def chosen(self) -> Fit:
+        """The model to use from now on: the uncorrected one unless causes were found."""
+        return self.assessment.best if self.causes else self.assessment.null
+
+    @cached_property
+    def feed_forward(self) -> tuple[Compensated, Compensated] | None:
+        """Largest error of the model as a feed-forward, before and after."""
+        before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
+        return None if before is None or after is None else (before, after)
+
+    @cached_property
+    def observer(self) -> tuple[Compensated, Compensated] | None:
+        """Largest error of the observer designed on the model, before and after."""
+        null, chosen = self.assessment.null, self.chosen()
+        before = observer(self.scores.problem, null, chosen)
+        after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
+        return None if before is None or after is None else (before, after)
+
+    def units(self) -> dict[str, str]:
+        """Unit of each measured column by its name, as the file has it."""
+        return {c.name: c.unit for c in self.experiment.columns}

@@ -1,0 +1,209 @@
+"""The contents of `diagnosis.json`, with values in the units that people read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.answer.compensation import Compensated
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.gain import Predicted
+from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
+from warmlink.orchestration.diagnosis.fit.residuals import Wrong
+from warmlink.orchestration.scenarios.duty import Segment
+from warmlink.orchestration.system.units import Unit, conversion
+
+SHOWN = {"K": 1.0, "um": 1e6, "mm": 1e3, "m": 1.0}
+"""Units in which errors are shown, as multiples of SI."""
+
+_INTERVAL = 1.959964
+"""Standard deviations on either side of a 95 % interval."""
+
+
+def shown(unit: str) -> str:
+    """Unit in which an error in a column of this unit is shown: a difference of temperatures is K."""
+    if unit in ("um", "µm", "micrometer", "micron"):
+        return "um"
+    return unit if unit in ("mm", "m") else "K"
+
+
+def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None = None) -> dict[str, Any]:
+    """Contents of `diagnosis.json`.
+
+    Parameters
+    ----------
+    diagnosis : what was found
+    ssv, ssp : names of the files of the extended model, where they are written
+    """
+    proposed, hint = diagnosis.proposed, diagnosis.hint
+    return {
+        "verdict": diagnosis.verdict,
+        "causes": [cause_entry(diagnosis, item) for item in diagnosis.causes],
+        "ambiguous": diagnosis.ambiguous,
+        "next_experiment": None
+        if proposed is None
+        else {
+            "duty": [_stage(segment) for segment in proposed.duty],
+            "why": proposed.why,
+            "expected_separation_sigma": proposed.expected_separation_sigma,
+            "expected_chance": proposed.expected_chance,
+            "alike": [list(pair) for pair in proposed.alike],
+        },
+        "wrong": wrong_entries(diagnosis, diagnosis.wrong),
+        "remaining": wrong_entries(diagnosis, diagnosis.remaining),
+        "artefacts": {
+            "communication_step": {"solved_in_one_piece": True, "error_sigma": diagnosis.assessment.artefact}
+        },
+        "hint": None if hint is None else hint.to_json(),
+        "gain": _gain(diagnosis),
+        "extended": {"ssv": ssv, "ssp": ssp},
+        "remarks": list(diagnosis.experiment.remarks),
+    }
+
+
+def _stage(segment: Segment) -> dict[str, float | None]:
+    return {
+        "duration_s": segment.duration,
+        "speed": segment.speed,
+        "torque": segment.torque,
+        "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+        "ambient_temperature": segment.ambient_temperature,
+    }
+
+
+def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
+    """Entry of `causes`: values in the units that people read, and the evidence."""
+    from scipy.special import chdtrc
+
+    assessment = diagnosis.assessment
+    fit = assessment.best
+    deviations = dict(zip(fit.freed, np.sqrt(np.diag(fit.covariance())), strict=True))
+    values = dict(zip(fit.freed, fit.theta, strict=True))
+    parameters = {}
+    for freed in item.freed:
+        for variable in sorted({assessment.problem.slots[i] for i in freed.slots}):
+            name = f"{variable} ({item.label} = {freed.group})" if freed.group else variable
+            parameters[name] = _interval(freed, item, values[freed], float(deviations[freed]))
+    gain = diagnosis.strength(item)
+    count = assessment.fitter.count
+    alone = assessment.search.fits.get(frozenset({item.title}))
+    effect = None
+    if item.cause.relative:
+        first, nominal = item.freed[0], item.freed[0].start
+        spread = _INTERVAL * float(deviations[first])
+        effect = {
+            "factor": values[first] / nominal,
+            "low95": (values[first] - spread) / nominal,
+            "high95": (values[first] + spread) / nominal,
+        }
+    return {
+        "name": item.title,
+        "parameters": parameters,
+        "evidence": {
+            "sentence": item.cause.sentence,
+            "looks_like": item.cause.looks_like,
+            "check": item.cause.check,
+            "chi2_gain": gain,
+            "chi2_needed": assessment.search.penalty([item]),
+            "p_value": float(chdtrc(len(item.freed), gain)),
+            "bic_gain": gain - len(item.freed) * float(np.log(max(count, 2))),
+            "chi2_gain_alone": None if alone is None else assessment.null.chi2 - alone.chi2,
+            "effect": effect,
+        },
+    }
+
+
+def _interval(freed: Freed, item: Item, value: float, deviation: float) -> dict[str, Any]:
+    unit = item.cause.shown_unit or ("m" if "camera" in freed.variable else "K")
+    factor = _per_shown(freed, unit)
+    return {
+        "value": value * factor,
+        "std": deviation * factor,
+        "low95": max(value - _INTERVAL * deviation, freed.lower) * factor,
+        "high95": min(value + _INTERVAL * deviation, freed.upper) * factor,
+        "unit": unit,
+    }
+
+
+def _per_shown(freed: Freed, unit: str) -> float:
+    """Factor from SI to the shown unit; all of these are differences or have no offset."""
+    base = {"K/h": "K/s", "um/h": "m/s"}.get(unit, unit)
+    return conversion(Unit(base), Unit(unit), difference=True)(1.0)
+
+
+def wrong_entries(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> dict[str, dict[str, Any]]:
+    """What a model gets wrong, by column name."""
+    entries: dict[str, dict[str, Any]] = {}
+    for name, each in wrong.items():
+        unit = shown(diagnosis.units()[name])
+        entries[name] = {
+            "unit": unit,
+            "rmse": each.rmse * SHOWN[unit],
+            "noise": each.noise * SHOWN[unit],
+            "bias": each.bias * SHOWN[unit],
+            "whiteness_p": each.whiteness_p,
+            "when": list(each.when),
+            "correlates_with": [{"signal": signal, "r": r} for signal, r in each.correlates_with],
+        }
+    return entries
+
+
+def errors_by_run(diagnosis: Diagnosis, after: Predicted) -> dict[str, dict[str, dict[str, Any]]]:
+    """RMSE before and after by run and column name, in the unit that each entry names."""
+    scores = diagnosis.scores
+    pairs = zip(scores.by_channel(diagnosis.before), scores.by_channel(after), strict=True)
+    result: dict[str, dict[str, dict[str, Any]]] = {}
+    for run, (first, then) in zip(diagnosis.experiment.runs, pairs, strict=True):
+        result[run.name] = {}
+        for name, value in first.items():
+            unit = shown(diagnosis.units()[name])
+            result[run.name][name] = {
+                "rmse_before": value * SHOWN[unit],
+                "rmse_after": then[name] * SHOWN[unit],
+                "unit": unit,
+            }
+    return result
+
+
+def errors_in_noise(diagnosis: Diagnosis, after: Predicted, heldout: bool) -> dict[str, Any] | None:
+    """RMSE before and after in units of noise, with 95 % intervals; None where there are no such rows."""
+    first, then = diagnosis.scores.rmse(diagnosis.before, heldout), diagnosis.scores.rmse(after, heldout)
+    if first is None or then is None:
+        return None
+    return {
+        "rmse_before": first[0],
+        "rmse_after": then[0],
+        "rmse_before_95": list(first[1:]),
+        "rmse_after_95": list(then[1:]),
+    }
+
+
+def _gain(diagnosis: Diagnosis) -> dict[str, Any]:
+    adopted, forward, observer = diagnosis.adopted, diagnosis.feed_forward, diagnosis.observer
+    heldout = errors_in_noise(diagnosis, adopted, True)
+    if diagnosis.verdict == "ambiguous" and heldout is not None:
+        heldout["members"] = {
+            each.name: {
+                **(errors_in_noise(diagnosis, each, True) or {}),
+                "runs": errors_by_run(diagnosis, each),
+            }
+            for each in (diagnosis.after, *diagnosis.members)
+        }
+    return {
+        "fit": errors_in_noise(diagnosis, adopted, False),
+        "heldout": heldout,
+        "runs": errors_by_run(diagnosis, adopted),
+        "compensation_um": None
+        if forward is None
+        else {**_in_um(*forward), "observer": None if observer is None else _in_um(*observer)},
+    }
+
+
+def _in_um(before: Compensated, after: Compensated) -> dict[str, Any]:
+    return {
+        "before": 1e6 * before.largest,
+        "after": 1e6 * after.largest,
+        "before_95": [1e6 * before.low95, 1e6 * before.high95],
+        "after_95": [1e6 * after.low95, 1e6 * after.high95],
+    }

@@ -1,0 +1,55 @@
+"""The extended model as files that run as they are: a parameter set, and the shipped system with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.fmu_store import FmuStore
+
+
+def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
+    """Values in SI, by full variable name, of everything that differs from the nominal system.
+
+    Where runs differ, the values are those of the first fitted run. The clock of the recording is no part
+    of a model.
+    """
+    run = problem.fitted_runs[0]
+    values = problem.values(run, fit.freed, fit.theta)
+    known = dict(problem.known(run))
+    for freed in fit.freed:
+        if run in freed.runs:
+            known |= {problem.slots[i]: float(values[i]) for i in freed.slots}
+    return {name: float(v) for name, v in known.items() if name != CLOCK and np.isfinite(v)}
+
+
+def write_ssv_of(values: Mapping[str, float], path: Path) -> None:
+    """Write a parameter set for the whole system: names with their instance, SI units."""
+    from warmlink.orchestration.system.ssp.parameter_values import write_ssv
+
+    write_ssv(dict(values), path, name="extended")
+
+
+def write_ssp_of(system: str, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
+    """Write the shipped system with the extended values bound."""
+    from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.system.shipped import SHIPPED
+    from warmlink.orchestration.system.write import write_ssp
+
+    blueprint = SHIPPED[system]
+    none = controller("none").name
+    by_instance: dict[str, dict[str, float]] = {}
+    for name, value in values.items():
+        instance, _, variable = name.partition(".")
+        if instance in blueprint.components:
+            by_instance.setdefault(instance, {})[variable] = value
+    files = store.files(blueprint.components_with(none).values())
+    write_ssp(blueprint.system(files, none, by_instance), path)

@@ -1,0 +1,276 @@
+"""The next experiment: the feasible duty cycle that soonest tells apart what this one could not.
+
+Any member of the ambiguous set may be the truth, and is more likely the better it fits. For each candidate
+duty cycle, and for each member as the truth, the separation from every rival is predicted, and from it the
+chance that the run, diagnosed by itself, names that member. The chances are averaged over the members. The
+cycle that is sure soonest is proposed, repeated as often as that takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.answer.ambiguity import Titles, differences
+from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
+from warmlink.orchestration.diagnosis.answer.separation import Foreseen, chances
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, Averaging
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.scenarios.duty import Segment, length
+
+Vector = NDArray[np.float64]
+Pair = tuple[Titles, Titles]
+"""Two members of an ambiguous set."""
+
+MOST_RIVALS = 12
+FURTHER = 30.0
+"""Chi-square within which a model that these data rule out is still considered."""
+
+SURE = 0.96
+"""Expected chance of naming the cause that is enough."""
+
+_POINTS = 9
+"""Strengths of an effect over which a chance is averaged."""
+
+ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
+LONGEST = 86400.0
+"""How often a duty cycle may be repeated, and s that all of it may take."""
+
+_MOST_TOLD = 4
+"""Causes of a list that the words name."""
+
+ALIKE = float(np.sqrt(NEAR))
+"""Expected separation in standard deviations below which models are more likely than not to stay alike."""
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """What to do next.
+
+    Attributes
+    ----------
+    duty : segments in order; empty where another kind of run is proposed, or nothing helps
+    why : what it tells apart
+    expected_separation_sigma : of the two nearest members that it tells apart
+    expected_chance : of naming the cause, but for those that nothing tells apart
+    alike : pairs of sets of causes that no feasible duty cycle tells apart
+    """
+
+    duty: tuple[Segment, ...]
+    why: str
+    expected_separation_sigma: float
+    expected_chance: float
+    alike: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def cycle(self) -> tuple[tuple[Segment, ...], int]:
+        """Shortest cycle that the duty repeats, and how often."""
+        count = len(self.duty)
+        for size in range(1, count):
+            if count % size == 0 and self.duty == self.duty[:size] * (count // size):
+                return self.duty[:size], count // size
+        return self.duty, 1
+
+
+def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed | None:
+    """Choose what tells the members of an ambiguous set apart; None where there is no rival."""
+    if not assessment.rivals:
+        return None
+    members = (assessment.best, *assessment.rivals[:MOST_RIVALS])
+    if experiment.rig.name != "WarmupCell":
+        return _another_run(assessment, members, experiment)
+    design = _Design(assessment, experiment, members)
+    table = np.array([design.separations(duty) for duty in DUTIES])
+    most = np.sqrt([_feasible(duty)[-1] for duty in DUTIES])
+    never = np.max(table * most[:, None, None], axis=0) < ALIKE
+    alike = _alike(members, never)
+    if len(alike) == len(members) * (len(members) - 1) // 2:
+        return _nothing_tells(members, alike)
+    table[:, never] = np.inf
+    which, rounds = _soonest(design, table)
+    duty, separations, chance = _long_enough(design, DUTIES[which], rounds, never)
+    among = separations[:, : len(members)]
+    nearest = float(np.minimum(among, among.T).min())
+    told = _told_from_best(members, alike)
+    why = (
+        f"In {length(duty) / 3600:.1f} hours it {f'tells {told}' if told else 'narrows the set down'}, "
+        f"with a chance of {100 * chance:.0f} %.{_indistinguishable(alike)}"
+    )
+    return Proposed(duty, why, nearest, chance, _titles(alike))
+
+
+def _nothing_tells(members: Sequence[Fit], alike: Sequence[Pair]) -> Proposed:
+    shared = frozenset.intersection(*(fit.key for fit in members))
+    items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
+    told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
+    check = next(iter(items.values())).cause.check
+    return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, _titles(alike))
+
+
+class _Design:
+    """Predictions by the members of an ambiguous set, and by further models that must be ruled out."""
+
+    def __init__(self, assessment: Assessment, experiment: Experiment, members: Sequence[Fit]) -> None:
+        search = assessment.search
+        known = {fit.key for fit in members}
+        # The new run is judged by itself, so that it must rule out as well what these data just could.
+        further = [fit for fit in search.rivals(assessment.best, FURTHER) if fit.key not in known]
+        self.members = len(members)
+        self.models = [*members, search.null, *further[: MOST_RIVALS - self.members + 1]]
+        # Of a run that was not made yet nothing was measured that it could start from.
+        self._assessment, self._experiment = assessment, replace(experiment, initial_measured=False)
+        self._first = next(run for run in experiment.runs if not run.heldout)
+        scores = np.array([search.score(fit) for fit in members])
+        likelihood = np.exp(-0.5 * (scores - scores.min()))
+        self._weights: Vector = likelihood / likelihood.sum()
+        price = np.array([search.penalty(fit.items) for fit in self.models])
+        size = np.array([len(fit.items) for fit in self.models])
+        alike = np.where(size[: self.members, None] == size, NEAR, 0.0)
+        self._needed: Vector = price[: self.members, None] - price + alike
+        self._doubt = np.array([1 / np.sqrt(max(search.null.chi2 - fit.chi2, 1.0)) for fit in members])
+
+    def separations(self, duty: Sequence[Segment]) -> Vector:
+        """Separation of each model from each member as the truth, shape (members, models)."""
+        problem, experiment = self._assessment.problem, self._experiment
+        measured = self._first
+        share = min(measured.fit_until / float(measured.time[-1]), 1.0)
+        spacing = float(np.median(np.diff(problem.data[0].time)))
+        interval = max(spacing, share * length(duty) / MOST_ROWS)
+        run = run_of(duty, problem.variables, share, interval)
+        # The mean over an interval scatters less than a row does.
+        known = problem.averaging
+        here = Averaging(known.rows * interval / spacing, interval) if interval > spacing else known
+        noise = [n.averaged(here, known) for n in self._assessment.noise]
+        labelled = [each for each in experiment.runs if each.labels]  # causes by label need every value
+        there = Problem(replace(experiment, runs=(*labelled, replace(run, labels=measured.labels))))
+        return Foreseen(there, noise, self.models).separations(self.members)
+
+    def chance(self, separations: Vector) -> float:
+        """Expected chance that the member which is true is named.
+
+        The strength of an effect is uncertain by its standard deviation, and the separations are in
+        proportion to it.
+        """
+        points, shares = np.polynomial.hermite_e.hermegauss(_POINTS)
+        total = np.zeros(self.members)
+        for point, share in zip(points, shares / shares.sum(), strict=True):
+            strength = np.maximum(1 + point * self._doubt, 0.01)[:, None]
+            total += share * chances(separations * strength, self._needed)
+        return min(float(self._weights @ total), 1.0)
+
+
+def _feasible(duty: Sequence[Segment]) -> list[int]:
+    return [n for n in ROUNDS if n * length(duty) <= LONGEST]
+
+
+def _soonest(design: _Design, table: Vector) -> tuple[int, int]:
+    """Duty cycle that is sure soonest, and after how many rounds; else the one that comes closest.
+
+    Separations are taken to grow with the root of the rounds.
+    """
+    found = []
+    for which, separations in enumerate(table):
+        for rounds in _feasible(DUTIES[which]):
+            chance = design.chance(separations * np.sqrt(rounds))
+            if chance >= SURE:
+                break
+        missing = max(SURE - chance, 0.0)
+        found.append((missing, rounds * length(DUTIES[which]), which, rounds))
+    return min(found)[2:]
+
+
+def _long_enough(
+    design: _Design, cycle: tuple[Segment, ...], rounds: int, never: NDArray[np.bool_]
+) -> tuple[tuple[Segment, ...], Vector, float]:
+    """The cycle repeated from so many rounds on until it is sure; its separations, and the chance."""
+    for rounds in (n for n in _feasible(cycle) if n >= rounds):
+        separations = np.where(never, np.inf, design.separations(cycle * rounds))
+        chance = design.chance(separations)
+        if chance >= SURE:
+            break
+    return cycle * rounds, separations, chance
+
+
+def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> list[Pair]:
+    pairs = combinations(range(len(members)), 2)
+    return [(members[i].key, members[j].key) for i, j in pairs if never[i, j] or never[j, i]]
+
+
+def _titles(pairs: Sequence[Pair]) -> tuple[tuple[str, str], ...]:
+    return tuple(("+".join(sorted(one)), "+".join(sorted(other))) for one, other in pairs)
+
+
+def _told_from_best(members: Sequence[Fit], alike: Sequence[Pair]) -> str:
+    """What is told from the best member, in words; empty where nothing is."""
+    best, *others = (fit.key for fit in members)
+    told = differences(best, [key for key in others if (best, key) not in alike])
+    return ", and ".join(_in_words(told))
+
+
+def _indistinguishable(alike: Sequence[Pair]) -> str:
+    told = dict.fromkeys(pair for one, other in alike for pair in differences(one, [other]))
+    return "".join(f" Nothing tells {words}." for words in _in_words(told))
+
+
+def _in_words(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """Differences in words, those of one cause together."""
+    others: dict[str, list[str]] = {}
+    for one, other in pairs:
+        others.setdefault(one or other, []).append(other if one else "")
+    words = []
+    for one, each in others.items():
+        from_what = [other for other in each if other]
+        if len(from_what) < len(each):
+            words.append(f"whether {one} is there")
+        if from_what:
+            words.append(f"{one} from {_or(from_what)}")
+    return words
+
+
+def _or(names: list[str]) -> str:
+    if len(names) > _MOST_TOLD + 1:
+        names = [*names[:_MOST_TOLD], f"{len(names) - _MOST_TOLD} more"]
+    return f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
+
+
+def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Experiment) -> Proposed:
+    """Propose a run with labels in a combination that was not fitted yet."""
+    runs = [run for run in experiment.runs if not run.heldout]
+    names = [name for name in runs[0].labels if all(name in run.labels for run in runs)]
+    values = [list(dict.fromkeys(run.labels[n] for run in runs)) for n in names]
+    tried = {tuple(run.labels[n] for n in names) for run in runs}
+    found: list[tuple[int, float, tuple[str, ...], Vector]] = []
+    for labels in (c for c in product(*values) if c not in tried):
+        like = replace(
+            runs[0], name="next", labels={**runs[0].labels, **dict(zip(names, labels, strict=True))}
+        )
+        problem = Problem(replace(experiment, runs=(*runs, like)))
+        foreseen = Foreseen(problem, problem.noise_in(len(runs), assessment.noise), members)
+        told = np.array([foreseen.pooled_separation(0, j) for j in range(1, len(members))])
+        clear = told[told >= ALIKE]
+        found.append((clear.size, float(clear.min(initial=np.inf)), labels, told))
+    if not found or max(found)[0] == 0:
+        return Proposed(
+            (),
+            f"No further run of this kind tells {members[0].name} from its rivals.",
+            0.0,
+            0.0,
+        )
+    _, separation, labels, told = max(found)
+    pairs = zip(members[1:], told, strict=True)
+    alike = [(members[0].key, rival.key) for rival, size in pairs if size < ALIKE]
+    words = " and ".join(f"{n} = {v}" for n, v in zip(names, labels, strict=True))
+    why = (
+        f"In the fitted runs {' and '.join(names)} change together, so their effects cannot be told apart; "
+        f"a run with {words} would tell {_told_from_best(members, alike)}.{_indistinguishable(alike)}"
+    )
+    chance = float(chances(np.array([[separation]]), np.array([[NEAR]]))[0])
+    return Proposed((), why, separation, chance, _titles(alike))

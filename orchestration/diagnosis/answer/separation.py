@@ -1,0 +1,98 @@
+"""How far apart models are on a run, in standard deviations, and the chance of naming the right one.
+
+The separation of a rival from the truth is the distance of the true readings from the nearest that the rival
+can give, its numbers refitted (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975)
+57-70). Where the truth holds, the rival's chi-square is larger by the separation's square, with a scatter of
+twice the separation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.answer.gain import Scores
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+
+Vector = NDArray[np.float64]
+
+_CLOSE = 1e-6
+"""Separation in standard deviations below which models are one."""
+
+
+class Foreseen:
+    """Predictions of the last run of a problem by several models, in standard deviations of the noise.
+
+    Parameters
+    ----------
+    problem : its last run is the one in question
+    noise : of each channel in that run
+    models : fits to other runs
+    """
+
+    def __init__(self, problem: Problem, noise: Sequence[NoiseModel], models: Sequence[Fit]) -> None:
+        self.models = tuple(models)
+        run = len(problem.data) - 1
+        whiten = [Whitener(n, problem.data[run].time) for n in noise]
+        foreseen = [_whitened(problem, fit, run, whiten) for fit in self.models]
+        self._readings = [readings for readings, _ in foreseen]
+        self._columns = [columns for _, columns in foreseen]
+        self._bases = [orthonormal(columns) for columns in self._columns]
+
+    def separations(self, truths: int) -> Vector:
+        """Separation of every model from each of the first so many, as the truth, shape (truths, models).
+
+        Infinite where the rival is the truth with further causes: it fits as well, and for no reason.
+        """
+        table = np.full((truths, len(self.models)), np.inf)
+        for i, truth in enumerate(self.models[:truths]):
+            for j, rival in enumerate(self.models):
+                if not rival.key >= truth.key:
+                    apart = self._readings[i] - self._readings[j]
+                    taken = self._bases[j]
+                    table[i, j] = np.linalg.norm(apart - taken @ (taken.T @ apart))
+        return table
+
+    def pooled_separation(self, truth: int, rival: int) -> float:
+        """Separation of two models whose numbers are known from the fitted runs as well."""
+        apart = self._readings[truth] - self._readings[rival]
+        columns = [self._columns[i] @ root_of(self.models[i].covariance()) for i in (truth, rival)]
+        free = np.column_stack(columns)
+        # (I + F F')^-1 by Woodbury's identity
+        part = free.T @ apart
+        rest = apart @ apart - part @ np.linalg.solve(np.eye(free.shape[1]) + free.T @ free, part)
+        return float(np.sqrt(np.maximum(rest, 0.0)))
+
+
+def chances(separations: Vector, needed: Vector) -> Vector:
+    """Chance that each truth is told from the rival that is nearest to it, shape (truths,).
+
+    Parameters
+    ----------
+    separations : of each rival from each truth, shape (truths, models)
+    needed : by how much the rival's chi-square must be larger, shape (truths, models)
+    """
+    from scipy.special import ndtr
+
+    away = np.where(np.isfinite(separations), np.maximum(separations, _CLOSE), 1.0)
+    beyond = np.where(np.isfinite(separations), (away**2 - needed) / (2 * away), np.inf)
+    nearest: Vector = np.min(beyond, axis=1)
+    return np.asarray(ndtr(nearest))
+
+
+def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Vector, Vector]:
+    """Readings, shape (rows,), and their derivatives by the fit's numbers, all channels after one another."""
+    freed, theta = Scores.carry(problem, fit)
+    values, by_slot = problem.predict(run, problem.values(run, freed, theta))
+    here = {f.key: f for f in freed}
+    wanted = [here.get(f.key, replace(f, runs=())) for f in fit.freed]
+    columns = by_number(by_slot, wanted, run, freed)
+    joined = np.concatenate([values[:, :, None], columns], axis=2)
+    together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
+    return together[:, 0], together[:, 1:]

@@ -1,0 +1,85 @@
+"""A diagnosis in at most ten lines of plain words."""
+
+from __future__ import annotations
+
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_in_noise, wrong_entries
+from warmlink.orchestration.diagnosis.fit.problem import Item
+
+_PLAIN = {
+    "adequate": "Nothing is wrong beyond the noise: the model is adequate.",
+    "unknown": "Something is wrong that no cause in the catalogue explains.",
+}
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """Say in at most ten lines of plain words what was found."""
+    lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", _verdict_line(diagnosis)]
+    name = max(diagnosis.wrong, key=lambda each: diagnosis.wrong[each].rmse / diagnosis.wrong[each].noise)
+    wrong = wrong_entries(diagnosis, diagnosis.wrong)[name]
+    when = f", worst {wrong['when'][0]}" if wrong["when"] else ""
+    lines.append(
+        f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {wrong['unit']} rms "
+        f"against {wrong['noise']:.2g} {wrong['unit']} of noise{when}."
+    )
+    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    if diagnosis.causes:
+        lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
+        lines.append(_gain_line(diagnosis))
+        lines += _observer_lines(diagnosis)
+    if diagnosis.proposed is not None:
+        lines.append(f"Next: {diagnosis.proposed.why}")
+    if diagnosis.verdict == "unknown":
+        lines += _unknown_lines(diagnosis)
+    return "\n".join(lines[:10])
+
+
+def _verdict_line(diagnosis: Diagnosis) -> str:
+    if diagnosis.verdict in _PLAIN:
+        return _PLAIN[diagnosis.verdict]
+    if diagnosis.verdict == "named":
+        return "Found: " + " ".join(item.cause.sentence for item in diagnosis.causes)
+    sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]
+    return "These data cannot tell apart: " + " | ".join(sets[:3])
+
+
+def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
+    entry = cause_entry(diagnosis, item)
+    values = [
+        f"{variable} = {p['value']:.4g} {p['unit']} (95 %: {p['low95']:.4g} to {p['high95']:.4g})".replace(
+            " 1 (", " ("
+        )
+        for variable, p in list(entry["parameters"].items())[:2]
+    ]
+    return f"{item.title}: {', '.join(values)}"
+
+
+def _gain_line(diagnosis: Diagnosis) -> str:
+    parts = []
+    for word, heldout in (("fitted", False), ("held-out", True)):
+        errors = errors_in_noise(diagnosis, diagnosis.after, heldout)
+        if errors is not None:
+            parts.append(f"{errors['rmse_before']:.3g} to {errors['rmse_after']:.3g} on {word} rows")
+    return f"Error in units of noise: {', '.join(parts)}."
+
+
+def _observer_lines(diagnosis: Diagnosis) -> list[str]:
+    if diagnosis.observer is None:
+        return []
+    before, after = diagnosis.observer
+    clear = after.high95 < before.low95 or before.high95 < after.low95
+    return [
+        f"With an observer the tool point is off by {1e6 * before.largest:.2g} um at most; designed anew, by "
+        f"{1e6 * after.largest:.2g} um{'' if clear else ', no clear difference'}."
+    ]
+
+
+def _unknown_lines(diagnosis: Diagnosis) -> list[str]:
+    worst = sorted(diagnosis.remaining.items(), key=lambda pair: -pair[1].rmse / pair[1].noise)[0]
+    name, left = worst
+    follows = f" It follows {left.correlates_with[0][0]}." if left.correlates_with else ""
+    when = f" while {left.when[0]}" if left.when and not left.when[0].startswith("after") else ""
+    lines = [f"What the nearest causes leave stands out in {name}{when}.{follows}"]
+    if diagnosis.hint is not None:
+        lines.append(f"A hint only: {diagnosis.hint.sentence}")
+    return lines

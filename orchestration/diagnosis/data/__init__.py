@@ -1,0 +1,1 @@
+"""Measured data: read, checked, thinned, and the system that it was measured on."""

@@ -1,0 +1,221 @@
+"""Measured rows made ready for statistics: spikes removed, dense rows averaged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.data.measured import Run
+
+Vector = NDArray[np.float64]
+
+MOST_ROWS = 400
+"""Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
+
+SHORTEST = 5.0
+"""s; rows that follow faster are averaged."""
+
+SPIKE = 6.0
+"""Robust standard deviations from the running median at which a reading is a spike."""
+
+_WINDOW = 7
+_PIECE = 500_000
+
+_FEWEST_POINTS = 6
+"""Times at which a block of many rows is simulated at least; in a long one more, `SHORTEST` apart."""
+
+
+@dataclass(frozen=True)
+class Averaging:
+    """Over what a reading was averaged: number of rows, and time in s."""
+
+    rows: float = 1.0
+    duration: float = 0.0
+
+    def kept(self, memory: float) -> float:
+        """Share of the variance that noise correlated over a time in s keeps in the mean.
+
+        The mean over T of a process with covariance exp(-t/m): 2 (T/m - 1 + exp(-T/m)) / (T/m)^2.
+        """
+        ratio = self.duration / memory
+        return 2 * (ratio + float(np.expm1(-ratio))) / ratio**2 if ratio > 1e-6 else 1.0
+
+
+ROW = Averaging()
+"""A row as it was recorded."""
+
+
+@dataclass(frozen=True)
+class Thinned:
+    """Readings of a run in blocks.
+
+    Attributes
+    ----------
+    time : s, mean of each block's rows, shape (blocks,)
+    averaging : rows and time over which each block was averaged
+    within : s, times in each block at which it is simulated, shape (blocks, points)
+    weight : of each of these times in the block's mean, shape (blocks, points, outputs)
+    readings : SI, mean of each block, NaN where most of the readings due in it are missing,
+        shape (blocks, outputs)
+    fitted : blocks that fitting may use, shape (blocks,)
+    spikes : spikes removed by output, shape (outputs,)
+    quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
+    scatter : noise in SI from row to row, before averaging, shape (outputs,)
+    """
+
+    time: Vector
+    averaging: Averaging
+    within: Vector
+    weight: Vector
+    readings: Vector
+    fitted: NDArray[np.bool_]
+    spikes: NDArray[np.int64]
+    quantum: Vector
+    scatter: Vector
+
+
+def thinned(run: Run, variables: Sequence[str]) -> Thinned:
+    """Remove spikes from a run and average its rows where they are dense."""
+    table = np.column_stack([run.readings.get(v, np.full(run.time.size, np.nan)) for v in variables])
+    quanta = np.array([quantum(column) for column in table.T])
+    spikes = np.zeros(table.shape[1], dtype=np.int64)
+    for i in range(table.shape[1]):
+        wrong = spike_rows(table[:, i], quanta[i])
+        spikes[i] = wrong.size
+        table[wrong, i] = np.nan
+    scatter = np.array([_scatter(column) for column in table.T])
+    span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
+    spacing = float(np.median(np.diff(run.time)))
+    length = max(SHORTEST, span / MOST_ROWS)
+    if spacing >= length * 0.75:
+        one = np.ones((run.time.size, 1, table.shape[1]))
+        return Thinned(run.time, ROW, run.time[:, None], one, table, run.fitted, spikes, quanta, scatter)
+    block = np.floor(run.time / length).astype(np.int64)
+    starts = np.flatnonzero(np.diff(block, prepend=-1))
+    count = np.diff(np.append(starts, block.size))
+    time = np.add.reduceat(run.time, starts) / count
+    most = max(_FEWEST_POINTS, int(np.ceil(length / SHORTEST)))
+    within, weight = _points(run.time, np.isfinite(table), starts, count, most)
+    means = _means(run.time, table, starts, count, count > most)
+    fitted = np.logical_and.reduceat(run.fitted, starts)
+    averaging = Averaging(1 / float(np.mean(1 / count)), length)
+    return Thinned(time, averaging, within, weight, means, fitted, spikes, quanta, scatter)
+
+
+def _means(
+    time: Vector,
+    table: Vector,
+    starts: NDArray[np.int64],
+    count: NDArray[np.int64],
+    sparse: NDArray[np.bool_],
+) -> Vector:
+    """Mean of each block's readings, NaN where most of those due at the output's own spacing are missing.
+
+    Where not every row of a block is simulated, missing readings are interpolated between their neighbours,
+    so that the mean is not biased to one side.
+    """
+    full = np.isfinite(table)
+    filled = np.add.reduceat(full.astype(float), starts, axis=0)
+    rows = np.where(full, table, 0.0)
+    counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
+    for column, there in zip(rows.T, full.T, strict=True):
+        gaps = ~there & np.repeat(sparse, count)
+        if there.any():
+            column[gaps] = np.interp(time[gaps], time[there], column[there])
+    means = np.add.reduceat(rows, starts, axis=0) / counted
+    due = np.array([1 / _rows_between(there) for there in full.T]) * count[:, None]
+    return np.where(filled >= np.maximum(due / 2, 1), means, np.nan)
+
+
+def _rows_between(there: NDArray[np.bool_]) -> float:
+    """Rows from one reading of an output to the next: a logger may read some less often than others."""
+    rows = np.flatnonzero(there)
+    return float(np.median(np.diff(rows))) if rows.size > 1 else 1.0
+
+
+def _points(
+    time: Vector, full: NDArray[np.bool_], starts: NDArray[np.int64], count: NDArray[np.int64], most: int
+) -> tuple[Vector, Vector]:
+    """Times at which blocks are simulated, and their weights: the rows, or some as evenly spread.
+
+    Where a block has few rows, its own rows with readings are used: near a leap of the inputs no other times
+    can represent them.
+    """
+    number = np.minimum(count, most)[:, None]
+    point = np.arange(number.max())
+    place = np.clip((point + 0.5) * (count[:, None] / number) - 0.5, 0.0, count[:, None] - 1.0)
+    within = np.interp(starts[:, None] + place, np.arange(time.size), time)
+    used = np.repeat((point < number)[:, :, None], full.shape[1], axis=2)
+    read = used & full[np.round(starts[:, None] + place).astype(np.int64)]
+    # A block in which nothing was read is simulated too, for the eye.
+    all_of_them = (count > most)[:, None, None] | ~read.any(axis=1, keepdims=True)
+    used = np.where(all_of_them, used, read)
+    return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
+
+
+def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
+    """Rows of isolated readings far from the running median of their neighbours, and from their slope.
+
+    The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
+    out the neighbours of a spike on a steep course do not look wild as well.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    if rows.size < 3 * _WINDOW:
+        return rows[:0]
+    filled = values[rows]
+    half = _WINDOW // 2
+    windows = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)
+    pieces = np.array_split(windows, windows.shape[0] // _PIECE + 1)  # medians copy what they work on
+    middle = np.concatenate([np.median(piece, axis=1) for piece in pieces])
+    first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
+    away = np.abs(filled - np.concatenate([first, middle, last]))
+    limit = max(SPIKE * max(_noise_of(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
+    inner = np.flatnonzero(away[half:-half] > limit)
+    near = windows[inner]
+    slope = np.median(np.diff(near, axis=1), axis=1)
+    straight = np.median(near - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
+    away[inner + half] = np.minimum(away[inner + half], np.abs(near[:, half] - straight))
+    suspects = np.flatnonzero(away > limit)
+    # A course that really jumps stays away: a spike's neighbours do not.
+    lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
+    return rows[np.array(lonely, dtype=np.int64)]
+
+
+def _line(values: Vector) -> Vector:
+    """Line through the ends of a run, where no median has neighbours on both sides (Theil and Sen)."""
+    place = np.arange(values.size)
+    a, b = np.triu_indices(values.size, 1)
+    slope = float(np.median((values[b] - values[a]) / (b - a)))
+    line: Vector = np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
+    return line
+
+
+def _scatter(values: Vector) -> float:
+    filled = values[np.isfinite(values)]
+    return _noise_of(filled) if filled.size > 3 else 0.0
+
+
+def _noise_of(values: Vector) -> float:
+    """White noise of a slow signal from its second differences, whose variance is six times as large."""
+    bend = np.abs(np.diff(values, 2))
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
+
+
+def quantum(values: Vector) -> float:
+    """Step of the lattice that readings lie on, 0 where they lie on none.
+
+    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
+    difference between two of them.
+    """
+    filled = values[np.isfinite(values)]
+    distinct = np.unique(np.round(filled, 9))
+    if distinct.size < 3 or distinct.size > 0.7 * filled.size:
+        return 0.0
+    steps = np.diff(distinct)
+    step = float(np.median(steps))
+    whole = np.abs(steps / step - np.round(steps / step)) < 0.02
+    return step if whole.mean() > 0.95 and float(np.mean(np.round(steps / step) == 1)) > 0.5 else 0.0

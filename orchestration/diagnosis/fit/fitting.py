@@ -1,0 +1,246 @@
+"""Bounded Gauss-Newton fits, and what they predict for similar models.
+
+A fit ends with the Gram matrices of the whitened sensitivities to *every* slot. From these alone the
+outcome of freeing other variables, or of taking some back, is predicted without another simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
+from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
+
+Vector = NDArray[np.float64]
+
+_MOST_ITERATIONS = 12
+_BEYOND = 10.8
+"""Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
+
+_SMALL = 0.05
+"""Expected decrease of chi-square below which a fit has arrived."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """Chi-square and its linearisation at some values of the freed variables.
+
+    Attributes
+    ----------
+    chi2 : sum of squared whitened residuals
+    gram, gradient : by run, shapes (slots, slots) and (slots,): J'J and J'r
+    """
+
+    chi2: float
+    gram: tuple[Vector, ...]
+    gradient: tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes
+    ----------
+    items : causes in it
+    freed, theta : its numbers and their values in SI
+    point : chi-square and linearisation there
+    at_bound : whether each number would rather lie beyond a physical bound
+    """
+
+    items: tuple[Item, ...]
+    freed: tuple[Freed, ...]
+    theta: Vector
+    point: Point
+    at_bound: tuple[bool, ...]
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squared whitened residuals."""
+        return self.point.chi2
+
+    @property
+    def key(self) -> frozenset[str]:
+        """Titles of the causes."""
+        return frozenset(item.title for item in self.items)
+
+    @property
+    def name(self) -> str:
+        """Titles of the causes, joined by plus."""
+        return "+".join(sorted(self.key))
+
+    @property
+    def admissible(self) -> bool:
+        """Whether no cause was driven to a bound."""
+        return not any(
+            bound for bound, freed in zip(self.at_bound, self.freed, strict=True) if not freed.calibrated
+        )
+
+    @property
+    def resting(self) -> bool:
+        """Whether a cause lies on a physical bound, the neutral value excepted."""
+        return any(
+            min(value - f.lower, f.upper - value) <= 1e-6 * f.span < abs(value - f.start)
+            for f, value in zip(self.freed, self.theta, strict=True)
+            if not f.calibrated
+        )
+
+    def covariance(self) -> Vector:
+        """Covariance of the fitted numbers in SI, shape (numbers, numbers)."""
+        selection = Columns(self.freed, self.freed, self.point)
+        return inverse_of(selection.gram, 1e-12)
+
+
+class Columns:
+    """Gram matrix and gradient of chosen numbers, put together from those of the slots."""
+
+    def __init__(self, wanted: Sequence[Freed], overriding: Sequence[Freed], point: Point) -> None:
+        count = len(wanted)
+        self.gram: Vector = np.zeros((count, count))
+        self.gradient: Vector = np.zeros(count)
+        for run, (gram, gradient) in enumerate(zip(point.gram, point.gradient, strict=True)):
+            selection = by_number(np.eye(gradient.size), wanted, run, overriding)
+            self.gram += selection.T @ gram @ selection
+            self.gradient += selection.T @ gradient
+
+
+def by_number(by_slot: Vector, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Vector:
+    """Derivatives in a run by chosen numbers, shape (..., numbers), from those by slot, shape (..., slots).
+
+    They are 0 for a number that does not act in the run, and for a calibrated one that is overridden.
+    """
+    result = np.zeros((*by_slot.shape[:-1], len(wanted)))
+    for j, freed in enumerate(wanted):
+        if run in freed.runs and not (freed.calibrated and _overridden(freed, overriding, run)):
+            result[..., j] = by_slot[..., list(freed.slots)].sum(axis=-1)
+    return result
+
+
+def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
+    """Whether a number of a cause replaces a calibrated one in a run."""
+    return any(
+        o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by
+    )
+
+
+class Fitter:
+    """Fits models to a problem under a noise model of each channel."""
+
+    def __init__(self, problem: Problem, noise: Sequence[NoiseModel]) -> None:
+        self.problem, self.noise = problem, tuple(noise)
+        self.rows: list[list[NDArray[np.int64]]] = []
+        self.whiteners: list[list[Whitener]] = []
+        for run, data in enumerate(problem.data):
+            here = problem.noise_in(run, self.noise)
+            rows = [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
+            self.rows.append(rows)
+            self.whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
+        self.count = sum(r.size for rows in self.rows for r in rows)
+        self.evaluations = 0
+
+    def whitened(self, freed: Sequence[Freed], theta: Vector) -> list[list[Vector]]:
+        """Whitened residual, beside it the derivatives by slot, by run and channel."""
+        self.evaluations += 1
+        result = []
+        for run, data in enumerate(self.problem.data):
+            values, by_slot = self.problem.predict(run, self.problem.values(run, freed, theta))
+            joined = np.concatenate([(data.readings - values)[:, :, None], by_slot], axis=2)
+            result.append(
+                [
+                    whiten(joined[rows, channel])
+                    for channel, (rows, whiten) in enumerate(
+                        zip(self.rows[run], self.whiteners[run], strict=True)
+                    )
+                ]
+            )
+        return result
+
+    def at(self, freed: Sequence[Freed], theta: Vector) -> Point:
+        """Chi-square and its linearisation at given values."""
+        chi2, grams, gradients = 0.0, [], []
+        for channels in self.whitened(freed, theta):
+            joined = np.concatenate(channels)
+            gram = joined.T @ joined
+            chi2 += float(gram[0, 0])
+            grams.append(gram[1:, 1:])
+            gradients.append(gram[1:, 0])
+        return Point(chi2, tuple(grams), tuple(gradients))
+
+    def fit(self, items: Sequence[Item], start: dict[Freed, float] | None = None) -> Fit:
+        """Fit a model, from given values as far as there are any."""
+        freed = (*self.problem.calibrated, *(f for item in items for f in item.freed))
+        theta = np.array([(start or {}).get(f, f.start) for f in freed])
+        lower, upper, _ = _bounds(freed)
+        theta = np.clip(theta, lower, upper)
+        point = self.at(freed, theta)
+        damping = 0.0
+        for _ in range(_MOST_ITERATIONS if freed else 0):
+            columns = Columns(freed, freed, point)
+            step, expected = bounded_step(
+                columns.gram, columns.gradient, lower - theta, upper - theta, damping
+            )
+            if expected < _SMALL:
+                break
+            tried = self.at(freed, theta + step)
+            gained = point.chi2 - tried.chi2
+            if gained > 0:
+                theta, point = theta + step, tried
+                damping = 0.0 if gained > 0.5 * expected else damping / 3
+                if abs(gained - expected) < 0.02 * gained and gained < 5:
+                    break
+            else:
+                damping = max(10 * damping, 0.01)
+                if damping > 1e5:
+                    break
+        return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
+
+    def _beyond(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
+        """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
+        lower, upper, start = _bounds(freed)
+        near = 1e-6 * (upper - lower)
+        on = (theta <= lower + near) | (theta >= upper - near)
+        on &= np.abs(theta - start) > near
+        if not on.any():
+            return (False,) * len(freed)
+        columns = Columns(freed, freed, point)
+        low, high = np.where(on, -np.inf, lower - theta), np.where(on, np.inf, upper - theta)
+        _, beyond = bounded_step(columns.gram, columns.gradient, low, high)
+        return tuple(bool(each) and beyond > _BEYOND for each in on)
+
+
+def _bounds(freed: Sequence[Freed]) -> Vector:
+    """Lower bounds, upper bounds and starting values, shape (3, numbers)."""
+    return np.array([(f.lower, f.upper, f.start) for f in freed]).reshape(-1, 3).T
+
+
+def bounded_step(
+    gram: Vector, gradient: Vector, lower: Vector, upper: Vector, damping: float = 0.0
+) -> tuple[Vector, float]:
+    """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
+    correlation, scale = correlation_of(gram)
+    alive = np.diag(gram) > 1e-18 * max(float(np.diag(gram).max()), 1e-300)
+    matrix = correlation + (1e-11 + damping) * np.eye(scale.size)
+    matrix[~alive, :] = 0.0
+    matrix[:, ~alive] = 0.0
+    matrix[~alive, ~alive] = 1.0
+    target = np.where(alive, gradient / scale, 0.0)
+    step = np.linalg.solve(matrix, target)
+    low, high = lower * scale, upper * scale
+    if np.any(step < low) or np.any(step > high):
+        step = _between(matrix, target, low, high)
+    decrease = float(2 * target @ step - step @ correlation @ step)
+    return step / scale, decrease
+
+
+def _between(matrix: Vector, target: Vector, low: Vector, high: Vector) -> Vector:
+    from scipy.optimize import lsq_linear
+
+    factor = np.linalg.cholesky(matrix + 1e-12 * np.eye(target.size))
+    goal = np.linalg.solve(factor, target)
+    room = np.where(high > low, high, low + 1e-12)
+    return np.clip(np.asarray(lsq_linear(factor.T, goal, (low, room), method="bvls").x), low, high)

@@ -1,0 +1,138 @@
+"""Whether anything is left in the residuals that noise does not explain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
+from warmlink.orchestration.diagnosis.fit.noise import (
+    FEWEST,
+    LIKED,
+    NoiseModel,
+    Sample,
+    Spectrum,
+    estimate,
+    slow_courses,
+    undisturbed,
+)
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """Slow courses that remain: chi-square beyond the fit, its degrees of freedom, and their chance level."""
+
+    chi2: float
+    degrees: int
+    p: float
+
+    @property
+    def excess(self) -> float:
+        """Chi-square beyond what noise alone would give."""
+        return self.chi2 - self.degrees
+
+
+def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
+    """Test a fit's residuals for slow courses, all together and each channel of each run by itself.
+
+    What is wrong with one sensor shows by itself, and is lost among many. The chance level is that of the
+    less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
+    F ratio, since the noise itself is estimated from what is not slow.
+    """
+    from scipy.stats import f as f_distribution
+
+    residuals, courses, sensitivities = [], [], []
+    for run, channels in enumerate(fitter.whitened(fit.freed, fit.theta)):
+        for channel, joined in enumerate(channels):
+            rows = fitter.rows[run][channel]
+            if rows.size < 8:
+                continue
+            times = fitter.problem.data[run].time[rows]
+            residuals.append(joined[:, 0])
+            courses.append(fitter.whiteners[run][channel](slow_courses(times)))
+            sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
+    residual = np.concatenate(residuals)
+    basis = _block_diagonal(courses)
+    taken = orthonormal(np.concatenate(sensitivities))
+    residual = residual - taken @ (taken.T @ residual)
+    basis = basis - taken @ (taken.T @ basis)
+    slow = orthonormal(basis)
+    rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
+
+    def chance(courses: Vector) -> tuple[float, float]:
+        chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
+        # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
+        return chi2, float(f_distribution.sf(chi2 / degrees, degrees, max(rest // 2, 4)))
+
+    chi2, together = chance(slow)
+    ends = np.cumsum([0, *(c.shape[1] for c in courses)])
+    single = min(chance(orthonormal(basis[:, a:b]))[1] for a, b in pairwise(ends))
+    return LackOfFit(chi2, slow.shape[1], min(1.0, 2 * min(together, len(courses) * single)))
+
+
+def estimated_noise(
+    problem: Problem, fit: Fit | None, floors: list[float], liked: float = LIKED
+) -> list[NoiseModel]:
+    """Noise model of each channel from residuals without slow courses.
+
+    Parameters
+    ----------
+    problem : the data
+    fit : the model whose residuals serve; None before any model: then everything that a candidate may
+        explain is taken out as well
+    floors : least standard deviation by channel, in SI
+    liked : see `estimate`
+    """
+    predicted = []
+    for run in range(len(problem.data)):
+        freed, theta = (fit.freed, fit.theta) if fit else ((), np.zeros(0))
+        predicted.append(problem.predict(run, problem.values(run, freed, theta)))
+    spectra = []
+    for channel in range(len(problem.variables)):
+        samples, raw = [], [np.zeros(0)]
+        least = floors[channel]
+        for run, (data, (values, by_slot)) in enumerate(zip(problem.data, predicted, strict=True)):
+            rows = np.flatnonzero(data.fitted & np.isfinite(data.readings[:, channel]))
+            residual = data.readings[rows, channel] - values[rows, channel]
+            raw.append(residual)
+            if rows.size < FEWEST:
+                continue
+            columns = by_slot[rows, channel]
+            if fit is not None and fit.items:
+                columns = by_number(columns, fit.freed, run, fit.freed)
+            removed = orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
+            samples += undisturbed(
+                Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed, data.averaging)
+            )
+            least = max(least, float(data.quantum[channel]) / np.sqrt(12))
+        together = np.concatenate(raw)
+        unresolved = float(np.sqrt(together @ together / max(together.size, 1)))
+        spectra.append(Spectrum(samples, least, problem.averaging, unresolved))
+    return estimate(spectra, liked)
+
+
+def whiteness_p(residual: Vector) -> float:
+    """Chance level of the cumulative periodogram's distance from a straight line (Kolmogorov-Smirnov)."""
+    from scipy.fft import dct
+    from scipy.stats import kstwobign
+
+    if residual.size < 8:
+        return 1.0
+    power = dct(residual, norm="ortho")[1:] ** 2
+    cumulated = np.cumsum(power) / power.sum()
+    straight = np.arange(1, power.size + 1) / power.size
+    # The periodogram's squares have two degrees of freedom in a pair of cosines.
+    return float(kstwobign.sf(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
+
+
+def _block_diagonal(blocks: list[Vector]) -> Vector:
+    from scipy.linalg import block_diag
+
+    return np.asarray(block_diag(*blocks))

@@ -1,0 +1,187 @@
+"""Predictions of a fit for similar sets of causes, with some added or removed, without a simulation."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of, root_of
+from warmlink.orchestration.diagnosis.fit.fitting import Columns, Fit
+from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
+
+Vector = NDArray[np.float64]
+
+_COLLINEAR = 1 - 1e-6
+_DRAWS = 6000
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A set of causes not fitted yet, the chi-square expected of it, and values to start from."""
+
+    items: tuple[Item, ...]
+    chi2: float
+    start: dict[Freed, float] = field(hash=False)
+
+    @property
+    def key(self) -> frozenset[str]:
+        """Titles of the causes."""
+        return frozenset(item.title for item in self.items)
+
+
+class Neighbours:
+    """Linearised outcome of adding causes to a fit from which some were taken back.
+
+    Parameters
+    ----------
+    fit : the fit whose linearisation serves
+    candidates : every cause that may be added
+    removed : causes of the fit that are taken back to their neutral values
+    """
+
+    def __init__(self, fit: Fit, candidates: Sequence[Item], removed: Sequence[Item]) -> None:
+        self.fit, self.removed = fit, tuple(removed)
+        taken = {item.name for item in fit.items}
+        self.candidates = [
+            item for item in candidates if item.name not in taken or item.name in {r.name for r in removed}
+        ]
+        self.candidates = [item for item in self.candidates if item.title not in fit.key]
+        gone = {f for item in removed for f in item.freed}
+        base = [f for f in fit.freed if f not in gone]
+        back = [f for f in fit.freed if f in gone]
+        added = [f for item in self.candidates for f in item.freed]
+        columns = Columns([*base, *back, *added], fit.freed, fit.point)
+        nb, nr = len(base), len(back)
+        values = dict(zip(fit.freed, fit.theta, strict=True))
+        change = np.array([f.start - values[f] for f in back])
+        gram, gradient = columns.gram, columns.gradient
+        shifted = gradient - gram[:, nb : nb + nr] @ change
+        self.chi2 = (
+            fit.chi2
+            - 2 * gradient[nb : nb + nr] @ change
+            + change @ gram[nb : nb + nr, nb : nb + nr] @ change
+        )
+        inner = gram[:nb, :nb]
+        self._inverse = inverse_of(inner, 1e-10)
+        self._across = gram[nb + nr :, :nb]
+        self._inner_gradient = shifted[:nb]
+        self.chi2 -= float(shifted[:nb] @ self._inverse @ shifted[:nb])
+        own = np.diag(gram)[nb + nr :].copy()
+        self.gram = gram[nb + nr :, nb + nr :] - self._across @ self._inverse @ self._across.T
+        self.gradient = shifted[nb + nr :] - self._across @ self._inverse @ shifted[:nb]
+        self.base, self.values, self.added = base, values, added
+        # A column that the calibration explains all but entirely says nothing.
+        self.alive = np.diag(self.gram) > 1e-7 * np.maximum(own, 1e-300)
+        starts = np.cumsum([0, *(len(item.freed) for item in self.candidates)])
+        self.spans = [slice(a, b) for a, b in pairwise(starts)]
+        self._lower = np.array([f.lower - f.start for f in added])
+        self._upper = np.array([f.upper - f.start for f in added])
+
+    def usable(self) -> list[int]:
+        """Indices of candidates that affect the data."""
+        return [i for i, span in enumerate(self.spans) if self.alive[span].all()]
+
+    def outcome(self, chosen: Sequence[int]) -> tuple[float, Vector] | None:
+        """Gain in chi-square of adding candidates, and their values' changes; None where not feasible."""
+        index = np.concatenate([np.arange(self.spans[i].start, self.spans[i].stop) for i in chosen])
+        gram, gradient = self.gram[np.ix_(index, index)], self.gradient[index]
+        scale = np.sqrt(np.diag(gram))
+        correlation = gram / np.outer(scale, scale)
+        if index.size > 1:
+            least = float(np.linalg.eigvalsh(correlation)[0])
+            if least < 1 - _COLLINEAR:
+                return None
+        change = np.linalg.solve(correlation, gradient / scale) / scale
+        room = self._upper[index] - self._lower[index]
+        if np.any(change < self._lower[index] - 0.02 * room) or np.any(
+            change > self._upper[index] + 2.0 * room
+        ):
+            # Past a bound that is not the neutral value there may still be something when fitted in full.
+            one_sided = (self._lower[index] == 0) & (change < 0) | (self._upper[index] == 0) & (change > 0)
+            if one_sided.any():
+                return None
+            change = np.clip(change, self._lower[index], self._upper[index])
+        elif np.any((self._lower[index] == 0) & (change < 0)):
+            return None
+        return float(2 * gradient @ change - change @ gram @ change), change
+
+    def singles(self) -> Iterable[tuple[int, ...]]:
+        """Each candidate by itself."""
+        return ((i,) for i in self.usable())
+
+    def pairs(self) -> Iterable[tuple[int, ...]]:
+        """The pairs that promise most."""
+        usable = [i for i in self.usable() if self.spans[i].stop - self.spans[i].start == 1]
+        columns = np.array([self.spans[i].start for i in usable], dtype=int)
+        if columns.size < 2:
+            return []
+        a, b = np.triu_indices(columns.size, 1)
+        i, j = columns[a], columns[b]
+        gii, gjj, gij = self.gram[i, i], self.gram[j, j], self.gram[i, j]
+        ri, rj = self.gradient[i], self.gradient[j]
+        determinant = gii * gjj - gij**2
+        good = determinant > (1 - _COLLINEAR) * gii * gjj
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gain = np.where(good, (ri**2 * gjj - 2 * ri * rj * gij + rj**2 * gii) / determinant, 0.0)
+        order = np.argsort(gain)[::-1][:30]
+        return [(usable[a[k]], usable[b[k]]) for k in order]
+
+    def proposal(self, kept: tuple[Item, ...], chosen: Sequence[int]) -> Proposal:
+        """Set of the kept causes and the chosen candidates, with what is expected of it."""
+        change_base = self._inverse @ self._inner_gradient
+        start = {f: self.values[f] for f in self.base}
+        chi2 = self.chi2
+        if chosen:
+            outcome = self.outcome(chosen)
+            if outcome is None:
+                return Proposal((*kept, *(self.candidates[i] for i in chosen)), np.inf, {})
+            gain, change = outcome
+            chi2 -= gain
+            index = np.concatenate([np.arange(self.spans[i].start, self.spans[i].stop) for i in chosen])
+            change_base = change_base - self._inverse @ self._across[index].T @ change
+            for k, delta in zip(index, change, strict=True):
+                f = self.added[k]
+                start[f] = float(np.clip(f.start + delta, f.lower, f.upper))
+        for f, delta in zip(self.base, change_base, strict=True):
+            start[f] = float(np.clip(start[f] + delta, f.lower, f.upper))
+        return Proposal((*kept, *(self.candidates[i] for i in chosen)), chi2, start)
+
+
+def prior_shares(items: Sequence[Item]) -> dict[str, float]:
+    """Weight of each candidate by the name of its cause, which all candidates of one cause share equally.
+
+    So a cause that may be tried on many channels or labels is not found more easily by chance.
+    """
+    counts = Counter(item.cause.name for item in items)
+    return {name: 1 / count for name, count in counts.items()}
+
+
+def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> float:
+    """Probability level of one cause at which `false_alarms` of runs with nothing wrong would stop.
+
+    Drawn from the joint normal distribution of all candidates' gradients, bounds included.
+    """
+    from scipy.special import chdtrc
+
+    usable = null.usable()
+    if not usable:
+        return false_alarms
+    correlation, _ = correlation_of(null.gram)
+    draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((len(null.gram), _DRAWS))
+    share = prior_shares(null.candidates)
+    smallest = np.ones(_DRAWS)
+    for i in usable:
+        span = null.spans[i]
+        z = draws[span]
+        if z.shape[0] == 1:
+            one_sided = null._lower[span] == 0
+            gain = np.where(one_sided & (z[0] < 0), 0.0, z[0] ** 2)
+        else:
+            gain = np.sum(z * np.linalg.solve(correlation[span, span], z), axis=0)
+        smallest = np.minimum(smallest, chdtrc(z.shape[0], gain) / share[null.candidates[i].cause.name])
+    return float(np.quantile(smallest, false_alarms))

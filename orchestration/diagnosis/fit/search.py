@@ -1,0 +1,185 @@
+"""Which causes, alone or together, explain the data: forward selection and replacement over sets.
+
+The Gram matrices of every fit predict the gain of adding one or two causes, or of exchanging one. The most
+promising sets are then fitted in full, until none is left that might be better. A set is judged by
+chi-square plus a penalty for each cause, the level that no candidate reaches by chance in all but a few of
+a thousand runs with nothing wrong (the maximum over all candidates, found by drawing from their joint
+distribution).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fit.neighbours import (
+    Neighbours,
+    Proposal,
+    family_wise_level,
+    prior_shares,
+)
+from warmlink.orchestration.diagnosis.fit.problem import Item
+
+FALSE_ALARMS = 0.007
+"""Share of runs with nothing wrong in which some cause may reach the penalty."""
+
+INVENTED = 0.002
+"""Share of runs in which a cause may be added to those that are there."""
+
+MOST_CAUSES = 3
+NEAR = 7.0
+"""Chi-square by which a set must be worse to be told apart from the best."""
+
+_SLACK, _WINS = 6.0, 4.0
+"""What a prediction may be off by, for a set of as many causes and for a larger one."""
+
+_MOST_FITS = 45
+_PER_ROUND = 4
+
+
+class Search:
+    """Fits sets of causes until the best is found.
+
+    Attributes
+    ----------
+    fits : every fit made, by the titles of its causes
+    """
+
+    def __init__(self, fitter: Fitter, progress: Callable[[str], None] = lambda text: None) -> None:
+        self.fitter = fitter
+        self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
+        self.fits: dict[frozenset[str], Fit] = {}
+        self._proposals: dict[frozenset[str], Proposal] = {}
+        self._progress = progress
+        self._level: float | None = None
+        self._penalties: dict[tuple[int, float], float] = {}
+        self._shares = prior_shares(self.items)
+        self.add(fitter.fit(()))
+
+    @property
+    def null(self) -> Fit:
+        """The model with nothing but its calibration fitted."""
+        return self.fits[frozenset()]
+
+    @property
+    def level(self) -> float:
+        """Probability below which a cause's gain counts, all candidates considered."""
+        if self._level is None:
+            self._level = family_wise_level(Neighbours(self.null, self.items, ()), FALSE_ALARMS)
+        return self._level
+
+    def penalty(self, items: Sequence[Item], alone: bool = False) -> float:
+        """What a set must gain in chi-square; with each of its causes counted as if it were `alone`."""
+        least = sum(self._penalty_of(item, self.level) for item in items)
+        if alone or len(items) < 2:
+            return least
+        further = self.level * INVENTED / FALSE_ALARMS
+        dearer = (self._penalty_of(item, further) - self._penalty_of(item, self.level) for item in items)
+        return least + sum(dearer) * (len(items) - 1) / len(items)
+
+    def _penalty_of(self, item: Item, level: float) -> float:
+        key = (len(item.freed), level * self._shares[item.cause.name])
+        if key not in self._penalties:
+            from scipy.special import chdtri
+
+            self._penalties[key] = float(chdtri(*key))
+        return self._penalties[key]
+
+    def score(self, fit: Fit) -> float:
+        """Chi-square plus penalty; infinite where a cause lies on its bound."""
+        return fit.chi2 + self.penalty(fit.items) if fit.admissible else np.inf
+
+    @property
+    def best(self) -> Fit:
+        """The fit of the lowest score."""
+        return min(self.fits.values(), key=self.score)
+
+    def add(self, fit: Fit) -> None:
+        """Keep a fit and note what it proposes."""
+        self.fits[fit.key] = fit
+        self._proposals.pop(fit.key, None)
+        for proposal in self._proposed_by(fit):
+            known = self._proposals.get(proposal.key)
+            if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
+                self._proposals[proposal.key] = proposal
+
+    def run(self) -> Fit:
+        """Search until no proposal may be better or as good, or the fits are used up."""
+        while len(self.fits) < _MOST_FITS:
+            best = self.best
+            ranked = sorted((self._expected(p), i, p) for i, p in enumerate(self._proposals.values()))
+            promising = [
+                p for expected, _, p in ranked if expected < self.score(best) + self._margin(p, best)
+            ][:_PER_ROUND]
+            if not promising:
+                break
+            for proposal in promising:
+                self._progress(" + ".join(sorted(proposal.key)))
+                self.add(self.fitter.fit(proposal.items, proposal.start))
+        return self.best
+
+    def _margin(self, proposal: Proposal, best: Fit) -> float:
+        """How much worse than the best a proposal may look and still be worth a fit.
+
+        Sets of as many causes matter when they come near, larger ones only when they win.
+        """
+        larger = len(proposal.items) > len(best.items)
+        return _WINS if larger else NEAR + _SLACK
+
+    def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
+        """Other sets of as many causes that fit as well as the best, to within a chi-square."""
+        size = len(best.items)
+        score = self.score(best)
+        close = [
+            fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < score + within
+        ]
+        every = {twin.key: twin for fit in close for twin in (*self._twins(fit), fit)}
+        every.pop(best.key, None)
+        return sorted(every.values(), key=self.score)
+
+    def extended(self, best: Fit) -> list[Fit]:
+        """Sets with one more cause, which reach the level of a first cause but not that of a further one."""
+        bar = best.chi2 + self.penalty(best.items, alone=True)
+        more = [f for f in self.fits.values() if f.key > best.key and len(f.key) == len(best.key) + 1]
+        likely = [f for f in more if f.admissible and f.chi2 + self.penalty(f.items, alone=True) < bar]
+        return sorted(likely, key=self.score)
+
+    def _twins(self, fit: Fit) -> Iterable[Fit]:
+        """The same fit under labels that split the fitted runs alike: no data tell them apart."""
+        runs = self.fitter.problem.fitted_runs
+        for i, item in enumerate(fit.items):
+            for other in self.fitter.problem.items:
+                if other.title not in fit.key and _split(other, runs) == _split(item, runs):
+                    items = (*fit.items[:i], other, *fit.items[i + 1 :])
+                    freed = (*self.fitter.problem.calibrated, *(f for each in items for f in each.freed))
+                    yield replace(fit, items=items, freed=freed)
+
+    def _expected(self, proposal: Proposal) -> float:
+        return proposal.chi2 + self.penalty(proposal.items)
+
+    def _proposed_by(self, fit: Fit) -> Iterable[Proposal]:
+        size = len(fit.items)
+        for removed in ((), *((item,) for item in fit.items)):
+            near = Neighbours(fit, self.items, removed)
+            kept = tuple(item for item in fit.items if item not in removed)
+            for added in near.singles():
+                if len(kept) + 1 <= MOST_CAUSES:
+                    yield near.proposal(kept, added)
+            if not removed and size + 2 <= MOST_CAUSES:
+                for added in near.pairs():
+                    yield near.proposal(kept, added)
+            if removed and kept:
+                yield near.proposal(kept, ())
+
+
+def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:
+    """What an item frees in the fitted runs, whatever the label is called."""
+    return item.name, tuple(tuple(r for r in f.runs if r in runs) for f in item.freed)
+
+
+def _unlike(items: Sequence[Item], runs: Sequence[int]) -> tuple[Item, ...]:
+    """The first of items that free the same in the fitted runs."""
+    return tuple({_split(item, runs): item for item in reversed(items)}.values())[::-1]

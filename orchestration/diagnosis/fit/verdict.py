@@ -1,0 +1,193 @@
+"""The verdict: nothing wrong, causes named, causes that cannot be told apart, or none that explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import ELONGATION
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fit.lack_of_fit import LackOfFit, estimated_noise, lack_of_fit
+from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.search import Search
+from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
+
+Vector = NDArray[np.float64]
+Word = Literal["adequate", "named", "ambiguous", "unknown"]
+
+UNEXPLAINED = 0.001
+"""Chance level below which slow courses in the residuals count as real."""
+
+_SEEDS = 4
+"""Models that a second search begins from."""
+
+_LIKE_STATED = 0.7
+"""Scatter over stated noise above which the stated figure is no news."""
+
+_FLOORS = {"K": 1e-3, "m": 1e-8}
+"""Least noise by SI unit: the forward model is no more exact than this."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What the search found.
+
+    Attributes
+    ----------
+    word : the verdict
+    problem, fitter, search : what it was found with, on the fitted data alone
+    best : the chosen model; the uncorrected one for `adequate`
+    rivals : models that fit as well, best first
+    left : what the chosen model leaves unexplained
+    left_before : what the uncorrected model leaves
+    grid_error : largest error of the grid taken out, in units of 1 mK or 10 nm
+    artefact : error of the simulation's own steps and cells, in standard deviations of all readings
+    """
+
+    word: Word
+    problem: Problem
+    fitter: Fitter
+    search: Search
+    best: Fit
+    rivals: tuple[Fit, ...]
+    left: LackOfFit
+    left_before: LackOfFit
+    grid_error: float
+    artefact: float
+
+    @property
+    def null(self) -> Fit:
+        """The uncorrected model, calibrated."""
+        return self.search.null
+
+    @property
+    def noise(self) -> tuple[NoiseModel, ...]:
+        """Noise by channel."""
+        return self.fitter.noise
+
+
+def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
+    """Search for what is wrong, on the fitted rows alone.
+
+    Raises
+    ------
+    InputError
+        A run is too short to tell anything from noise.
+    """
+    problem = Problem(fitted_part(experiment))
+    refuse_too_short(problem)
+    progress("simulating as it stands")
+    start = [f.start for f in problem.calibrated]
+    begun = [problem.values(i, problem.calibrated, start) for i in range(len(problem.data))]
+    problem.refine(begun)
+    noise = _noise(problem, None)
+    # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
+    artefact = problem.artefact(begun, noise)
+    if problem.calibrated:
+        calibrated = Fitter(problem, noise).fit(())
+        problem.refine(_values(problem, calibrated))
+        noise = _noise(problem, calibrated)
+    search = Search(Fitter(problem, noise), progress)
+    best = search.run()
+    left = lack_of_fit(search.fitter, best)
+    lasting = any(n.lasting for n in search.fitter.noise)
+    if lasting and left.p < UNEXPLAINED:
+        # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
+        search, best, left = _searched_again(search, best, progress, inflation=2.0)
+    elif best.items and not lasting:
+        search, best, left = _searched_again(search, best, progress)
+    if left.p < UNEXPLAINED and not lasting and any(n.slow for n in search.fitter.noise):
+        # What noise correlated as strongly as is just credible would explain is not called unknown.
+        tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
+        if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
+            search, best, left = _searched_again(search, best, progress, liked=TOLERATED)
+    before = lack_of_fit(search.fitter, search.null) if best.items else left
+    word, rivals = _judge(search, best, left)
+    grid_error = problem.refine(_values(problem, best))
+    return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
+
+
+def _searched_again(
+    search: Search, best: Fit, progress: Callable[[str], None], inflation: float = 1.0, liked: float = LIKED
+) -> tuple[Search, Fit, LackOfFit]:
+    """Search again from the best models so far, where the grid's error and the noise are better known."""
+    problem = search.fitter.problem
+    progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
+    problem.refine(_values(problem, best))
+    seeds = [best, *search.rivals(best)] if best.items else []
+    fresh = Search(Fitter(problem, _noise(problem, best, inflation, liked)), progress)
+    for seed in seeds[:_SEEDS]:
+        fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
+    found = fresh.run()
+    return fresh, found, lack_of_fit(fresh.fitter, found)
+
+
+def _noise(
+    problem: Problem, fit: Fit | None, inflation: float = 1.0, liked: float = LIKED
+) -> list[NoiseModel]:
+    """Estimated noise of each channel, with an error that lasts where a stated figure tells of one.
+
+    A stated noise of about the size of the scatter from row to row, or smaller, adds nothing. One
+    that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
+    """
+    floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
+    models = estimated_noise(problem, fit, floors, liked)
+    result = []
+    for i, (variable, model) in enumerate(zip(problem.variables, models, strict=True)):
+        stated = problem.experiment.noise.get(variable)
+        scatter = max(float(data.scatter[i]) for data in problem.data)
+        if stated is None or max(model.sigma, scatter) > _LIKE_STATED * stated:
+            result.append(model)
+        else:
+            # As much white as stated keeps a fit from trusting the fast course, which the inputs blur.
+            white, lasting = stated, inflation * stated
+            result.append(NoiseModel(white, model.slow, model.memory, lasting))
+    return result
+
+
+def _judge(search: Search, best: Fit, left: LackOfFit) -> tuple[Word, tuple[Fit, ...]]:
+    if left.p < UNEXPLAINED:
+        return "unknown", tuple(search.rivals(best)) if best.items else ()
+    if not best.items:
+        return "adequate", ()
+    rivals = tuple(search.rivals(best))
+    if best.resting:
+        rivals += _off_bounds(search, best, {fit.key for fit in rivals})
+    rivals += tuple(search.extended(best))
+    return ("ambiguous" if rivals else "named"), rivals
+
+
+def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[Fit, ...]:
+    """The best sets that rest on no bound: a best set that does is doubtful, so these are kept as rivals."""
+    size = len(best.items)
+    free = [f for f in search.fits.values() if len(f.items) == size and f.admissible and not f.resting]
+    if not free:
+        return ()
+    first = min(free, key=search.score)
+    if lack_of_fit(search.fitter, first).p < UNEXPLAINED:
+        return ()
+    beside = (first, *search.rivals(first))
+    return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)
+
+
+def _values(problem: Problem, fit: Fit) -> list[Vector]:
+    return [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
+
+
+def fitted_part(experiment: Experiment) -> Experiment:
+    """Give the experiment without anything that is held out."""
+    runs = tuple(_until(run) for run in experiment.runs if not run.heldout)
+    return replace(experiment, runs=runs)
+
+
+def _until(run: Run) -> Run:
+    if run.fit_until > run.time[-1]:
+        return run
+    return run.part(run.time < run.fit_until)

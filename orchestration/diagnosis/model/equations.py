@@ -1,0 +1,206 @@
+"""A rig's equations in one piece: rates, outputs, derivatives, from the joined component.
+
+So the diagnosis integrates the same equations as the FMUs, without the communication steps between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+
+Vector = NDArray[np.float64]
+
+
+class Equations:
+    """Compiled functions of a rig for a choice of freed variables and outputs.
+
+    Parameters
+    ----------
+    rig : the system
+    slots : freed parameters or inputs, by full name; derivatives are with respect to these
+    outputs : outputs wanted, by full name
+
+    Attributes
+    ----------
+    states : names of the states that the outputs depend on; the others are left out
+    """
+
+    def __init__(self, rig: Rig, slots: Sequence[str], outputs: Sequence[str]) -> None:
+        import casadi as ca
+
+        self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
+        self._ca = ca
+        joined = _Symbols(rig, self.slots)
+        rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
+        needed = _needed_states(ca, joined.x, rates, observed)
+        self.states = tuple(rig.component.x.names[i] for i in needed)
+        x = joined.x[needed]
+        rates, begun = rates[needed], joined.begun[needed]
+        arguments = [x, joined.z, joined.p, joined.w, joined.time]
+        self._linear = ca.Function(
+            "linear",
+            arguments,
+            [ca.densify(v) for v in (rates, ca.jacobian(rates, x).T, ca.jacobian(rates, joined.z).T)],
+            {"cse": True},
+        )
+        self._observe = ca.Function(
+            "observe",
+            arguments,
+            [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, joined.z))],
+            {"cse": True},
+        )
+        self._begin = ca.Function(
+            "begin",
+            [joined.z, joined.p, joined.w],
+            [ca.densify(v) for v in (begun, ca.jacobian(begun, joined.z))],
+            {"cse": True},
+        )
+
+    @cached_property
+    def parameter_values(self) -> Vector:
+        """Start values of all parameters, shape (parameters,)."""
+        return np.asarray(self.rig.component.start_values()[0], dtype=float)
+
+    @cached_property
+    def external_values(self) -> Vector:
+        """Start values of the inputs that nothing feeds, shape (externals,)."""
+        return np.asarray(self.rig.component.start_values()[1], dtype=float)
+
+    def begin(self, z: Vector, p: Vector, w: Vector) -> tuple[Vector, Vector]:
+        """States at the start, shape (n,), and their derivatives by the slots, shape (n, slots)."""
+        x, by_slot = self._begin(z, p, w)
+        return np.array(x).ravel(), np.array(by_slot).reshape(x.shape[0], len(self.slots))
+
+    def stepper(self) -> Linearised:
+        """Rates with their derivatives, fast, for one thread."""
+        return Linearised(self._linear, len(self.states), len(self.slots))
+
+    def observe(
+        self, x: Vector, z: Vector, p: Vector, w: Vector, time: Vector
+    ) -> tuple[Vector, Vector, Vector]:
+        """Outputs at many points.
+
+        Parameters
+        ----------
+        x : states, shape (n, points)
+        z, p : slots and parameters
+        w : inputs, shape (externals, points)
+        time : s, shape (points,)
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Outputs, shape (points, outputs); derivatives by state, shape (points, outputs, n), and by
+            slot, shape (points, outputs, slots).
+        """
+        points, m = time.size, len(self.outputs)
+        mapped = self._observe.map(points)
+        ones = np.ones(points)
+        y, by_state, by_slot = mapped(x, np.outer(z, ones), np.outer(p, ones), w, time[None, :])
+        n, k = len(self.states), len(self.slots)
+        return (
+            np.array(y).T.reshape(points, m),
+            np.array(by_state).reshape(m, points, n).transpose(1, 0, 2),
+            np.array(by_slot).reshape(m, points, k).transpose(1, 0, 2),
+        )
+
+
+@lru_cache(maxsize=24)
+def equations(name: str, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...]) -> Equations:
+    """Compiled functions of a shipped rig, kept for the next problem of the same kind."""
+    return Equations(rig(name, cells), slots, outputs)
+
+
+class Linearised:
+    """The rates at a point with their derivatives, in arrays that are reused from call to call.
+
+    Attributes
+    ----------
+    rates : shape (n,)
+    by_state : shape (n, n)
+    by_slot : shape (n, slots)
+    """
+
+    def __init__(self, function: Any, states: int, slots: int) -> None:
+        self.x, self.w, self.time = np.zeros(states), np.zeros(function.size1_in(3)), np.zeros(1)
+        self.z, self.p = np.zeros(slots), np.zeros(function.size1_in(2))
+        self.rates = np.zeros(states)
+        # CasADi stores by column and gives the transposes: rows of NumPy.
+        self.by_state, self.by_slot = np.zeros((states, states)), np.zeros((states, slots))
+        self._buffer, self.evaluate = function.buffer()
+        for i, array in enumerate((self.x, self.z, self.p, self.w, self.time)):
+            self._buffer.set_arg(i, memoryview(array))  # type: ignore[arg-type]
+        for i, array in enumerate((self.rates, self.by_state, self.by_slot)):
+            self._buffer.set_res(i, memoryview(array.reshape(-1)))  # type: ignore[arg-type]
+
+    def averaged(
+        self, x: Vector, time: float, acting: Sequence[tuple[Vector, float]]
+    ) -> tuple[Vector, Vector, Vector]:
+        """Rates and their derivatives by state and by slot, averaged over the inputs that act in a step.
+
+        Parameters
+        ----------
+        x : states, shape (n,)
+        time : s
+        acting : inputs, shape (externals,), each with its share of the step
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Rates, and the derivatives, which the next call may overwrite.
+        """
+        self.x[:], self.time[0] = x, time
+        if len(acting) == 1:
+            self.w[:] = acting[0][0]
+            self.evaluate()
+            return self.rates.copy(), self.by_state, self.by_slot
+        slopes, by_state, by_slot = (np.zeros_like(a) for a in (self.rates, self.by_state, self.by_slot))
+        for inputs, share in acting:
+            self.w[:] = inputs
+            self.evaluate()
+            slopes += share * self.rates
+            by_state += share * self.by_state
+            by_slot += share * self.by_slot
+        return slopes, by_state, by_slot
+
+
+class _Symbols:
+    """A rig's rates, start values and outputs as expressions; slots stand in place of what they free."""
+
+    def __init__(self, rig: Rig, slots: tuple[str, ...]) -> None:
+        import casadi as ca
+
+        component = rig.component
+        self.p = ca.SX.sym("p", component.p.size)
+        self.w = ca.SX.sym("w", component.u.size)
+        self.z = ca.SX.sym("z", len(slots))
+        self.x = ca.SX.sym("x", component.x.size)
+        self.time = ca.SX.sym("time")
+        p, u = ca.SX(self.p), ca.SX(self.w)
+        for i, name in enumerate(slots):
+            if name in component.p.index:
+                p[component.p.index[name]] = self.z[i]
+            else:
+                u[component.u.index[name]] = self.z[i]
+        d = component.settled(p)
+        self.rates = component.rates_of(self.x, u, d, self.time)
+        self.begun = component.states_at_start(u, d)
+        outputs = ca.vertsplit(component.outputs_of(self.x, u, d, self.time))
+        self.values = dict(zip(component.y.names, outputs, strict=True))
+
+
+def _needed_states(ca: Any, x: Any, rates: Any, observed: Any) -> list[int]:
+    """Indices of the states that the outputs depend on, at once or through other states."""
+    by_state = np.array(ca.DM(ca.jacobian(rates, x).sparsity(), 1)) != 0
+    needed = (np.array(ca.DM(ca.jacobian(observed, x).sparsity(), 1)) != 0).any(axis=0)
+    while True:
+        more = needed | by_state[needed].any(axis=0)
+        if (more == needed).all():
+            return [int(i) for i in np.flatnonzero(needed)]
+        needed = more

@@ -1,0 +1,232 @@
+"""Simulation of a measured run with the derivatives by all freed variables, in one pass.
+
+States and sensitivities are stepped together by ROS2 (see `fmus/component/integrator.py`): the
+sensitivities of its stages with the matrix held, which is of order 2 as the method is for any matrix. One
+inverse serves both stages and all columns, and is kept while step and Jacobian stay nearly the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.component.integrator import GAMMA, ros2
+from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.values import is_discrete
+from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
+from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
+from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite
+
+Vector = NDArray[np.float64]
+
+PAD_OFF = 0
+_PAD = "motor.pad_temperature"
+
+_STALE = 0.02
+"""Change of step times Jacobian beyond which the inverse is made anew."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """True outputs at times, before any instrument reads them.
+
+    Attributes
+    ----------
+    values : shape (times, outputs)
+    slopes : time derivatives of the values
+    by_slot : derivatives, shape (times, outputs, slots), or (times, outputs, 0) where they were not requested
+    """
+
+    values: Vector
+    slopes: Vector
+    by_slot: Vector
+
+
+class Forward:
+    """Simulates one run, again and again, with other values of the freed variables.
+
+    Parameters
+    ----------
+    equations : the compiled rig
+    run : the measured run: its times and inputs
+    known : value by parameter or input, as far as it differs from the nominal
+    grid : how finely, or another simulation of the run: each of its steps is halved
+    derivatives : whether they are wanted beside the values
+
+    Attributes
+    ----------
+    steps : what they are in time
+    """
+
+    def __init__(
+        self,
+        equations: Equations,
+        run: Run,
+        known: Mapping[str, float],
+        grid: Resolution | Forward,
+        derivatives: bool = True,
+    ) -> None:
+        self.equations = equations
+        self._slots = len(equations.slots) if derivatives else 0
+        rig = equations.rig
+        self._p = equations.parameter_values.copy()
+        index = {name: i for i, name in enumerate(rig.parameters)}
+        for name, value in known.items():
+            if name in index:
+                self._p[index[name]] = value
+        self._w = input_table(equations, run, known)
+        discrete = np.array([is_discrete(rig.variables[name]) for name in rig.externals], dtype=bool)
+        levels = Levels(run.time, self._w, discrete)
+        if isinstance(grid, Forward):
+            self.steps: Steps = levels.halved(grid.steps.time)
+        else:
+            self.steps = self._controlled(levels, grid)
+
+    def start_values(self) -> Vector:
+        """Values of the freed variables as the experiment has them, shape (slots,)."""
+        rig = self.equations.rig
+        place = {name: i for i, name in enumerate(rig.parameters)}
+        outside = {name: i for i, name in enumerate(rig.externals)}
+        return np.array(
+            [self._p[place[s]] if s in place else self._w[outside[s], 0] for s in self.equations.slots]
+        )
+
+    def _controlled(self, levels: Levels, resolution: Resolution) -> Steps:
+        rates = self.equations.stepper()
+        rates.z[:], rates.p[:] = self.start_values(), self._p
+        begun, _ = self.equations.begin(rates.z, self._p, self._w[:, 0])
+        return controlled(rates, levels, begun, resolution)
+
+    def __call__(self, z: Vector, times: Vector) -> Trajectory:
+        """Simulate.
+
+        Parameters
+        ----------
+        z : values of the freed variables in SI, shape (slots,)
+        times : s within the run, rising, shape (times,)
+        """
+        states, slopes_left, slopes_right = self._integrate(z)
+        return self._interpolated(z, states, slopes_left, slopes_right, times)
+
+    def _integrate(self, z: Vector) -> tuple[Vector, Vector, Vector]:
+        """States and sensitivities between steps, and their slopes at both ends of each step."""
+        rates = self.equations.stepper()
+        rates.z[:], rates.p[:] = z, self._p
+        x, by_slot = self.equations.begin(z, self._p, self._w[:, 0])
+        joined = np.column_stack([x, by_slot[:, : self._slots]])
+        count, shape = len(self.steps.shares), joined.shape
+        states = np.empty((count + 1, *shape))
+        left, right = np.empty((count, *shape)), np.empty((count, *shape))
+        states[0] = joined
+        identity = np.eye(x.size)
+        inverse, kept = identity, np.full((x.size, x.size), np.inf)
+        time = self.steps.time
+        for k, shares in enumerate(self.steps.shares):
+            step = time[k + 1] - time[k]
+            first, jacobian = self._slopes(rates, joined, time[k], shares)
+            left[k] = first
+            scaled = (GAMMA * step) * jacobian
+            if not np.abs(scaled - kept).max() < _STALE:
+                kept, inverse = scaled, np.linalg.inv(identity - scaled)
+            joined = self._stepped(rates, joined, first, inverse, k)
+            states[k + 1] = joined
+            same = k + 1 < count and self.steps.shares[k + 1][0][0] == shares[-1][0] and len(shares) == 1
+            if same and len(self.steps.shares[k + 1]) == 1:
+                right[k] = np.nan
+            else:
+                right[k], _ = self._slopes(rates, joined, time[k + 1], shares)
+        following = np.isnan(right[:, 0, 0])
+        right[following] = left[1:][following[:-1]]
+        return states, left, right
+
+    def _stepped(self, rates: Linearised, joined: Vector, first: Vector, inverse: Vector, k: int) -> Vector:
+        """States and sensitivities after a step that begins with the slopes `first`."""
+        start, end = self.steps.time[k : k + 2]
+
+        def slope_ahead(ahead: Vector) -> Vector:
+            return self._slopes(rates, ahead, end, self.steps.shares[k])[0]
+
+        after: Vector = ros2(first, inverse.__matmul__, slope_ahead, joined, end - start)
+        return after
+
+    def _slopes(
+        self, rates: Linearised, joined: Vector, time: float, shares: Sequence[tuple[int, float]]
+    ) -> tuple[Vector, Vector]:
+        """Slopes of states and sensitivities, shape as `joined`, and the Jacobian, averaged over inputs."""
+        acting = [(self.steps.inputs[:, column], share) for column, share in shares]
+        slopes, jacobian, by_slot = rates.averaged(joined[:, 0], time, acting)
+        result = jacobian @ joined
+        result[:, 0] = slopes
+        result[:, 1:] += by_slot[:, : self._slots]
+        return result, jacobian
+
+    def _interpolated(
+        self, z: Vector, states: Vector, left: Vector, right: Vector, times: Vector
+    ) -> Trajectory:
+        """Outputs at times: cubic Hermite in time, as the states' slopes are known at both ends."""
+        time = self.steps.time
+        columns = [shares[0][0] for shares in self.steps.shares]
+        columns.append(columns[-1])
+        y, by_state, direct = self.equations.observe(
+            states[:, :, 0].T, z, self._p, self.steps.inputs[:, columns], time
+        )
+        # (points, outputs, 1 + slots): value and sensitivity through the states
+        through = by_state @ states
+        through[:, :, 0] = y
+        slope_left, slope_right = by_state[:-1] @ left, by_state[1:] @ right
+        k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(self.steps.shares) - 1)
+        length = (time[k + 1] - time[k])[:, None, None]
+        s = np.clip((times - time[k]) / (time[k + 1] - time[k]), 0.0, 1.0)[:, None, None]
+        value = hermite(s, length, through[k], through[k + 1], slope_left[k], slope_right[k])
+        y, left_y, right_y = through[:, :, 0], slope_left[:, :, 0], slope_right[:, :, 0]
+        h, s = length[:, :, 0], s[:, :, 0]
+        slope = (
+            6 * s * (1 - s) * (y[k + 1] - y[k]) / h
+            + (1 - s) * (1 - 3 * s) * left_y[k]
+            + s * (3 * s - 2) * right_y[k]
+        )
+        direct = direct[:, :, : self._slots]
+        direct_there = (1 - s)[:, :, None] * direct[k] + s[:, :, None] * direct[k + 1]
+        return Trajectory(value[:, :, 0], slope, value[:, :, 1:] + direct_there)
+
+
+def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> Vector:
+    """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows)."""
+    rig = equations.rig
+    table = np.repeat(equations.external_values[:, None], run.time.size, axis=1)
+    index = {name: i for i, name in enumerate(rig.externals)}
+    for name, value in known.items():
+        if name in index:
+            table[index[name]] = value
+    given_here = {*run.inputs, *(name for name in known if name in index)}
+    for name, signal in [*run.inputs.items(), *_covariates(rig.externals, run)]:
+        for target in rig.fed_with(name):
+            if target == name or target not in given_here:
+                table[index[target]] = signal
+    if _PAD in index:
+        _switch_pad(table, index, given_here)
+    return table
+
+
+def _switch_pad(table: Vector, index: Mapping[str, int], given_here: set[str]) -> None:
+    """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
+    temperature = table[index[_PAD]]
+    held = np.isfinite(temperature)
+    if "motor.pad_mode" not in given_here:
+        by_power = PAD_POWER if "motor.pad_power" in given_here else PAD_OFF
+        table[index["motor.pad_mode"]] = np.where(held & (_PAD in given_here), PAD_TEMPERATURE, by_power)
+    table[index[_PAD]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
+
+
+def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Vector]]:
+    """Signal by full input name for covariates, which are named without their instance."""
+    return [
+        (name, signal)
+        for covariate, signal in run.covariates.items()
+        for name in externals
+        if name == covariate or name.partition(".")[2] == covariate
+    ]

@@ -1,0 +1,177 @@
+"""Readings of sensors, camera and recorder from the true outputs, with derivatives.
+
+The same laws as in the components TemperatureSensors and DriftCamera, for readings at any times rather
+than at samples:
+
+    T' = T - s (T - T_a),  lag dz/dt = T' - z,  reading = z + offset
+    reading of the camera = scale * elongation + drift_rate * time + offset
+    a clock offset d shows at time t what was true at t - d
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.diagnosis.model.forward import Forward
+
+Vector = NDArray[np.float64]
+_Read = tuple[Vector, Vector, dict[str, Vector]]
+
+CLOCK = "record.clock_offset"
+"""Not a variable of any FMU: it belongs to the recording."""
+
+_SHORTEST_LAG = 1e-3
+
+_FAULTS = {"offset": 0.0, "lag": 0.0, "stem_conduction": 0.0, "scale": 1.0, "drift_rate": 0.0}
+"""Faults of a sensor or camera, with the values that change nothing."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """The sensor or camera that reads one output: its instance, and the element of a sensor, as `[3]`."""
+
+    instance: str
+    element: str
+
+    @property
+    def is_camera(self) -> bool:
+        """Whether a camera reads the output, rather than a sensor."""
+        return not self.element
+
+    def variable(self, name: str) -> str:
+        """Full name of a variable of the instrument, as `sensors.lag[3]`."""
+        return f"{self.instance}.{name}{self.element}"
+
+    def faults(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Values of the instrument's faults by the name within it, from values by full name."""
+        return {**_FAULTS, **{n: values[v] for n in _FAULTS if (v := self.variable(n)) in values}}
+
+
+def channel_of(rig: Rig, output: str) -> Channel | None:
+    """Sensor or camera that reads an output, if any."""
+    reading = rig.readings.get(output)
+    if reading is None:
+        return None
+    instance, bracket, element = reading.partition("[")
+    return Channel(instance, bracket + element)
+
+
+NEUTRAL = {"camera.scale": 1.0}
+"""Value that changes nothing, where it is not 0."""
+
+
+class Readings:
+    """Predicts what one run's instruments recorded.
+
+    Parameters
+    ----------
+    forward : simulates the run
+    outputs : outputs that were read, in the order of the equations
+    slots : variables of instruments that may be freed; they follow the equations' own
+    times : s, rising, shape (times,)
+    ambient : logged temperature of the surroundings in K at those times' rows, as (times, values) to hold
+    """
+
+    def __init__(
+        self,
+        forward: Forward,
+        outputs: Sequence[str],
+        slots: Sequence[str],
+        times: Vector,
+        ambient: tuple[Vector, Vector],
+    ) -> None:
+        self.forward, self.times = forward, times
+        self._outputs = outputs
+        self._slots = {name: i for i, name in enumerate(slots)}
+        self._inner = len(forward.equations.slots)
+        self._ambient = ambient
+        rig = forward.equations.rig
+        self._channels = [channel_of(rig, output) for output in outputs]
+
+    def __call__(self, z: Vector) -> tuple[Vector, Vector]:
+        """Readings and derivatives.
+
+        Parameters
+        ----------
+        z : values of the equations' slots and of the instruments', shape (slots,)
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
+        """
+        named = {name: float(z[self._inner + i]) for name, i in self._slots.items()}
+        late = named.get(CLOCK, 0.0)
+        ends = self.forward.steps.time
+        asked = np.clip(self.times - late, 0.0, ends[-1])
+        lagging = any(c and c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
+        dense = np.union1d(ends, asked) if lagging else asked
+        pick = np.searchsorted(dense, asked) if lagging else np.arange(asked.size)
+        truth = self.forward(z[: self._inner], dense)
+        values = np.empty((asked.size, len(self._outputs)))
+        by_slot = np.zeros((*values.shape, z.size))
+        within = (self.times - late >= 0) & (self.times - late <= ends[-1])
+        for i, channel in enumerate(self._channels):
+            joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
+            slope = truth.slopes[:, i]
+            extra = {CLOCK: -slope}
+            if channel is not None:
+                read = self._camera if channel.is_camera else self._sensor
+                joined, slope, by_fault = read(channel.faults(named), joined, slope, dense)
+                extra = {CLOCK: -slope, **{channel.variable(n): each for n, each in by_fault.items()}}
+            values[:, i] = joined[pick, 0]
+            by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
+            for name, column in extra.items():
+                if name in self._slots:
+                    by_slot[:, i, self._inner + self._slots[name]] = column[pick]
+            if CLOCK in self._slots:
+                by_slot[~within, i, self._inner + self._slots[CLOCK]] = 0.0
+        return values, by_slot
+
+    def _camera(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
+        """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
+        by_fault = {"scale": joined[:, 0].copy(), "drift_rate": times, "offset": np.ones(times.size)}
+        joined = faults["scale"] * joined
+        joined[:, 0] += faults["drift_rate"] * times + faults["offset"]
+        return joined, faults["scale"] * slope + faults["drift_rate"], by_fault
+
+    def _sensor(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
+        """As `_camera`, for a sensor."""
+        stem, lag = faults["stem_conduction"], faults["lag"]
+        rows, logged = self._ambient
+        ambient = logged[np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)]
+        by_stem = ambient - joined[:, 0]
+        joined = (1 - stem) * joined
+        joined[:, 0] += stem * ambient
+        slope = (1 - stem) * slope
+        by_lag = -slope
+        if lag > _SHORTEST_LAG:
+            followed = _followed(np.column_stack([joined, by_stem]), times, lag)
+            slope = (joined[:, 0] - followed[:, 0]) / lag
+            by_lag = _followed(-slope[:, None], times, lag, from_rest=True)[:, 0]
+            joined, by_stem = followed[:, :-1].copy(), followed[:, -1]
+        joined[:, 0] += faults["offset"]
+        return joined, slope, {"lag": by_lag, "stem_conduction": by_stem, "offset": np.ones(times.size)}
+
+
+def _followed(signal: Vector, times: Vector, lag: float, from_rest: bool = False) -> Vector:
+    """First-order lag of signals that are linear between times, shape (times, signals).
+
+    Settled at the start, or from zero.
+    """
+    ratio = np.diff(times) / lag
+    decay = np.exp(-ratio)
+    mean = -np.expm1(-ratio) / ratio
+    forced = (1 - mean)[:, None] * signal[1:] + (mean - decay)[:, None] * signal[:-1]
+    result = np.empty_like(signal)
+    result[0] = 0.0 if from_rest else signal[0]
+    state = result[0]
+    for k in range(decay.size):
+        state = decay[k] * state + forced[k]
+        result[k + 1] = state
+    return result

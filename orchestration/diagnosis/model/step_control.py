@@ -1,0 +1,129 @@
+"""Steps whose error is known: each is compared with two shorter ones on the inputs as they were logged.
+
+Along the run with nothing freed. A step that errs is cut in two, and cut again; inputs that change within a
+step are replaced by their mean only where that changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.component.integrator import GAMMA, ros2
+from warmlink.orchestration.diagnosis.model.equations import Linearised
+from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Shares, Steps, layout
+
+Vector = NDArray[np.float64]
+
+_CUTS = 5
+"""How often a step may be cut in two."""
+
+_ORDINARY = 300.0
+"""K; states beyond it, as a heat in J, are held to as much of themselves."""
+
+_MEMORY = 600.0
+"""s over which the error of a mean adds up, for it leans to one side in step after step."""
+
+
+def controlled(rates: Linearised, levels: Levels, x: Vector, resolution: Resolution) -> Steps:
+    """Steps over a run that meet their tolerance wherever cutting them reaches it.
+
+    Parameters
+    ----------
+    rates : of the run, its parameters set
+    levels : the run's inputs
+    x : states at the start, shape (n,)
+    resolution : first steps and tolerance
+    """
+    control = _Control(rates, levels, resolution.tolerance)
+    for start, end in pairwise(layout(levels, resolution).tolist()):
+        x = control.settle(control.step(x, start, end), _CUTS)
+    return control.steps()
+
+
+def hermite(
+    s: float | Vector, length: float | Vector, first: Vector, last: Vector, slope: Vector, last_slope: Vector
+) -> Vector:
+    """Cubic in time through values and slopes at both ends of a step, at the share `s` of its length in s."""
+    value = (1 + 2 * s) * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * last
+    return value + length * (s * (1 - s) ** 2 * slope - s**2 * (1 - s) * last_slope)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One step: times in s, states and their slopes at both ends."""
+
+    start: float
+    end: float
+    x: Vector
+    reached: Vector
+    first: Vector
+    last: Vector
+
+    @property
+    def bend(self) -> Vector:
+        """Difference from the trapezoidal rule: about the error of the step, at no cost."""
+        return self.reached - self.x - (self.end - self.start) / 2 * (self.first + self.last)
+
+    def at(self, time: float) -> Vector:
+        """States within the step, interpolated as for the rows of a run."""
+        length = self.end - self.start
+        s = (time - self.start) / length
+        return hermite(s, length, self.x, self.reached, self.first, self.last)
+
+
+class _Control:
+    def __init__(self, rates: Linearised, levels: Levels, tolerance: float) -> None:
+        self._rates, self._levels, self._tolerance = rates, levels, tolerance
+        self._identity = np.eye(rates.x.size)
+        self._time = [0.0]
+        self._means: list[Vector] = []
+        self._shares: list[Shares] = []
+
+    def steps(self) -> Steps:
+        """All steps that were settled."""
+        inputs = np.column_stack([self._levels.values, *self._means])
+        return Steps(np.array(self._time), inputs, tuple(self._shares))
+
+    def settle(self, step: _Step, cuts: int) -> Vector:
+        """Add a step, or several shorter ones in its place; gives the states at its end."""
+        x, start, end = step.x, step.start, step.end
+        shares = self._levels.within(start, end)
+        if cuts > 0 and (len(shares) > 1 or not self._small(step.bend, x)):
+            cut = self._levels.cut(start, end)
+            half = self.step(x, start, cut)
+            there = self.step(half.reached, cut, end).reached
+            wrong = np.maximum(np.abs(step.reached - there), np.abs(step.at(cut) - half.reached))
+            if not self._small(wrong, x):
+                return self.settle(self.step(self.settle(half, cuts - 1), cut, end), cuts - 1)
+        mean = self._levels.mean(shares) if len(shares) > 1 else None
+        if mean is not None:
+            leaning = self.step(x, start, end, mean).reached - step.reached
+            if self._small(leaning * _MEMORY / (end - start), x):
+                shares = ((self._levels.values.shape[1] + len(self._means), 1.0),)
+                self._means.append(mean)
+        self._time.append(end)
+        self._shares.append(shares)
+        return step.reached
+
+    def _small(self, error: Vector, x: Vector) -> bool:
+        return bool(np.all(np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)))
+
+    def step(self, x: Vector, start: float, end: float, mean: Vector | None = None) -> _Step:
+        """A step on the inputs as they were logged, or on their mean."""
+        if mean is None:
+            acting = [(self._levels.values[:, i], share) for i, share in self._levels.within(start, end)]
+        else:
+            acting = [(mean, 1.0)]
+        step = end - start
+        first, jacobian, _ = self._rates.averaged(x, start, acting)
+        inverse = np.linalg.inv(self._identity - (GAMMA * step) * jacobian)
+
+        def slope_ahead(ahead: Vector) -> Vector:
+            return self._rates.averaged(ahead, end, acting)[0]
+
+        reached = ros2(first, inverse.__matmul__, slope_ahead, x, step)
+        return _Step(start, end, x, reached, first, slope_ahead(reached))

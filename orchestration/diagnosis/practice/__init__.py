@@ -1,0 +1,1 @@
+"""Runs with a hidden effect, from other solvers, for practice and for tests."""

@@ -1,0 +1,213 @@
+"""The truth behind a made-up run, by equations of its own: none of them is that of a shipped component.
+
+Motor of two lumps on a rod by the method of lines: linear finite elements with lumped masses on a fine
+mesh, integrated by LSODA with tight tolerances. Every effect that a run may hide is a field of `Truth`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.scenarios.duty import Segment
+
+Vector = NDArray[np.float64]
+
+COLD = 295.15
+"""K, at which every made-up run begins."""
+
+
+def _none(time: float) -> float:
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A cell as it really is; the defaults are the nominal one. SI units.
+
+    Functions of time stand for what changes during the run: `draught` multiplies the loss by one plus its
+    value, `room` adds to the true ambient temperature, `bracket` takes heat in W from the middle of the
+    link, `shaft_heat` gives heat in W to the shaft, `loosening` adds resistance in K/W to the joint.
+    """
+
+    emissivity: float = 0.0
+    still: float = 4.55
+    per_speed: float = 6.4
+    conductivity: float = 167.0
+    conductivity_slope: float = 0.0
+    capacity: float = 2713.0 * 892.0
+    tip_capacity: float = 0.0
+    tip_loss: float = 0.0
+    hub_loss: float = 0.0
+    flux: float = 0.0
+    expansion: float = 23.6e-6
+    resistance: float = 2.0
+    friction: float = 1.0
+    friction_slope: float = 0.0
+    drag: float = 0.0
+    standby: float = 0.0
+    joint: float = 0.0
+    ambient_offset: float = 0.0
+    ambient_drift: float = 0.0
+    buoyancy: float = 0.0
+    draught: Callable[[float], float] = _none
+    room: Callable[[float], float] = _none
+    bracket: Callable[[float], float] = _none
+    shaft_heat: Callable[[float], float] = _none
+    loosening: Callable[[float], float] = _none
+
+
+LENGTH, WIDTH, THICKNESS = 0.3302, 0.0254, 0.00635
+BASE, TIP = 0.0254, 0.3170
+SECTION, PERIMETER = WIDTH * THICKNESS, 2 * (WIDTH + THICKNESS)
+RADIATION = 5.670374419e-8
+
+
+class Mesh:
+    """Nodes of the rod, two of them at base and tip."""
+
+    def __init__(self, elements: int = 120) -> None:
+        parts = [(0.0, BASE), (BASE, TIP), (TIP, LENGTH)]
+        counts = [max(3, round(elements * (b - a) / LENGTH)) for a, b in parts]
+        pieces = [np.linspace(a, b, n + 1)[:-1] for (a, b), n in zip(parts, counts, strict=True)]
+        self.x: Vector = np.append(np.concatenate(pieces), LENGTH)
+        self.size = np.diff(self.x)
+        self.base, self.tip = counts[0], counts[0] + counts[1]
+        self.share: Vector = np.zeros(self.x.size)
+        self.share[:-1] += self.size / 2
+        self.share[1:] += self.size / 2
+        self.area = PERIMETER * self.share
+        self.area[[0, -1]] += SECTION
+        self.middle = int(np.argmin(np.abs(self.x - (BASE + TIP) / 2)))
+
+    def rise_integral(self, rise: Vector) -> Vector:
+        """Integral from base to tip by Simpson's rule, shape (times,), of shape (times, nodes)."""
+        from scipy.integrate import simpson
+
+        span = slice(self.base, self.tip + 1)
+        return np.asarray(simpson(rise[:, span], x=self.x[span], axis=1))
+
+    def at(self, place: float, values: Vector) -> Vector:
+        """Values at a place, linear between nodes, shape (times,)."""
+        i = int(np.clip(np.searchsorted(self.x, place) - 1, 0, self.size.size - 1))
+        s = (place - self.x[i]) / self.size[i]
+        return (1 - s) * values[:, i] + s * values[:, i + 1]
+
+
+@dataclass(frozen=True)
+class Course:
+    """What truly happened, at times in s: temperatures in K and elongation in m, shape (times,) each."""
+
+    time: Vector
+    shaft: Vector
+    winding: Vector
+    base: Vector
+    middle: Vector
+    tip: Vector
+    elongation: Vector
+
+
+def simulate(truth: Truth, duty: list[Segment], times: Vector, elements: int = 120) -> Course:
+    """Integrate the cell through a duty cycle and give its true course at times in s."""
+    from scipy.integrate import solve_ivp
+
+    mesh = Mesh(elements)
+    state = np.full(mesh.x.size + 2, COLD)
+    found = np.empty((times.size, state.size))
+    found[times <= 0] = state
+    start = 0.0
+    for segment in duty:
+        end = start + segment.duration
+        inside = (times > start) & (times <= end + 1e-9)
+        asked = np.minimum(times[inside], end)
+        result = solve_ivp(
+            _rates(truth, segment, mesh),
+            (start, end),
+            state,
+            method="LSODA",
+            t_eval=np.union1d(asked, [end]),
+            rtol=1e-7,
+            atol=1e-6,
+            lband=3,
+            uband=3,
+            first_step=1e-3,
+            max_step=120.0,
+        )
+        found[inside] = result.y.T[: asked.size]
+        state = result.y[:, -1]
+        start = end
+    nodes = np.delete(found, [mesh.base, mesh.base + 1], axis=1)
+    return Course(
+        times,
+        found[:, mesh.base + 1],
+        found[:, mesh.base],
+        nodes[:, mesh.base],
+        mesh.at((BASE + TIP) / 2, nodes),
+        nodes[:, mesh.tip],
+        truth.expansion * mesh.rise_integral(nodes - COLD),
+    )
+
+
+def surroundings(truth: Truth, duty: Segment, time: float) -> float:
+    """True ambient temperature in K at a time in s."""
+    return duty.ambient_temperature + truth.ambient_offset + truth.ambient_drift * time + truth.room(time)
+
+
+def convection(truth: Truth, duty: Segment) -> float:
+    """Heat transfer coefficient of the link in W/(m2.K), before a draught."""
+    return truth.still + truth.per_speed * duty.speed * (TIP - BASE) / 2
+
+
+def motor_rates(
+    truth: Truth, duty: Segment, time: float, winding: float, shaft: float, base: float, air: float
+) -> tuple[tuple[float, float], float]:
+    """Rates of winding and shaft in K/s, and the heat flow in W through the joint; temperatures in K."""
+    conductance = 1 / (1 + truth.joint + truth.loosening(time))
+    into_link = conductance * (shaft - base)
+    current = duty.torque / 1.2
+    copper = truth.resistance * (1 + 0.0039 * (winding - 293.15)) * current**2
+    iron = 0.15 * duty.speed**2
+    level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
+    rubbing = level * (1.5 + 0.6 * duty.speed) * duty.speed + truth.drag * duty.speed**3
+    pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
+    inward = 0.8 * (winding - shaft)
+    warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
+    return ((copper + iron - inward) / 200, (warming - 1.0 * (shaft - air) - into_link) / 1500), into_link
+
+
+def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Vector], Vector]:
+    """Right-hand side for one segment; winding and shaft stand before the base node, to keep it banded."""
+    b = mesh.base
+    loss = convection(truth, duty)
+    stored = truth.capacity * SECTION * mesh.share
+    stored[mesh.tip] += truth.tip_capacity
+
+    def rates(time: float, state: Vector) -> Vector:
+        winding, shaft = state[b], state[b + 1]
+        rod = np.concatenate([state[:b], state[b + 2 :]])
+        air = surroundings(truth, duty, time)
+        rise = rod - air
+        middle = (rod[1:] + rod[:-1]) / 2 - COLD
+        flow = (
+            truth.conductivity * (1 + truth.conductivity_slope * middle) * SECTION * np.diff(rod) / mesh.size
+        )
+        coefficient = loss * (1 + truth.draught(time)) + truth.buoyancy * np.abs(rise) ** 0.25
+        gain = -mesh.area * (
+            coefficient * rise + truth.emissivity * RADIATION * (rod**4 - air**4) - truth.flux
+        )
+        gain[:-1] += flow
+        gain[1:] -= flow
+        motor, into_link = motor_rates(truth, duty, time, winding, shaft, rod[b], air)
+        gain[b] += into_link - truth.hub_loss * rise[b]
+        gain[mesh.tip] -= truth.tip_loss * rise[mesh.tip]
+        gain[mesh.middle] -= truth.bracket(time)
+        result = np.empty_like(state)
+        slopes = gain / stored
+        result[:b], result[b + 2 :] = slopes[:b], slopes[b:]
+        result[b : b + 2] = motor
+        return result
+
+    return rates

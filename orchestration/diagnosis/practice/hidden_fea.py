@@ -1,0 +1,244 @@
+"""The truth behind a made-up run by 3-D finite elements: the link of hexahedra, the motor of two lumps.
+
+The link is the paper's without holes, heated over its whole section at the base position, as the 1-D link is,
+so that a run differs from one of the other solver by width and thickness alone. Link and motor exchange the
+heat that flows through the joint; each step is repeated until both agree on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden import (
+    BASE,
+    COLD,
+    LENGTH,
+    THICKNESS,
+    TIP,
+    WIDTH,
+    Course,
+    Truth,
+    convection,
+    motor_rates,
+    surroundings,
+)
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
+from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
+from warmlink.orchestration.paper.fea.drive import Drive
+from warmlink.orchestration.paper.fea.mesh import Body, bare_link
+from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.fea.stepping import HeatStepper
+from warmlink.orchestration.scenarios.duty import Segment
+
+Vector = NDArray[np.float64]
+
+CARRIED = frozenset(
+    {
+        *("emissivity", "still", "per_speed", "draught"),
+        *("conductivity", "capacity", "expansion"),
+        *("hub_loss", "joint", "loosening"),
+        *("resistance", "friction", "friction_slope", "drag", "standby", "shaft_heat"),
+        *("ambient_offset", "ambient_drift", "room"),
+    }
+)
+"""Fields of `Truth` that this solver has a term for: link's surface and material, joint, motor, room."""
+
+LONGEST = 5.0
+"""s, the longest step."""
+
+SETTLED = 1e-6
+"""W, within which link and motor agree on the heat flow through the joint."""
+
+JUST_BEFORE = 1 - 1e-9
+"""Share of a step up to which it feels what acts; a jump at its end belongs to the next one."""
+
+
+def hide_with_fea(
+    effects: Mapping[str, float],
+    duty: Sequence[Segment] = INFORMATIVE,
+    noise: Noise = WHITE,
+    interval: float = 10.0,
+    seed: int = 0,
+) -> dict[str, Vector]:
+    """Make a run that hides effects, by 3-D finite elements; arguments and result as of `hide`.
+
+    Raises
+    ------
+    InputError
+        An effect is not known, or the finite elements have no term for it.
+    MissingExtraError
+        scikit-fem is not installed.
+    """
+    for name in effects:
+        effect_of(name)
+        if not carried(name.partition(":")[0]):
+            possible = ", ".join(each for each in EFFECTS if carried(each))
+            raise InputError(
+                f"effect: the finite elements have no term for {name!r}; they can hide {possible}"
+            )
+    return hide(effects, duty, noise, interval, seed, solver=simulate)
+
+
+def carried(name: str) -> bool:
+    """Whether the finite elements can hide an effect of this name, without a channel.
+
+    All that it changes of the truth must be among `CARRIED`; what acts on the readings is hidden after the
+    fact, whatever solved for the truth.
+    """
+    effect = EFFECTS[name]
+    if effect.on_truth is None:
+        return True
+    nominal, changed = Truth(), effect.on_truth(Truth(), effect.size, 1.0)
+    different = {f.name for f in fields(Truth) if getattr(nominal, f.name) != getattr(changed, f.name)}
+    return different <= CARRIED
+
+
+def simulate(
+    truth: Truth, duty: list[Segment], times: Vector, refinement: int = 2, longest: float = LONGEST
+) -> Course:
+    """Integrate the cell through a duty cycle and give its true course at times in s.
+
+    Parameters
+    ----------
+    truth : the cell as it really is
+    duty : the duty cycle
+    times : s, shape (times,); between steps the course is linear
+    refinement : into how many parts each element of `bare_link` is divided along each direction
+    longest : longest step in s; each segment is cut into equal ones, of order 2 but where something jumps
+        within a step
+    """
+    cell = _Cell(_body(truth, refinement))
+    clock, rows = [0.0], [cell.seen()]
+    for segment in duty:
+        cell.enter(truth, segment)
+        count = int(np.ceil(segment.duration / longest - 1e-9))
+        begin, size = clock[-1], segment.duration / count
+        for i in range(count):
+            cell.advance(begin + i * size, size)
+            clock.append(begin + (i + 1) * size)
+            rows.append(cell.seen())
+    seen = np.array(rows).T
+    shaft, winding, base, middle, tip, elongation = (np.interp(times, clock, row) for row in seen)
+    return Course(times, shaft, winding, base, middle, tip, elongation)
+
+
+def _body(truth: Truth, refinement: int) -> Body:
+    geometry: Geometry = replace(
+        load_geometry(), length=LENGTH, width=WIDTH, thickness=THICKNESS, shaft_centre=BASE, diode_centre=TIP
+    )
+    materials: Materials = load_materials()
+    link = replace(
+        materials.link,
+        conductivity=truth.conductivity,
+        specific_heat=truth.capacity / materials.link.density,
+        expansion_coefficient=truth.expansion,
+        emissivity=truth.emissivity,
+    )
+    return bare_link(geometry, replace(materials, link=link), refinement)
+
+
+@dataclass
+class _Ramp:
+    """A heat flow in W that runs straight from `first` to `last` over every step."""
+
+    first: float = 0.0
+    last: float = 0.0
+
+    def within(self, start: float, step: float, fraction: float) -> float:
+        """Value after that fraction of the step."""
+        return self.first + fraction * (self.last - self.first)
+
+
+@dataclass(frozen=True)
+class _Inside:
+    """A function of time in s that a step sees from within."""
+
+    value: Callable[[float], float]
+
+    def within(self, start: float, step: float, fraction: float) -> float:
+        """Value after that fraction of the step, of its end just before."""
+        return self.value(start + min(fraction, JUST_BEFORE) * step)
+
+
+class _Cell:
+    """Link and motor at one time, and how they go on."""
+
+    def __init__(self, body: Body) -> None:
+        fea = Fea(body, displacement_order=1)
+        self._model = fea.heat_model()
+        probes = [self._model.probe(body.probes[name]) for name in ("base", "middle", "tip")]
+        self._observed = np.array([*probes, fea.elasticity.elongation_row])
+        self._base = self._observed[0]
+        self._field = np.full(self._model.size, COLD)
+        self._motor = np.full(2, COLD)
+        self._ramp = _Ramp()
+        # Change of the flow that link and motor call for per change of the flow that is tried, W/W; it hardly
+        # differs from step to step.
+        self._answer = 0.0
+
+    def enter(self, truth: Truth, segment: Segment) -> None:
+        """Begin a segment of the duty cycle."""
+        self._truth, self._segment = truth, segment
+        steady = convection(truth, segment)
+        drive = Drive(
+            _Inside(lambda time: steady * (1 + truth.draught(time))),
+            _Inside(lambda time: surroundings(truth, segment, time)),
+            heat_flow=self._ramp,
+            radiation=truth.emissivity > 0,
+        )
+        self._stepper = HeatStepper(self._model, drive)
+
+    def seen(self) -> Vector:
+        """Shaft, winding, base, middle and tip temperature in K, elongation in m, shape (6,)."""
+        *temperatures, _ = self._observed @ self._field
+        elongation = self._observed[3] @ (self._field - COLD)
+        return np.array([self._motor[1], self._motor[0], *temperatures, elongation])
+
+    def advance(self, time: float, size: float) -> None:
+        """Step by `size` from `time`, both in s."""
+        base = float(self._base @ self._field)
+        ramp = self._ramp
+        ramp.first = self._flow(time, self._motor, base)
+        tried: tuple[float, float] | None = None
+        for _ in range(30):
+            field, _ = self._stepper.step(self._field, time, size)
+            warmed = float(self._base @ field)
+            motor = self._motor_after(time, size, base, warmed)
+            surplus = self._flow(time + JUST_BEFORE * size, motor, warmed) - ramp.last
+            if abs(surplus) < SETTLED:
+                break
+            if tried is not None and abs(ramp.last - tried[0]) > 100 * SETTLED:
+                self._answer = 1 + (surplus - tried[1]) / (ramp.last - tried[0])
+            tried = ramp.last, surplus
+            ramp.last += surplus / (1 - self._answer)
+        else:
+            raise InputError(f"joint: link and motor do not agree at {time:g} s; take shorter steps")
+        self._field, self._motor = field, motor
+
+    def _flow(self, time: float, motor: Vector, base: float) -> float:
+        """Heat flow in W into the link at its base, what the hub loses there taken off."""
+        air = surroundings(self._truth, self._segment, time)
+        _, through = motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
+        return through - self._truth.hub_loss * (base - air)
+
+    def _motor_after(self, time: float, size: float, first: float, last: float) -> Vector:
+        """Winding and shaft after a step in which the base warms from `first` to `last` K: Runge-Kutta 4."""
+
+        def rates(fraction: float, state: Vector) -> Vector:
+            now = time + min(fraction, JUST_BEFORE) * size
+            air = surroundings(self._truth, self._segment, now)
+            base = first + fraction * (last - first)
+            return np.array(motor_rates(self._truth, self._segment, now, state[0], state[1], base, air)[0])
+
+        y = self._motor
+        k_1 = rates(0.0, y)
+        k_2 = rates(0.5, y + size / 2 * k_1)
+        k_3 = rates(0.5, y + size / 2 * k_2)
+        k_4 = rates(1.0, y + size * k_3)
+        return np.asarray(y + size / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4))

@@ -1,0 +1,212 @@
+"""Runs with a hidden effect, for practice and for tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.table import MOST_DAYS
+from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
+from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.scenarios.duty import PAD_POWER, Duty, Segment, demands_at, length
+from warmlink.orchestration.scenarios.extent import check_segments
+from warmlink.orchestration.scenarios.load import load_scenario
+
+Vector = NDArray[np.float64]
+
+KELVIN_ZERO = 273.15
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What the instruments add.
+
+    Attributes
+    ----------
+    temperature, elongation : 1 sigma in K and m
+    correlated : share of the variance that is correlated over `minute` s
+    quantum : step to which temperatures are rounded, in K, and the elongation in um; 0: none
+    spikes : share of readings that are spikes of 10 to 30 sigma
+    """
+
+    temperature: float = 0.08
+    elongation: float = 0.4e-6
+    correlated: float = 0.0
+    minute: float = 60.0
+    quantum: float = 0.0
+    spikes: float = 0.0
+
+
+WHITE = Noise()
+REAL = Noise(correlated=0.3, quantum=0.1, spikes=0.002)
+
+INFORMATIVE: tuple[Segment, ...] = (
+    Segment(300),
+    Segment(1200, 3.43, 2.5),
+    Segment(480, ambient_temperature=COLD + 2),
+    Segment.with_pad(720, COLD + 25, ambient_temperature=COLD + 2),
+    Segment(480, 1.2, 5.0, COLD + 1),
+    Segment(600, ambient_temperature=COLD + 1),
+    Segment(720, 4.5, 0.5, COLD - 1),
+    Segment(600, 0.0, 4.0, COLD - 1),
+    Segment(900, 2.2, 3.2),
+    Segment(600),
+    Segment(600, 3.43, 2.5, COLD + 1),
+)
+"""Two hours in which every cause shows: rest, pad, torque without speed, speed without torque."""
+
+STILL: tuple[Segment, ...] = (Segment.with_pad(3600, 36 + KELVIN_ZERO),)
+MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + KELVIN_ZERO, 3.43, 2.5),)
+"""The paper's hours, which show little apart."""
+
+
+def duty_of(name: str) -> tuple[Segment, ...]:
+    """Duty cycle of a scenario by its name or file, as `warmlink run` takes it, up to its stop time.
+
+    Raises
+    ------
+    InputError
+        There is no such scenario, it is too long to be logged, or it heats by a pad of given power.
+    """
+    duty = load_scenario(name).duty
+    if not isinstance(duty, Duty):
+        raise InputError(f"{name}: is a program of the arm; give a duty cycle, or --axis with the program")
+    if duty.stop_time > MOST_DAYS * 86400:
+        raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
+    cycles = duty.stop_time / length(duty.segments) if duty.repeat else 1.0
+    check_segments(cycles * len(duty.segments), name)
+    found: list[Segment] = []
+    left = duty.stop_time
+    while left > 0:
+        for i, part in enumerate(duty.segments):
+            last = not duty.repeat and i + 1 == len(duty.segments)  # which holds to the end
+            lasts = left if last else min(part.duration, left)
+            if part.pad_mode == PAD_POWER:
+                raise InputError(
+                    f"{name}: a run is made with a pad held at a temperature; give pad_temperature"
+                )
+            segment = replace(part, duration=lasts)
+            left -= lasts
+            if found and replace(found[-1], duration=lasts) == segment:
+                found[-1] = replace(segment, duration=found[-1].duration + lasts)
+            elif lasts > 0:
+                found.append(segment)
+    return tuple(found)
+
+
+def hide(
+    effects: Mapping[str, float],
+    duty: Sequence[Segment] = INFORMATIVE,
+    noise: Noise = WHITE,
+    interval: float = 10.0,
+    seed: int = 0,
+    solver: Callable[[Truth, list[Segment], Vector], Course] = simulate,
+) -> dict[str, Vector]:
+    """Make a run that hides effects.
+
+    Parameters
+    ----------
+    effects : strength in SI by effect; the effect of an instrument names its channel, as
+        `sensor_lag:tip_temperature`
+    duty : the duty cycle
+    noise : what the instruments add
+    interval : s between rows; where the duty cycle changes there is one more
+    seed : of the noise
+    solver : gives the true course of a cell over a duty cycle at times in s
+
+    Returns
+    -------
+    dict
+        Columns by header as in a CSV file; NaN where a cell is empty.
+
+    Raises
+    ------
+    InputError
+        An effect is not known.
+    """
+    duration = length(duty)
+    truth, late = Truth(), 0.0
+    for name, size in effects.items():
+        effect = effect_of(name)
+        if effect.on_truth is not None:
+            truth = effect.on_truth(truth, size, duration)
+        late += size if name == "clock_offset" else 0.0
+    changes = np.cumsum([segment.duration for segment in duty])[:-1]
+    rows = np.unique(np.round([*np.arange(0.0, duration + interval / 2, interval), *changes], 6))
+    lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
+    seen = np.clip(rows - late, 0.0, duration)
+    dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
+    course = solver(truth, list(duty), dense)
+    readings = _true_readings(course, duty)
+    for name, size in effects.items():
+        effect, channel = effect_of(name), name.partition(":")[2]
+        if effect.on_readings is not None:
+            effect.on_readings(dense, readings, size, channel)
+    picked = {channel: values[np.searchsorted(dense, seen)] for channel, values in readings.items()}
+    return _columns(rows, duty, noisy(rows, picked, noise, np.random.default_rng(seed)))
+
+
+def write_csv(columns: Mapping[str, Vector], path: Path) -> None:
+    """Write a run, whole or not at all; raises InputError where it cannot be written."""
+    import pandas as pd
+
+    written = {name: pd.Series(values) for name, values in columns.items()}
+    written["time [s]"] = written["time [s]"].map("{:.10g}".format)  # two rows of a long run stay two
+    with fresh_file(path) as scratch:
+        pd.DataFrame(written).to_csv(scratch, index=False, float_format="%.6g")
+
+
+def _true_readings(course: Course, duty: Sequence[Segment]) -> Readings:
+    true = (course.shaft, course.winding, course.base, course.middle, course.tip)
+    ambient = demands_at(duty, course.time)["ambient_temperature"]
+    return {**dict(zip(CHANNELS, true, strict=True)), "elongation": course.elongation, "ambient": ambient}
+
+
+def noisy(rows: Vector, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
+    """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each."""
+    result = {}
+    step = float(rows[1] - rows[0])
+    for channel, values in readings.items():
+        if channel == "ambient":
+            continue
+        length = channel == "elongation"
+        sigma = noise.elongation if length else noise.temperature
+        added = np.sqrt(1 - noise.correlated) * random.standard_normal(rows.size)
+        added += np.sqrt(noise.correlated) * _correlated(rows.size, np.exp(-step / noise.minute), random)
+        spiky = random.random(rows.size) < noise.spikes
+        added += spiky * random.uniform(10, 30, rows.size) * random.choice([-1, 1], rows.size)
+        noisy = values + sigma * added
+        if noise.quantum:
+            quantum = noise.quantum * (1e-6 if length else 1.0)
+            zero = 0.0 if length else KELVIN_ZERO
+            noisy = np.round((noisy - zero) / quantum) * quantum + zero
+        result[channel] = noisy
+    return result
+
+
+def _correlated(count: int, decay: float, random: np.random.Generator) -> Vector:
+    from scipy.signal import lfilter
+
+    start = random.standard_normal()
+    drive = np.sqrt(1 - decay**2) * random.standard_normal(count)
+    drive[0] = start
+    return np.asarray(lfilter([1.0], [1.0, -decay], drive))
+
+
+def _columns(rows: Vector, duty: Sequence[Segment], readings: Readings) -> dict[str, Vector]:
+    demands = demands_at(duty, rows)
+    columns = {
+        "time [s]": rows,
+        "speed [rad/s]": demands["speed"],
+        "torque [N.m]": demands["torque"],
+        "pad_temperature [degC]": demands["pad_temperature"] - KELVIN_ZERO,
+        "ambient_temperature [degC]": demands["ambient_temperature"] - KELVIN_ZERO,
+    }
+    columns |= {f"{channel} [degC]": readings[channel] - KELVIN_ZERO for channel in CHANNELS}
+    return columns | {"elongation [um]": readings["elongation"] * 1e6}
