@@ -15,7 +15,7 @@ from warmlink.orchestration.arm.compensation import OBSERVER
 from warmlink.orchestration.arm.program import Program, load_program
 from warmlink.orchestration.arm.run import arm_system, program_values
 from warmlink.orchestration.arm.scenario import load_arm_scenario
-from warmlink.orchestration.commands.console import answer, answer_json
+from warmlink.orchestration.command_line.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.compiled import prepare
 from warmlink.orchestration.master.gauss_seidel import GaussSeidel

@@ -14,7 +14,7 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.closed_loop import cell_components
 from warmlink.orchestration.scenarios.scenario import load_scenario

@@ -13,7 +13,7 @@ from warmlink.orchestration.arm.compensation import DESIGNED
 from warmlink.orchestration.arm.library import NAME, arm_scenario_names
 from warmlink.orchestration.arm.run import arm_kinds
 from warmlink.orchestration.arm.scenario import load_arm_scenario
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.studies import mismatch

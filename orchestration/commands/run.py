@@ -12,7 +12,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import is_arm_scenario
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.master.pacing import Interruption

@@ -12,7 +12,7 @@ from warmlink.orchestration.arm.compensation import DESIGNED
 from warmlink.orchestration.arm.outcome import ArmOutcome
 from warmlink.orchestration.arm.run import arm_kinds, run_arm
 from warmlink.orchestration.arm.scenario import ArmScenario, load_arm_scenario
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.report.series import series_writers

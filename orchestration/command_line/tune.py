@@ -6,70 +6,92 @@ import csv
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.commands.console import answer, answer_json, noted_progress_bar, remark
-from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
-from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
-from warmlink.orchestration.studies.study import Study, load_study
-from warmlink.orchestration.studies.tune import Trial, best, tune
-from warmlink.orchestration.studies.winner import write_winner
+from warmlink.orchestration.command_line.console import answer, answer_json, noted_progress_bar, remark
+from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report, Scheduler, StudyFile
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.studies.study import Study
+    from warmlink.orchestration.studies.tune import Trial
 
 
-def tune_command(
-    place: str,
-    trials: int | None,
-    scheduler: str | None,
-    jobs: int,
-    fmus: str | None,
-    out: Path | None,
-    report: bool,
-    as_json: bool,
-) -> int:
-    """Tune, write and answer; gives the exit code."""
+def tune(
+    study: StudyFile,
+    trials: Annotated[int | None, typer.Option(help="How many trials. Default: what the study says.")] = None,
+    scheduler: Scheduler = None,
+    jobs: Jobs = 2,
+    fmus: Fmus = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/tune.")] = None,
+    report: Report = True,
+    json: Json = False,
+) -> None:
+    """Find a controller's best parameters with Optuna, judged in closed loop.
+
+    The study file says what to vary between which bounds, over which duty cycles and mismatches, which figure
+    to make small (its worst value, its mean, or the mean of its worst share) and what must not be exceeded:
+
+        controller = "lag"
+        duty_cycles = ["windshield_wiper", "stop_and_go"]
+        [parameters]
+        "compensator.gain" = { min = "2 um/W", max = "8 um/W" }
+        [objective]
+        metric = "max_abs_um"
+        over = "worst"
+
+    Writes trials.csv, winner.ssv and report.html. After an interruption the same command continues; its table
+    does not depend on the number of processes.
+    """
+    from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+    from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
+    from warmlink.orchestration.studies.study import load_study
+    from warmlink.orchestration.studies.tune import best
+    from warmlink.orchestration.studies.tune import tune as tune_study
+    from warmlink.orchestration.studies.winner import write_winner
+
     import_optuna()
-    study = load_study(place)
+    asked = load_study(study)
     if trials is not None:
         if trials < 1:
             raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
-        study = replace(study, tune=replace(study.tune, trials=trials))
-    folder = out or Path("out") / study.name / "tune"
+        asked = replace(asked, tune=replace(asked.tune, trials=trials))
+    folder = out or Path("out") / asked.name / "tune"
     try:
-        own = () if study.own is None else (study.own,)
-        with interruptible(), means([study.law], own, fmus, scheduler, jobs, folder) as given:
-            url = study.tune.storage or default_url(folder)
-            storage = Storage(study, given.fmus.digest, url)
-            with noted_progress_bar(study.title) as show:
-                found = tune(
-                    study,
+        own = () if asked.own is None else (asked.own,)
+        with interruptible(), means([asked.law], own, fmus, scheduler, jobs, folder) as given:
+            storage = Storage(asked, given.fmus.digest, asked.tune.storage or default_url(folder))
+            with noted_progress_bar(asked.title) as show:
+                found = tune_study(
+                    asked,
                     given.workers,
                     storage,
-                    lambda done, leader: show(done / study.tune.trials, _note(study, leader)),
+                    lambda done, leader: show(done / asked.tune.trials, _note(leader)),
                 )
             winner = best(found)
             with results(folder) as target:
-                _write_trials(study, found, target / "trials.csv")
+                _write_trials(asked, found, target / "trials.csv")
                 if winner is not None:
-                    write_winner(study, winner.point, target)
+                    write_winner(asked, winner.point, target)
                 if report:
                     from warmlink.orchestration.report.tuning import write_report
 
-                    write_report(study, storage, found, target / "report.html")
+                    write_report(asked, storage, found, target / "report.html")
     except KeyboardInterrupt:
         remark(KEPT)
-        return INTERRUPTED
-    if as_json:
-        answer_json(_figures(study, found, winner))
-    else:
-        answer(_answer(study, found, winner))
-        answer(f"trials  {folder / 'trials.csv'}")
-        if report:
-            answer(f"report  {folder / 'report.html'}")
-    return 0
+        raise SystemExit(INTERRUPTED) from None
+    if json:
+        answer_json(_figures(asked, found, winner))
+        return
+    answer(_answer(asked, found, winner))
+    answer(f"trials  {folder / 'trials.csv'}")
+    if report:
+        answer(f"report  {folder / 'report.html'}")
 
 
-def _note(study: Study, leader: Trial | None) -> str:
+def _note(leader: Trial | None) -> str:
     return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
 

@@ -2,50 +2,69 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from warmlink.controllers.design.gains import design_controller
-from warmlink.controllers.design.plant import Plant
-from warmlink.controllers.design.regression import fit_regression, training_run
-from warmlink.controllers.design.shipped import PLANT_FACTS
-from warmlink.controllers.start_values import Values
+import typer
+
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME
-from warmlink.orchestration.commands.console import answer, answer_json, remark
-from warmlink.orchestration.commands.run import settings_given
-from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.studies.design import plant_of, with_values, write_design
-from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
+from warmlink.orchestration.command_line.console import answer, answer_json, remark
+from warmlink.orchestration.command_line.options import Json, Set
+
+if TYPE_CHECKING:
+    from warmlink.controllers.design.plant import Plant
+    from warmlink.controllers.start_values import Values
 
 WITH_CAMERA = "observer_drift"
-"""The law that goes by the camera."""
+"""The law that uses the camera."""
 
 
-def design_command(
-    system: str,
-    law: str,
-    sensors: str,
-    sensor_std: str,
-    camera_std: str | None,
-    sample_time: str,
-    settings: list[str],
-    out: Path | None,
-    as_json: bool,
+def design(
+    system: Annotated[str, typer.Argument(help="`WarmupCell`, or an .ssp with one motor and one link.")],
+    law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
+    sensors: Annotated[
+        str,
+        typer.Option(
+            help="Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`."
+        ),
+    ] = "base,tip",
+    sensor_std: Annotated[
+        str, typer.Option(help="Standard deviation of the noise of a thermometer.")
+    ] = "0.1 K",
+    camera_std: Annotated[
+        str | None,
+        typer.Option(
+            help='Standard deviation of the noise of the camera, as "0.2 um". Default: that of DriftCamera.'
+        ),
+    ] = None,
+    sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
+    set_: Set = None,
+    out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
+    json: Json = False,
 ) -> None:
-    """Design, write and answer."""
+    """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
+
+    The plant has the parameters of the system's motor and link, changed by --set.
+
+    Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
+    """
+    from warmlink.controllers.design.gains import design_controller
+    from warmlink.controllers.design.regression import fit_regression, training_run
+    from warmlink.controllers.design.shipped import PLANT_FACTS
+    from warmlink.fmus.names import instead
+    from warmlink.fmus.packaging.component import SHORTEST_SAMPLE_TIME
+    from warmlink.orchestration.commands.run import settings_given
+    from warmlink.orchestration.scenarios.quantity import positive
+    from warmlink.orchestration.studies.design import with_values, write_design
+
     if out is not None and out.suffix != ".ssv":
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
     if law not in PLANT_FACTS:
         raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
-    given = settings_given(settings)
-    plant = with_values(_plant(system), given)
+    plant = with_values(_plant(system), settings_given(set_ or []))
     names = _names(sensors)
     noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
     if period < SHORTEST_SAMPLE_TIME:
@@ -68,7 +87,7 @@ def design_command(
     path = out or Path(f"{law}.ssv")
     write_design(law, values, path)
     facts |= {"motor": dict(plant.motor), "link": dict(plant.link), "values": str(path)}
-    if as_json:
+    if json:
         answer_json(facts)
     else:
         answer(_answer(facts, plant))
@@ -85,14 +104,20 @@ def _names(sensors: str) -> list[str]:
 
 
 def _plant(system: str) -> Plant:
+    from warmlink.controllers.design.plant import Plant
+    from warmlink.orchestration.files import temporary_folder
+    from warmlink.orchestration.studies.design import plant_of
+    from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
+
     if system in SHIPPED:
         if system != WARMUP_CELL.name:
             raise InputError(
                 f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
             )
         return Plant()
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        read = read_system(Path(system), Path(work))
+    with temporary_folder() as work:
+        read = read_system(Path(system), work)
         for told in read.remarks:
             remark(told)
         return plant_of(read)
