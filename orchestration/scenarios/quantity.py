@@ -13,13 +13,33 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
+    """Value in an SI unit; `where` says what the value is for, before a complaint. Raises as `in_si`."""
+    try:
+        return in_si(text, unit, difference=difference)
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}") from None
+
+
+def positive(text: str | float, unit: str, where: str) -> float:
+    """Value in an SI unit that must lie above 0; raises InputError otherwise."""
+    value = quantity(text, unit, where)
+    if value <= 0:
+        raise InputError(f"{where}: {not_positive(text, unit)}")
+    return value
+
+
+def not_positive(text: str | float, unit: str) -> str:
+    """What to say of a value that must lie above 0 and does not."""
+    return f"{shortened(str(text))} is not positive; give a value above 0 {unit}"
+
+
+def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
     """Value in an SI unit.
 
     Parameters
     ----------
     text : `"22 degC"`, or a bare number, which counts as being in `unit` already
     unit : SI unit wanted, in Modelica's notation
-    where : what the value is for, put before a complaint
     difference : whether it is a difference, for which 5 degC are 5 K
 
     Raises
@@ -29,21 +49,13 @@ def quantity(text: str | float, unit: str, where: str, *, difference: bool = Fal
     """
     found = _QUANTITY.match(text if isinstance(text, str) else shown(text))
     if found is None:
-        raise InputError(f'{where}: {shown(text)} is not a value; write it as "3.5 {unit}"')
+        raise InputError(f'{shown(text)} is not a value; write it as "3.5 {unit}"')
     number, given = float(found.group(1)), found.group(2) or unit
     if not math.isfinite(number):
-        raise InputError(f"{where}: {shown(text)} is not a finite number; give one in {unit}")
+        raise InputError(f"{shown(text)} is not a finite number; give one in {unit}")
     if given == unit:
         return number
     try:
         return conversion(parse_unit(given), parse_unit(unit), difference)(number)
     except InputError as fault:
-        raise InputError(f"{where}: {fault}; give it in {unit}") from None
-
-
-def positive(text: str | float, unit: str, where: str) -> float:
-    """Value in an SI unit that must lie above 0; raises InputError otherwise."""
-    value = quantity(text, unit, where)
-    if value <= 0:
-        raise InputError(f"{where}: {shortened(str(text))} is not positive; give a value above 0 {unit}")
-    return value
+        raise InputError(f"{fault}; give it in {unit}") from None
