@@ -135,7 +135,7 @@ def _trial(trial: Trial) -> dict[str, Any]:
 
 
 def _write_trials(study: Study, trials: list[Trial], path: Path) -> None:
-    excesses = [f"{c.figure.metric} above {c.at_most:g}" for c in study.constraints]
+    excesses = [f"{c.metric} above {c.at_most:g}" for c in study.constraints]
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         headings = [axis.heading for axis in study.axes]

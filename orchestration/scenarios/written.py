@@ -208,7 +208,7 @@ class Names(Entry):
 
     def _read(self, value: Any) -> tuple[str, ...]:
         if not isinstance(value, list) or not value or not all(isinstance(each, str) for each in value):
-            raise InputError(f'{shown(value)} is no list of names; write ["{self.example}"]')
+            raise InputError(f'is no list of names; write ["{self.example}"]')
         if len(set(value)) < len(value):
             raise InputError("names one twice; keep one")
         return tuple(value)
