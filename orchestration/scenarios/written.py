@@ -296,6 +296,10 @@ def _sentence(error: Any, schema: dict[str, Any], name: str) -> str:
     shape = _at(schema, way)
     if "properties" in shape:
         return f"{place}: {shown(value)} is no table; give it {listed(sorted(shape['properties']))}"
+    if "type" in shape.get("items", ()):
+        return (
+            f"{place}: {shown(value)} is no list; write {way[-1]} = {_toml([shape['items']['examples'][0]])}"
+        )
     what = "list of tables" if shape.get("type") == "array" else "table"
     return f"{place} is not a {what}; {_heading(way, shape)}"
 
