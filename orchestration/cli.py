@@ -18,6 +18,7 @@ from warmlink.orchestration.command_line import (
     hide,
     reproduce,
     running,
+    schema,
     simulate,
     studying,
     sweep,
@@ -46,6 +47,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "diagnose": diagnose.diagnose,
     "hide": hide.hide,
     "reproduce": reproduce.reproduce,
+    "schema": schema.schema,
     "list": list_.list_,
 }
 for name, command in COMMANDS.items():

@@ -13,16 +13,8 @@ from warmlink.fmus.packaging.component import Input, Parameter
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import Rig, rig
 from warmlink.orchestration.diagnosis.values import to_si
-from warmlink.orchestration.scenarios.written import (
-    TABLE,
-    Entry,
-    Flag,
-    OneOf,
-    Quantity,
-    Text,
-    Value,
-    read_table,
-)
+from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import measured_text, shown, tables_of
 
 HELD_OUT_SHARE = 0.3

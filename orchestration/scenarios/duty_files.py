@@ -20,8 +20,9 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.quantities import ROOM_TEMPERATURE
 from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, Duty, Segment
 from warmlink.orchestration.scenarios.duty_csv import read_csv
+from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS, check_segments
-from warmlink.orchestration.scenarios.written import TABLE, Bounds, Flag, Quantity, Text, Whole, read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml, shortened
 
 LIBRARY = Path(__file__).parent / "duty_cycles"

@@ -10,8 +10,9 @@ from typing import Annotated
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import limits
 from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration.scenarios.entries import Flag, Value
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.written import TABLE, Flag, Value
+from warmlink.orchestration.scenarios.written import TABLE
 
 
 @dataclass(frozen=True)

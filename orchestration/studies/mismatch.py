@@ -16,8 +16,9 @@ from typing import Annotated, Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.component import Component
+from warmlink.orchestration.scenarios.entries import Number, Text, Value
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.written import TABLE, Number, Text, Value, read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, read_toml
 
 LIBRARY = Path(__file__).parent / "mismatches"

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from warmlink.orchestration.scenarios.written import TABLE, Number, OneOf
+from warmlink.orchestration.scenarios.entries import Number, OneOf
+from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.studies.case import Case, Outcome
 
 Metric = Callable[[Outcome, Case], float]

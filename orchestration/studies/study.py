@@ -45,8 +45,9 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.master.algorithms import algorithm
 from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
 from warmlink.orchestration.scenarios.closed_loop import cell_components
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.scenario import Scenario, load_scenario
-from warmlink.orchestration.scenarios.written import TABLE, Names, OneOf, Quantity, Text, Whole, read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
