@@ -116,8 +116,12 @@ def _told_what_is_lost(folder: Path) -> Iterator[None]:
     """Turn a failure to write into a sentence: what was found was printed before it."""
     try:
         yield
-    except OSError as fault:
+    except (OSError, InputError) as fault:
+        told = str(fault)
+        if not isinstance(fault, InputError):
+            told = (
+                f"{folder}: cannot be written ({fault.strerror or fault}); make room or choose another --out"
+            )
         raise InputError(
-            f"{folder}: cannot be written ({fault.strerror or fault}): the answer above is all there is, its "
-            "report and extended model are lost; make room or choose another --out, and run it again"
+            f"{told}; the answer above is all there is, its report and extended model are lost: run it again"
         ) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,6 +31,7 @@ def sweep(
     sweep.parquet, one row for each run, and report.html. After an interruption the same command continues.
     """
     from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+    from warmlink.orchestration.studies.points import best
     from warmlink.orchestration.studies.study import load_study
     from warmlink.orchestration.studies.sweep import points_of, write_parquet
     from warmlink.orchestration.studies.sweep import sweep as sweep_study
@@ -54,48 +54,33 @@ def sweep(
         remark(KEPT)
         raise SystemExit(INTERRUPTED) from None
     if json:
-        answer_json(_figures(asked, found))
+        answer_json(_figures(asked, found, best(found)))
         return
-    answer(_answer(asked, found))
+    answer(_answer(asked, found, best(found)))
     answer(f"table   {folder / 'sweep.parquet'}")
     if report:
         answer(f"report  {folder / 'report.html'}")
 
 
-def _best(found: list[Evaluation]) -> int | None:
-    feasible = [i for i, evaluation in enumerate(found) if evaluation.feasible]
-    return min(feasible, key=lambda i: (found[i].objective, i), default=None)
-
-
-def _answer(study: Study, found: list[Evaluation]) -> str:
+def _answer(study: Study, found: list[Evaluation], leader: Evaluation | None) -> str:
     lines = [f"{study.title} · {study.controller} · {len(found)} points of {len(study.runs)} runs"]
-    leader = _best(found)
     if leader is not None:
         objectives = [evaluation.objective for evaluation in found if evaluation.reason is None]
+        smallest = f"{leader.objective:.4g}, point {found.index(leader)}"
         lines.append(f"{study.objective.title}: from {min(objectives):.4g} to {max(objectives):.4g}")
-        lines.append(f"smallest that keeps every constraint: {found[leader].objective:.4g}, point {leader}")
-        lines += [
-            f"  {axis.name:<36}{found[leader].point[axis.name]:>14.6g} {axis.unit}" for axis in study.axes
-        ]
+        lines.append(f"smallest that keeps every constraint: {smallest}")
+        lines += study.lines(leader.point)
     poisoned = [evaluation for evaluation in found if evaluation.reason is not None]
     if poisoned:
         lines.append(f"{len(poisoned)} points gave no objective, the first because of: {poisoned[0].reason}")
     return "\n".join(lines)
 
 
-def _figures(study: Study, found: list[Evaluation]) -> dict[str, Any]:
+def _figures(study: Study, found: list[Evaluation], leader: Evaluation | None) -> dict[str, Any]:
     return {
         "study": study.name,
         "objective": study.objective.title,
-        "best": _best(found),
+        "best": None if leader is None else found.index(leader),
         "units": {axis.name: axis.unit for axis in study.axes},
-        "points": [
-            {
-                "parameters": dict(evaluation.point),
-                "objective": None if math.isnan(evaluation.objective) else evaluation.objective,
-                "feasible": evaluation.feasible,
-                "reason": evaluation.reason,
-            }
-            for evaluation in found
-        ],
+        "points": [evaluation.to_dict() for evaluation in found],
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -46,9 +45,9 @@ def tune(
     does not depend on the number of processes.
     """
     from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+    from warmlink.orchestration.studies.points import best
     from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
     from warmlink.orchestration.studies.study import load_study
-    from warmlink.orchestration.studies.tune import best
     from warmlink.orchestration.studies.tune import tune as tune_study
     from warmlink.orchestration.studies.winner import write_winner
 
@@ -106,7 +105,7 @@ def _answer(study: Study, trials: list[Trial], winner: Trial | None) -> str:
         first = trials[0]
         shipped = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
         lines.append(f"{study.objective.title}: {winner.objective:.4g} at best{shipped}")
-        lines += [f"  {axis.name:<36}{winner.point[axis.name]:>14.6g} {axis.unit}" for axis in study.axes]
+        lines += study.lines(winner.point)
     if unfit:
         lines.append(f"{unfit} trials break a constraint")
     if poisoned:
@@ -118,19 +117,9 @@ def _figures(study: Study, trials: list[Trial], winner: Trial | None) -> dict[st
     return {
         "study": study.name,
         "objective": study.objective.title,
-        "best": None if winner is None else _trial(winner),
+        "best": None if winner is None else winner.to_dict(),
         "units": {axis.name: axis.unit for axis in study.axes},
-        "trials": [_trial(trial) for trial in trials],
-    }
-
-
-def _trial(trial: Trial) -> dict[str, Any]:
-    return {
-        "number": trial.number,
-        "parameters": dict(trial.point),
-        "objective": None if math.isnan(trial.objective) else trial.objective,
-        "feasible": trial.feasible,
-        "reason": trial.reason,
+        "trials": [trial.to_dict() for trial in trials],
     }
 
 

@@ -171,6 +171,10 @@ class Study:
             return {axis.name: axis.shipped for axis in self.axes}
         return None
 
+    def lines(self, point: Point) -> list[str]:
+        """A point in lines for the terminal."""
+        return [f"  {axis.name:<36}{point[axis.name]:>14.6g} {axis.unit}" for axis in self.axes]
+
     def digest(self, fmus: str) -> str:
         """Digest of what the trials depend on, their number left out, with that of the FMUs."""
         facts: dict[str, Any] = {
