@@ -85,7 +85,7 @@ def test_hide_refuses_in_one_sentence(
 ) -> None:
     Path("shift.csv").write_text(DUTY)
     Path("power.toml").write_text('stop_time = "1 h"\n[[segment]]\nduration = "1 h"\npad_power = "20 W"\n')
-    Path("long.toml").write_text('stop_time = "200 h"\n[[segment]]\nduration = "1 h"\n')
+    Path("long.toml").write_text('stop_time = "8000 h"\nstep_size = "1 min"\n[[segment]]\nduration = "1 h"\n')
     code, _, err = ended(["hide", *arguments], monkeypatch, capsys)
     assert code == 2
     assert said in err
