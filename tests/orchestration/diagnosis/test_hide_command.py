@@ -69,7 +69,7 @@ def test_a_scenario_s_duty_cycle_lasts_as_long_as_the_scenario() -> None:
         (["--duty", "absent.csv"], "absent.csv"),
         (["--duty", "nowhere"], "nowhere: no such scenario"),
         (["--duty", "power.toml"], "give pad_temperature"),
-        (["--duty", "long.toml"], "give at most 100"),
+        (["--duty", "long.toml"], "give a shorter one"),
         (["--duty", "shift.csv", "--axis", "3"], "leave --duty shift.csv out"),
         (["radiatoin"], "did you mean radiation"),
         (["radiation:tip_temperature"], "write radiation"),
@@ -85,7 +85,7 @@ def test_hide_refuses_in_one_sentence(
 ) -> None:
     Path("shift.csv").write_text(DUTY)
     Path("power.toml").write_text('stop_time = "1 h"\n[[segment]]\nduration = "1 h"\npad_power = "20 W"\n')
-    Path("long.toml").write_text('stop_time = "8000 h"\nstep_size = "1 min"\n[[segment]]\nduration = "1 h"\n')
+    Path("long.toml").write_text('stop_time = "9000 h"\n[[segment]]\nduration = "1 h"\n')
     code, _, err = ended(["hide", *arguments], monkeypatch, capsys)
     assert code == 2
     assert said in err
