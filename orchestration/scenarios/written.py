@@ -49,8 +49,9 @@ def read_table(kind: type[Table], given: Any, name: str) -> Table:
 
 def json_schema(kind: type[Any]) -> dict[str, Any]:
     """JSON Schema of a table, for editors that complete and check what is written."""
+    about = (kind.__doc__ or "").partition("\n\n")[0]
     found: dict[str, Any] = _plain(_adapter(kind).json_schema())
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "description": about, **found}
 
 
 _ADAPTERS: dict[Any, Any] = {}
@@ -65,16 +66,16 @@ def _adapter(kind: type[Any]) -> Any:
 
 
 def _plain(schema: Any) -> Any:
-    """The schema without the null that TOML does not have, repeated titles, and all but a first paragraph."""
+    """The schema without the null that TOML does not have, and without names and docstrings of classes."""
     if isinstance(schema, list):
         return [_plain(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     choice = [each for each in schema.get("anyOf", ()) if each != {"type": "null"}]
-    kept = dict(choice[0] if choice else schema)
-    if isinstance(kept.get("description"), str):
-        kept["description"] = kept["description"].partition("\n\n")[0]
+    kept = choice[0] if choice else schema
     noise: dict[str, type] = {"default": type(None), "title": str}
+    if "properties" in kept:  # not all versions of pydantic give a dataclass's docstring
+        noise["description"] = str
     return {k: _plain(v) for k, v in kept.items() if not (k in noise and isinstance(v, noise[k]))}
 
 
