@@ -21,7 +21,7 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from benchmarks.whole_run import bench_whole_run
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.scenarios.duty import Duty
 from warmlink.orchestration.scenarios.load import load_scenario

@@ -14,7 +14,7 @@ from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.setup import OBSERVER
 from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.commands.console import answer, answer_json
+from warmlink.orchestration.command_line.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.compiled.loop import prepare

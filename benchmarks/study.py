@@ -14,7 +14,7 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.commands.console import answer, answer_json, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Case, case_of

@@ -10,7 +10,21 @@ from typing import Annotated
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import measuring, running, studying
+from warmlink.orchestration.command_line import (
+    build,
+    check,
+    design,
+    diagnose,
+    hide,
+    reproduce,
+    running,
+    schema,
+    simulate,
+    studying,
+    sweep,
+    tune,
+)
+from warmlink.orchestration.command_line import list as list_
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 app = typer.Typer(
@@ -21,21 +35,23 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
-for command in (
-    running.run,
-    running.build,
-    running.simulate,
-    studying.compare,
-    studying.tune,
-    studying.sweep,
-    studying.design,
-    running.check,
-    measuring.diagnose,
-    measuring.hide,
-    measuring.reproduce,
-):
-    app.command()(command)
-app.command(name="list")(running.list_)
+COMMANDS: dict[str, Callable[..., None]] = {
+    "run": running.run,
+    "build": build.build,
+    "simulate": simulate.simulate,
+    "compare": studying.compare,
+    "tune": tune.tune,
+    "sweep": sweep.sweep,
+    "design": design.design,
+    "check": check.check,
+    "diagnose": diagnose.diagnose,
+    "hide": hide.hide,
+    "reproduce": reproduce.reproduce,
+    "schema": schema.schema,
+    "list": list_.list_,
+}
+for name, command in COMMANDS.items():
+    app.command(name)(command)
 
 STOPPED_EARLY, BAD_INPUT = 1, 2
 

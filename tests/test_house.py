@@ -11,7 +11,20 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 FLOORS = ("fmus", "controllers", "orchestration")
-HEAVY = ("pandas", "plotly", "casadi", "scipy", "numba", "pint", "fmpy", "optuna", "dask", "skfem", "pyarrow")
+HEAVY = (
+    "pandas",
+    "plotly",
+    "casadi",
+    "scipy",
+    "numba",
+    "pint",
+    "fmpy",
+    "optuna",
+    "dask",
+    "skfem",
+    "pyarrow",
+    "pydantic",
+)
 LAW_FILES = ("equations.py", "law.py")
 SOURCES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
 

@@ -10,7 +10,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.commands.run import start_value_sets
 from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
 from warmlink.orchestration.own_law import load_own_law

@@ -10,7 +10,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.commands.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.master.pacing import Interruption

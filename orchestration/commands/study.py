@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.commands.console import remark
+from warmlink.orchestration.command_line.console import remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder, locked_folder
 from warmlink.orchestration.fmu_store import FmuKind, store

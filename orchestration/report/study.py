@@ -42,7 +42,7 @@ def about(study: Study) -> Table:
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
         ("mismatches", ", ".join(mismatch.name for mismatch in study.mismatches)),
         ("objective", study.objective.title),
-        *((f"{c.figure.title}", f"at most {c.at_most:g}") for c in study.constraints),
+        *((f"{c.title}", f"at most {c.at_most:g}") for c in study.constraints),
         *((axis.name, _range(axis)) for axis in study.axes),
         ("seed", str(study.seed)),
     ]

@@ -8,9 +8,10 @@ from typing import Any
 from warmlink.orchestration.report.figures import COLOURS, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 from warmlink.orchestration.report.study import about, parallel_coordinates
+from warmlink.orchestration.studies.points import best
 from warmlink.orchestration.studies.storage import Storage
 from warmlink.orchestration.studies.study import Study
-from warmlink.orchestration.studies.tune import Trial, best
+from warmlink.orchestration.studies.tune import Trial
 
 _HISTORY = "Each trial's objective, and the best of those that keep every constraint so far."
 _IMPORTANCE = (

@@ -9,45 +9,111 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.duty import (
-    NO_PAD,
-    PAD_POWER,
-    PAD_TEMPERATURE,
-    UNITS,
-    Duty,
-    Segment,
-)
+from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, Duty, Segment
 from warmlink.orchestration.scenarios.duty_csv import read_csv
+from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS, check_segments
-from warmlink.orchestration.scenarios.quantity import positive, quantity
-from warmlink.orchestration.text_files import (
-    flag_entry,
-    known_entries,
-    read_toml,
-    shortened,
-    shown,
-    text_entry,
-    whole_entry,
-)
+from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.text_files import read_toml, shortened
 
 LIBRARY = Path(__file__).parent / "duty_cycles"
-
-KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random"}
-
-_RAMP_END = "ambient_temperature_end"
 
 SHORTEST_DRAWN = 1.0
 """Shortest segment in s that can be drawn, since drawn ones last whole seconds."""
 
 MOST_SEED = 2**63 - 1
+
+
+@dataclass(frozen=True)
+class SegmentTable:
+    """One segment of a duty cycle."""
+
+    __pydantic_config__ = TABLE
+
+    duration: Annotated[float, Quantity("s", positive=True)]
+    speed: Annotated[float, Quantity("rad/s", least=0)] = 0.0
+    torque: Annotated[float, Quantity("N.m", least=0)] = 0.0
+    ambient_temperature: Annotated[float, Quantity("K", least=0)] = ROOM_TEMPERATURE
+    ambient_temperature_end: Annotated[float | None, Quantity("K", least=0)] = None
+    steps: Annotated[int, Whole(1, MOST_SEGMENTS)] = 10
+    pad_temperature: Annotated[float | None, Quantity("K", least=0)] = None
+    pad_power: Annotated[float | None, Quantity("W", least=0)] = None
+
+    def __post_init__(self) -> None:
+        if self.pad_temperature is not None and self.pad_power is not None:
+            raise InputError("pad_temperature and pad_power exclude each other; give one")
+
+    def segments(self) -> Iterator[Segment]:
+        """The segment, or the steps of its ramp."""
+        end, steps = self.ambient_temperature_end, self.steps
+        if end is None:
+            end, steps = self.ambient_temperature, 1
+        held, heated = self.pad_temperature, self.pad_power
+        for i in range(steps):
+            share = (i + 0.5) / steps
+            yield Segment(
+                self.duration / steps,
+                self.speed,
+                self.torque,
+                self.ambient_temperature + share * (end - self.ambient_temperature),
+                PAD_TEMPERATURE if held is not None else PAD_POWER if heated is not None else NO_PAD,
+                ROOM_TEMPERATURE if held is None else held,
+                heated or 0.0,
+            )
+
+
+@dataclass(frozen=True)
+class RandomTable:
+    """Bounds between which segments are drawn evenly until the stop time is filled."""
+
+    __pydantic_config__ = TABLE
+
+    seed: Annotated[int, Whole(0, MOST_SEED)]
+    duration: Annotated[tuple[float, float], Bounds("s", SHORTEST_DRAWN)]
+    speed: Annotated[tuple[float, float], Bounds("rad/s")]
+    torque: Annotated[tuple[float, float], Bounds("N.m")]
+
+    def segments(self, stop_time: float, where: str) -> Iterator[Segment]:
+        """Segments until the stop time in s; raises InputError where there may be too many."""
+        check_segments(stop_time / self.duration[0], where)
+        generator = np.random.default_rng(self.seed)
+        time = 0.0
+        while time < stop_time:
+            # Whole seconds, so that the segments fall on communication points.
+            duration = float(round(generator.uniform(*self.duration)))
+            speed, torque = (round(float(generator.uniform(*each)), 3) for each in (self.speed, self.torque))
+            yield Segment(duration, speed, torque)
+            time += duration
+
+
+@dataclass(frozen=True)
+class DutyFile:
+    """A duty cycle: segments, or bounds between which they are drawn."""
+
+    __pydantic_config__ = TABLE
+
+    stop_time: Annotated[float, Quantity("s", positive=True)]
+    title: Annotated[str | None, Text()] = None
+    reason: Annotated[str, Text()] = ""
+    repeat: Annotated[bool, Flag()] = False
+    segment: tuple[SegmentTable, ...] = ()
+    random: RandomTable | None = None
+
+    def __post_init__(self) -> None:
+        if bool(self.segment) == (self.random is not None):
+            raise InputError("give either [[segment]] tables or one [random] table")
+
+
+KEYS = {each.name for each in fields(DutyFile)}
 
 
 def names() -> list[str]:
@@ -81,99 +147,18 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
     InputError
         Something is missing, misspelt or out of range.
     """
-    known_entries(given, KEYS, name)
-    stop_time = _required(given, "stop_time", name)
-    if ("segment" in given) == ("random" in given):
-        raise InputError(f"{name}: give either [[segment]] tables or one [random] table")
-    if "random" in given:
-        segments = tuple(_drawn(given["random"], stop_time, f"{name}: random"))
+    read = read_table(DutyFile, given, name)
+    if read.random is not None:
+        segments = tuple(read.random.segments(read.stop_time, f"{name}: random.duration"))
     else:
-        _tables(given["segment"], name)
-        segments = tuple(
-            piece
-            for i, table in enumerate(given["segment"])
-            for piece in _segments(table, f"{name}: segment {i + 1}")
+        check_segments(
+            sum(1 if each.ambient_temperature_end is None else each.steps for each in read.segment), name
         )
-    check_segments(len(segments), name)
-    return Duty(
-        name=name,
-        title=text_entry(given, "title", name, name),
-        reason=text_entry(given, "reason", "", name).strip(),
-        stop_time=stop_time,
-        segments=segments,
-        repeat=flag_entry(given, "repeat", False, name),
-    )
+        segments = tuple(piece for each in read.segment for piece in each.segments())
+    title = name if read.title is None else read.title
+    return Duty(name, title, read.reason.strip(), read.stop_time, segments, read.repeat)
 
 
 def library() -> Sequence[Duty]:
     """Every duty cycle of the library."""
     return [load(name) for name in names()]
-
-
-def _segments(table: Mapping[str, Any], where: str) -> Iterator[Segment]:
-    known_entries(table, {*UNITS, _RAMP_END, "steps"}, where)
-    values = {
-        key: quantity(table[key], unit, f"{where}.{key}") for key, unit in UNITS.items() if key in table
-    }
-    end = quantity(table[_RAMP_END], "K", f"{where}.{_RAMP_END}") if _RAMP_END in table else None
-    _required(table, "duration", where)
-    if "pad_temperature" in values and "pad_power" in values:
-        raise InputError(f"{where}: pad_temperature and pad_power exclude each other; give one")
-    mode = PAD_TEMPERATURE if "pad_temperature" in values else PAD_POWER if "pad_power" in values else NO_PAD
-    segment = Segment(**values, pad_mode=mode)
-    _in_range(segment, where)
-    if end is None:
-        yield segment
-        return
-    _in_range(replace(segment, ambient_temperature=end), where)
-    steps = whole_entry(table.get("steps", 10), 1, MOST_SEGMENTS, f"{where}.steps")
-    for i in range(steps):
-        share = (i + 0.5) / steps
-        ambient = segment.ambient_temperature + share * (end - segment.ambient_temperature)
-        yield replace(segment, duration=segment.duration / steps, ambient_temperature=ambient)
-
-
-def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[Segment]:
-    """Segments drawn evenly between bounds until the stop time is filled."""
-    known_entries(table, {"seed", "duration", "speed", "torque"}, where)
-    seed = whole_entry(table.get("seed"), 0, MOST_SEED, f"{where}.seed")
-    bounds: dict[str, tuple[float, float]] = {}
-    for key in ("duration", "speed", "torque"):
-        pair = table.get(key)
-        if not isinstance(pair, list) or len(pair) != 2:
-            raise InputError(f"{where}.{key}: {shown(pair)} is no pair of bounds; give [lowest, highest]")
-        low, high = (quantity(each, UNITS[key], f"{where}.{key}") for each in pair)
-        least = SHORTEST_DRAWN if key == "duration" else 0.0
-        if not least <= low <= high:
-            raise InputError(
-                f"{where}.{key}: from {low:g} to {high:g} {UNITS[key]} is no range; give bounds of at least "
-                f"{least:g} {UNITS[key]}, the lower first"
-            )
-        bounds[key] = (low, high)
-    check_segments(stop_time / bounds["duration"][0], f"{where}.duration")
-    generator = np.random.default_rng(seed)
-    time = 0.0
-    while time < stop_time:
-        # Whole seconds, so that the segments fall on communication points.
-        duration = float(round(generator.uniform(*bounds["duration"])))
-        speed, torque = (round(float(generator.uniform(*bounds[key])), 3) for key in ("speed", "torque"))
-        yield Segment(duration, speed, torque)
-        time += duration
-
-
-def _tables(entries: Any, name: str) -> None:
-    if not isinstance(entries, list) or not entries or not all(isinstance(each, dict) for each in entries):
-        raise InputError(f"{name}: segment is not a list of tables; write [[segment]] above each")
-
-
-def _required(table: Mapping[str, Any], key: str, where: str) -> float:
-    if key not in table:
-        raise InputError(f'{where}: {key} is missing; add it, for example {key} = "2 h"')
-    return positive(table[key], "s", f"{where}.{key}")
-
-
-def _in_range(segment: Segment, where: str) -> None:
-    for name in ("speed", "torque", "pad_power", "ambient_temperature", "pad_temperature"):
-        value = getattr(segment, name)
-        if value < 0:
-            raise InputError(f"{where}.{name}: {value:g} {UNITS[name]} is negative; give 0 or above")

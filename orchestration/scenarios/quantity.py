@@ -14,13 +14,33 @@ _HEADING = re.compile(r"(.+?)\s*\[([^\[\]]*)\]")
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
+    """Value in an SI unit; `where` says what the value is for, before a complaint. Raises as `in_si`."""
+    try:
+        return in_si(text, unit, difference=difference)
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}") from None
+
+
+def positive(text: str | float, unit: str, where: str) -> float:
+    """Value in an SI unit that must lie above 0; raises InputError otherwise."""
+    value = quantity(text, unit, where)
+    if value <= 0:
+        raise InputError(f"{where}: {not_positive(text, unit)}")
+    return value
+
+
+def not_positive(text: str | float, unit: str) -> str:
+    """What to say of a value that must lie above 0 and does not."""
+    return f"{shortened(str(text))} is not positive; give a value above 0 {unit}"
+
+
+def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
     """Value in an SI unit.
 
     Parameters
     ----------
     text : `"22 degC"`, or a bare number, which counts as being in `unit` already
     unit : SI unit wanted, in Modelica's notation
-    where : what the value is for, put before a complaint
     difference : whether it is a difference, for which 5 degC are 5 K
 
     Raises
@@ -30,32 +50,24 @@ def quantity(text: str | float, unit: str, where: str, *, difference: bool = Fal
     """
     found = _QUANTITY.match(text if isinstance(text, str) else shown(text))
     if found is None:
-        raise InputError(f'{where}: {shown(text)} is not a value; write it as "3.5 {unit}"')
+        raise InputError(f'{shown(text)} is not a value; write it as "3.5 {unit}"')
     number, given = float(found.group(1)), found.group(2) or unit
     if not math.isfinite(number):
-        raise InputError(f"{where}: {shown(text)} is not a finite number; give one in {unit}")
+        raise InputError(f"{shown(text)} is not a finite number; give one in {unit}")
     if given == unit:
         return number
-    return converter(given, unit, where, difference=difference)(number)
+    return converter(given, unit, difference=difference)(number)
 
 
-def converter(given: str, unit: str, where: str, *, difference: bool = False) -> Conversion:
+def converter(given: str, unit: str, where: str = "", *, difference: bool = False) -> Conversion:
     """Conversion from a unit as written to an SI unit; raises InputError where that is not possible."""
     try:
         return conversion(parse_unit(given), parse_unit(unit), difference)
     except InputError as fault:
-        raise InputError(f"{where}: {fault}; give it in {unit}") from None
+        raise InputError(f"{where}{': ' if where else ''}{fault}; give it in {unit}") from None
 
 
 def heading(header: str) -> tuple[str, str | None]:
     """Name and unit of a column headed `name [unit]`; None where the header has no unit in brackets."""
     match = _HEADING.fullmatch(header.strip())
     return (match[1], match[2].strip()) if match else (header.strip(), None)
-
-
-def positive(text: str | float, unit: str, where: str) -> float:
-    """Value in an SI unit that must lie above 0; raises InputError otherwise."""
-    value = quantity(text, unit, where)
-    if value <= 0:
-        raise InputError(f"{where}: {shortened(str(text))} is not positive; give a value above 0 {unit}")
-    return value

@@ -5,13 +5,33 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.entries import Flag, Value
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
+from warmlink.orchestration.scenarios.written import TABLE
 
-_RANGE, _CHOICE = {"min", "max", "log"}, {"values"}
+
+@dataclass(frozen=True)
+class AxisTable:
+    """Between which bounds a start value is varied, or among which values."""
+
+    __pydantic_config__ = TABLE
+
+    min: Annotated[str | float | None, Value()] = None
+    max: Annotated[str | float | None, Value()] = None
+    log: Annotated[bool, Flag()] = False
+    values: tuple[Annotated[str | float, Value()], ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.values is None and (self.min is None or self.max is None):
+            raise InputError('has no bounds; write { min = "...", max = "..." }')
+        if self.values is not None and (self.log or self.min is not None or self.max is not None):
+            raise InputError("has bounds and values; write { min = ..., max = ... } or { values = [...] }")
+        if self.values == ():
+            raise InputError("there is nothing to choose from; give values = [...]")
 
 
 @dataclass(frozen=True)
@@ -71,7 +91,7 @@ class Axis:
         return [self.at(i / (count - 1)) for i in range(count)] if count > 1 else [self.at(0.5)]
 
 
-def read_axis(name: str, table: Any, components: Mapping[str, Component], where: str) -> Axis:
+def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], where: str) -> Axis:
     """Axis from its table in a study file.
 
     Raises
@@ -81,41 +101,20 @@ def read_axis(name: str, table: Any, components: Mapping[str, Component], where:
         a bound.
     """
     found = scalar(name, components, where)
-    place = f"{where}: {name}"
-    if not isinstance(table, Mapping) or not (set(table) <= _RANGE or set(table) <= _CHOICE):
+    place, unit = f"{where}: {name}", found.variable.unit
+    written = (table.min, table.max) if table.values is None else table.values
+    values = [start_value(name, each, components, where) for each in written if each is not None]
+    low, high = min(values), max(values)
+    if table.values is None and not values[0] < values[1]:
         raise InputError(
-            f'{place}: is no range; write {{ min = "...", max = "..." }} or {{ values = [...] }}'
+            f"{place}: nothing lies between {values[0]:g} and {values[1]:g} {unit}; give a max above the min"
         )
-    choice = _choice(name, table, components, place, where)
-    ends = [start_value(name, table[end], components, where) for end in ("min", "max") if end in table]
-    if choice:
-        low, high = min(choice), max(choice)
-    elif len(ends) == 2:
-        low, high = ends
-    else:
-        raise InputError(f'{place}: has no bounds; write {{ min = "...", max = "..." }}')
-    unit = found.variable.unit
-    if not choice and not low < high:
-        raise InputError(
-            f"{place}: nothing lies between {low:g} and {high:g} {unit}; give a max above the min"
-        )
-    log = table.get("log", False)
-    if not isinstance(log, bool) or (log and not low > 0):
-        raise InputError(f"{place}: log = {log} needs true or false, and bounds above 0 {unit}")
-    for value in choice or (low, high):
+    if table.log and not low > 0:
+        raise InputError(f"{place}: log = true needs bounds above 0 {unit}; give such, or leave it out")
+    for value in values:
         sentence = limits.problem(found, value)
         if sentence is not None:
             raise InputError(f"{where}: {name.partition('.')[0]}.{sentence}")
+    choice = () if table.values is None else tuple(dict.fromkeys(values))
     integer = found.variable.type != "Real"
-    return Axis(name, unit, low, high, log, integer, choice, float(found.start or 0.0))
-
-
-def _choice(
-    name: str, table: Mapping[str, Any], components: Mapping[str, Component], place: str, where: str
-) -> tuple[float, ...]:
-    if "values" not in table:
-        return ()
-    given = table["values"]
-    if not isinstance(given, list) or not given:
-        raise InputError(f"{place}: there is nothing to choose from; give values = [...]")
-    return tuple(dict.fromkeys(start_value(name, value, components, where) for value in given))
+    return Axis(name, unit, low, high, table.log, integer, choice, float(found.start or 0.0))

@@ -11,17 +11,18 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.load import written_parameters
+from warmlink.orchestration.scenarios.entries import Number, Text, Value
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Setup
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.shipped import WARMUP_CELL
-from warmlink.orchestration.text_files import is_file, known_entries, read_toml, shown, text_entry
+from warmlink.orchestration.text_files import is_file, read_toml
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -101,6 +102,19 @@ def _meant(name: str, setup: Setup) -> list[str]:
     return [f"{each}.{variable}" for each in setup.called(instance)]
 
 
+@dataclass(frozen=True)
+class MismatchFile:
+    """How the cell differs from what the laws believe it to be."""
+
+    __pydantic_config__ = TABLE
+
+    about: Annotated[str | None, Text()] = None
+    scale: Mapping[str, Annotated[float, Number("factor", above=0, at_most=LARGEST_FACTOR)]] = field(
+        default_factory=dict
+    )
+    parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
+
+
 def names() -> list[str]:
     """Names of the mismatches in the library; draws come on top."""
     return sorted((path.stem for path in LIBRARY.glob("*.toml")), key=lambda name: (name != NOMINAL, name))
@@ -141,15 +155,5 @@ def draw(seed: int) -> Mismatch:
 
 def parsed(given: Mapping[str, Any], name: str) -> Mismatch:
     """Mismatch from the tables of its file; raises as `load`."""
-    known_entries(given, {"about", "scale", "parameters"}, name)
-    scale, parameters = given.get("scale", {}), written_parameters(name, given)
-    if not isinstance(scale, dict):
-        raise InputError(f"{name}: scale is not a table; write [scale] above the factors")
-    for scaled, factor in scale.items():
-        known = not isinstance(factor, bool) and isinstance(factor, int | float)
-        if not known or not 0 < factor <= LARGEST_FACTOR:
-            raise InputError(
-                f"{name}: {scaled}: {shown(factor)} is no factor; give a number above 0, at most "
-                f"{LARGEST_FACTOR:g}"
-            )
-    return Mismatch(name, text_entry(given, "about", name, name), scale, parameters)
+    read = read_table(MismatchFile, given, name)
+    return Mismatch(name, name if read.about is None else read.about, read.scale, read.parameters)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated
 
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.orchestration.scenarios.entries import Number, OneOf
+from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.text_files import shown
 
 Metric = Callable[[Outcome, Case], float]
 
@@ -43,9 +42,11 @@ class Gathered:
     level : that share
     """
 
-    metric: str = "max_abs_um"
-    over: str = "worst"
-    level: float = 0.2
+    __pydantic_config__ = TABLE
+
+    metric: Annotated[str, OneOf(tuple(METRICS))] = "max_abs_um"
+    over: Annotated[str, OneOf(GATHERINGS)] = "worst"
+    level: Annotated[float, Number("share", above=0, at_most=1)] = 0.2
 
     @property
     def title(self) -> str:
@@ -60,15 +61,16 @@ class Gathered:
 
 
 @dataclass(frozen=True)
-class Constraint:
-    """A figure that must not exceed a bound."""
+class Constraint(Gathered):
+    """A figure that must not exceed a bound, which is in the metric's unit."""
 
-    figure: Gathered
-    at_most: float
+    __pydantic_config__ = TABLE
+
+    at_most: Annotated[float, Number("bound")] = field(kw_only=True)
 
     def excess(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """By how much the bound is exceeded; 0 or below where it is kept."""
-        return self.figure.value(outcomes, cases) - self.at_most
+        return self.value(outcomes, cases) - self.at_most
 
 
 def gather(values: Sequence[float], over: str, level: float) -> float:
@@ -91,56 +93,3 @@ def gather(values: Sequence[float], over: str, level: float) -> float:
     if whole < len(ordered):
         parts.append((wanted - whole) * ordered[whole])
     return math.fsum(parts) / wanted
-
-
-def read_objective(table: Any, where: str) -> Gathered:
-    """Objective from its table in a study file.
-
-    Raises
-    ------
-    InputError
-        If it names what does not exist, or the level is no share.
-    """
-    return _gathered(table, where, set())
-
-
-def read_constraint(table: Any, where: str) -> Constraint:
-    """Constraint from its table in a study file. Raises as `read_objective`."""
-    figure = _gathered(table, where, {"at_most"})
-    bound = table.get("at_most")
-    if not math.isfinite(number(bound)):
-        raise InputError(f"{where}.at_most: {shown(bound)} is no bound; give a number in the metric's unit")
-    return Constraint(figure, float(bound))
-
-
-def _gathered(table: Any, where: str, more: set[str]) -> Gathered:
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: is not a table; give it metric and over")
-    known = {"metric", "over", "level"} | more
-    unknown = sorted(set(table) - known)
-    if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; {instead(unknown[0], sorted(known))}")
-    metric = one_of(METRICS, table.get("metric", "max_abs_um"), f"{where}.metric")
-    over = one_of(GATHERINGS, table.get("over", "worst"), f"{where}.over")
-    level = table.get("level", 0.2)
-    if not 0 < number(level) <= 1:
-        raise InputError(f"{where}.level: {shown(level)} is no share; give a number above 0, at most 1")
-    return Gathered(metric, over, float(level))
-
-
-def one_of(known: Iterable[str], value: Any, where: str) -> str:
-    """A name that must be one of those known; raises InputError otherwise."""
-    if not isinstance(value, str) or value not in known:
-        name = value if isinstance(value, str) else ""
-        raise InputError(f"{where}: {shown(value)} is not known; {instead(name, known)}")
-    return value
-
-
-def number(value: Any) -> float:
-    """A number as a float; NaN for what is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return math.nan
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -13,19 +14,17 @@ from warmlink.orchestration.studies.workers import Workers
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class Judged:
     """What a point came to.
 
     Attributes
     ----------
-    outcomes : of its runs in the order of `Study.runs`; none where a component refused the point
     objective : NaN where there is none
     excess : by how much each constraint is exceeded, 0 or below where it is kept
     reason : why there is no objective, None where there is one
     """
 
     point: Point
-    outcomes: tuple[Outcome, ...]
     objective: float
     excess: tuple[float, ...]
     reason: str | None
@@ -34,6 +33,30 @@ class Evaluation:
     def feasible(self) -> bool:
         """Whether there is an objective and every constraint is kept."""
         return self.reason is None and all(excess <= 0 for excess in self.excess)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "parameters": dict(self.point),
+            "objective": None if math.isnan(self.objective) else self.objective,
+            "feasible": self.feasible,
+            "reason": self.reason,
+        }
+
+
+@dataclass(frozen=True)
+class Evaluation(Judged):
+    """A point and its runs, in the order of `Study.runs`; no runs where a component refused the point."""
+
+    outcomes: tuple[Outcome, ...]
+
+
+AnyJudged = TypeVar("AnyJudged", bound=Judged)
+
+
+def best(found: Sequence[AnyJudged]) -> AnyJudged | None:
+    """The feasible point with the smallest objective, the earliest of equals; None where there is none."""
+    return min((each for each in found if each.feasible), key=lambda each: each.objective, default=None)
 
 
 def latin_hypercube(study: Study, count: int) -> list[Point]:
@@ -57,7 +80,7 @@ def evaluate(study: Study, points: Sequence[Point], workers: Workers) -> Iterato
         try:
             mine = study.cases(point, f"point {i}")
         except InputError as fault:
-            yield i, poisoned(point, str(fault))
+            yield i, Evaluation(point, math.nan, (), str(fault), ())
             continue
         found[i] = [None] * runs
         owner += [i] * runs
@@ -76,14 +99,9 @@ def judged(study: Study, point: Point, outcomes: tuple[Outcome, ...], cases: Seq
     for outcome, case in zip(outcomes, cases, strict=True):
         if outcome.stopped is not None:
             where = ", ".join(case.label[1:])
-            return Evaluation(point, outcomes, math.nan, (), f"{where}: {outcome.stopped}")
+            return Evaluation(point, math.nan, (), f"{where}: {outcome.stopped}", outcomes)
     objective = study.objective.value(outcomes, cases)
     excess = tuple(constraint.excess(outcomes, cases) for constraint in study.constraints)
     if not all(math.isfinite(value) for value in (objective, *excess)):
-        return Evaluation(point, outcomes, math.nan, (), f"{study.objective.title} is {objective}")
-    return Evaluation(point, outcomes, objective, excess, None)
-
-
-def poisoned(point: Point, reason: str) -> Evaluation:
-    """A point that gives no objective."""
-    return Evaluation(point, (), math.nan, (), reason)
+        return Evaluation(point, math.nan, (), f"{study.objective.title} is {objective}", outcomes)
+    return Evaluation(point, objective, excess, None, outcomes)

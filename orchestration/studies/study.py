@@ -33,10 +33,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
@@ -44,29 +44,16 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.load import load_scenario
-from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.studies import mismatch as mismatches
-from warmlink.orchestration.studies.axis import Axis, read_axis
+from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.objective import (
-    Constraint,
-    Gathered,
-    one_of,
-    read_constraint,
-    read_objective,
-)
-from warmlink.orchestration.text_files import (
-    is_file,
-    known_entries,
-    read_toml,
-    shortened,
-    shown,
-    text_entry,
-    whole_entry,
-)
+from warmlink.orchestration.studies.objective import Constraint, Gathered
+from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
 LIBRARY = Path(__file__).parent / "library"
 
@@ -82,38 +69,57 @@ MOST_IN_A_BATCH = 1000
 Point = Mapping[str, float]
 """Start values in SI units under `instance.variable`."""
 
-_KEYS = {
-    "title",
-    "controller",
-    "duty_cycles",
-    "mismatches",
-    "seed",
-    "step_size",
-    "master",
-    "parameters",
-    "objective",
-    "constraint",
-    "tune",
-    "sweep",
-}
-
 
 @dataclass(frozen=True)
 class TuneSettings:
     """How to tune: `batch` trials are chosen at a time, whatever the number of workers."""
 
-    trials: int = 60
-    batch: int = 8
-    sampler: str = "tpe"
-    storage: str | None = None
+    __pydantic_config__ = TABLE
+
+    trials: Annotated[int, Whole(1, MOST_POINTS)] = 60
+    batch: Annotated[int, Whole(1, MOST_IN_A_BATCH)] = 8
+    sampler: Annotated[str, OneOf(SAMPLERS)] = "tpe"
+    storage: Annotated[str | None, Text("sqlite:///study.db")] = None
+
+    def __post_init__(self) -> None:
+        if self.storage is not None and "://" not in self.storage:
+            raise InputError(f"storage: {shown(self.storage)} is no URL; write sqlite:///study.db, say")
 
 
 @dataclass(frozen=True)
 class SweepSettings:
-    """What to sweep: so many values an axis for a grid, so many points in all for a hypercube."""
+    """What to sweep: so many values for each axis of a grid, so many points in all of a hypercube."""
 
-    kind: str = "grid"
-    points: int = 5
+    __pydantic_config__ = TABLE
+
+    kind: Annotated[str, OneOf(SWEEPS)] = "grid"
+    points: Annotated[int, Whole(1, MOST_POINTS)] = 5
+
+
+@dataclass(frozen=True)
+class StudyFile:
+    """A study: what is varied, over which runs, and what is asked of them."""
+
+    __pydantic_config__ = TABLE
+
+    controller: Annotated[str, Text("lag")]
+    duty_cycles: Annotated[tuple[str, ...], Names("windshield_wiper")]
+    parameters: Mapping[str, AxisTable]
+    title: Annotated[str | None, Text()] = None
+    mismatches: Annotated[tuple[str, ...], Names(NOMINAL)] = (NOMINAL,)
+    seed: Annotated[int, Whole(0, MOST_SEED)] = 1
+    step_size: Annotated[float | None, Quantity("s", positive=True)] = None
+    master: Annotated[str | None, Text("gauss_seidel")] = None
+    objective: Gathered = field(default_factory=Gathered)
+    constraint: tuple[Constraint, ...] = ()
+    tune: TuneSettings = TuneSettings()
+    sweep: SweepSettings = SweepSettings()
+
+    def __post_init__(self) -> None:
+        if not self.parameters:
+            raise InputError(
+                'varies nothing; write [parameters] and "compensator.gain" = { min = ..., max = ... }'
+            )
 
 
 @dataclass(frozen=True)
@@ -174,6 +180,10 @@ class Study:
             return {axis.name: axis.shipped for axis in self.axes}
         return None
 
+    def lines(self, point: Point) -> list[str]:
+        """A point in lines for the terminal."""
+        return [f"  {axis.name:<36}{point[axis.name]:>14.6g} {axis.unit}" for axis in self.axes]
+
     def digest(self, fmus: str) -> str:
         """Digest of what the trials depend on, their number left out, with that of the FMUs."""
         facts: dict[str, Any] = {
@@ -210,88 +220,44 @@ def load_study(name: str) -> Study:
 
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     """Study from the tables of its file; files that it names are looked for in `folder` too."""
-    known_entries(given, _KEYS, name)
-    law, own, controller = _law(given.get("controller"), folder, name)
-    duties, wrong = _named(given, "duty_cycles", name), _named(given, "mismatches", name, (NOMINAL,))
-    scenarios = tuple(_scenario(each, given, folder, name, controller) for each in duties)
+    file = read_table(StudyFile, given, name)
+    own = load_own_law(_beside(file.controller, folder)) if is_own_law(file.controller) else None
+    law = catalogue.controller(file.controller) if own is None else own.component
+    controller = file.controller if own is None else own.name
+    scenarios = tuple(_scenario(_beside(each, folder), file, controller) for each in file.duty_cycles)
     declared = scenarios[0].setup.declared(law)
-    parameters = given.get("parameters")
-    if not isinstance(parameters, dict) or not parameters:
-        raise InputError(
-            f'{name}: varies nothing; write [parameters] and "compensator.gain" = {{ min = ..., max = ... }}'
-        )
-    constraints = given.get("constraint", [])
-    if not isinstance(constraints, list):
-        raise InputError(f"{name}: constraint is not a list of tables; write [[constraint]]")
     study = Study(
         name=name,
-        title=text_entry(given, "title", name, name),
+        title=name if file.title is None else file.title,
         controller=controller,
         law=law,
         own=own,
         scenarios=scenarios,
-        mismatches=tuple(mismatches.load(_beside(each, folder)) for each in wrong),
-        seed=whole_entry(given.get("seed", 1), 0, MOST_SEED, f"{name}: seed"),
-        axes=tuple(read_axis(key, table, declared, name) for key, table in parameters.items()),
-        objective=read_objective(given.get("objective", {}), f"{name}: objective"),
-        constraints=tuple(
-            read_constraint(table, f"{name}: constraint {i}") for i, table in enumerate(constraints, 1)
-        ),
-        tune=_tune(given.get("tune", {}), f"{name}: tune"),
-        sweep=_sweep(given.get("sweep", {}), f"{name}: sweep"),
+        mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
+        seed=file.seed,
+        axes=tuple(read_axis(key, table, declared, name) for key, table in file.parameters.items()),
+        objective=file.objective,
+        constraints=file.constraint,
+        tune=file.tune,
+        sweep=file.sweep,
     )
     study.cases({}, name)
     return study
 
 
-def _law(given: Any, folder: Path, name: str) -> tuple[Component, OwnLaw | None, str]:
-    if not isinstance(given, str):
-        raise InputError(f'{name}: names no controller; write controller = "lag"')
-    if is_own_law(given):
-        own = load_own_law(_beside(given, folder))
-        return own.component, own, own.name
-    return catalogue.controller(given), None, given
-
-
-def _scenario(duty: str, given: Mapping[str, Any], folder: Path, name: str, controller: str) -> Scenario:
-    scenario = replace(load_scenario(_beside(duty, folder)), controller=controller)
-    if "step_size" in given:
-        scenario = replace(scenario, step_size=positive(given["step_size"], "s", f"{name}: step_size"))
-    if "master" in given:
-        master = text_entry(given, "master", "", name)
-        algorithm(master)
-        scenario = replace(scenario, master=master)
-    return scenario
+def _scenario(duty: str, file: StudyFile, controller: str) -> Scenario:
+    scenario = load_scenario(duty)
+    if file.master is not None:
+        algorithm(file.master)
+    return replace(
+        scenario,
+        controller=controller,
+        step_size=scenario.step_size if file.step_size is None else file.step_size,
+        master=scenario.master if file.master is None else file.master,
+    )
 
 
 def _beside(place: str, folder: Path) -> str:
     """A file beside the study file, where there is one of that name."""
     near = folder / place.partition(":")[0]
     return str(folder / place) if near.suffix and is_file(near) else place
-
-
-def _named(given: Mapping[str, Any], key: str, name: str, default: Sequence[str] = ()) -> list[str]:
-    listed = given.get(key, list(default))
-    if not isinstance(listed, list) or not listed or not all(isinstance(each, str) for each in listed):
-        raise InputError(f'{name}: {key} is no list of names; write {key} = ["windshield_wiper"], say')
-    if len(set(listed)) < len(listed):
-        raise InputError(f"{name}: {key} names one twice; keep one")
-    return listed
-
-
-def _tune(table: Any, where: str) -> TuneSettings:
-    known_entries(table, {"trials", "batch", "sampler", "storage"}, where)
-    default = TuneSettings()
-    storage = table.get("storage")
-    if storage is not None and not (isinstance(storage, str) and "://" in storage):
-        raise InputError(f"{where}.storage: {shown(storage)} is no URL; write sqlite:///study.db, say")
-    trials = whole_entry(table.get("trials", default.trials), 1, MOST_POINTS, f"{where}.trials")
-    batch = whole_entry(table.get("batch", default.batch), 1, MOST_IN_A_BATCH, f"{where}.batch")
-    sampler = one_of(SAMPLERS, table.get("sampler", default.sampler), f"{where}.sampler")
-    return TuneSettings(trials, batch, sampler, storage)
-
-
-def _sweep(table: Any, where: str) -> SweepSettings:
-    known_entries(table, {"kind", "points"}, where)
-    kind = one_of(SWEEPS, table.get("kind", "grid"), f"{where}.kind")
-    return SweepSettings(kind, whole_entry(table.get("points", 5), 1, MOST_POINTS, f"{where}.points"))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.studies.points import Evaluation, evaluate, latin_hypercube
+from warmlink.orchestration.studies.points import Evaluation, Judged, best, evaluate, latin_hypercube
 from warmlink.orchestration.studies.storage import EXCESS, REASON, Storage, distributions, internal
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
@@ -23,19 +23,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One finished trial; the objective is NaN where there is a reason why."""
+class Trial(Judged):
+    """One finished trial."""
 
     number: int
-    point: Point
-    objective: float
-    excess: tuple[float, ...]
-    reason: str | None
 
-    @property
-    def feasible(self) -> bool:
-        """Whether there is an objective and every constraint is kept."""
-        return self.reason is None and all(excess <= 0 for excess in self.excess)
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"number": self.number, **super().to_dict()}
 
 
 SPREAD = 16
@@ -73,12 +68,6 @@ def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -
     return trials
 
 
-def best(trials: list[Trial]) -> Trial | None:
-    """The feasible trial with the smallest objective, the earliest of equals; None where there is none."""
-    feasible = [trial for trial in trials if trial.feasible]
-    return min(feasible, key=lambda trial: (trial.objective, trial.number), default=None)
-
-
 def _run(
     study: Study, points: list[Point], first: int, workers: Workers, storage: Storage
 ) -> Iterator[Trial]:
@@ -90,7 +79,7 @@ def _run(
         while stored in ended:
             found = ended.pop(stored)
             storage.add(found)
-            yield Trial(first + stored, found.point, found.objective, found.excess, found.reason)
+            yield Trial(found.point, found.objective, found.excess, found.reason, first + stored)
             stored += 1
 
 
@@ -196,11 +185,11 @@ def _constraints(trial: optuna.trial.FrozenTrial) -> list[float]:
 def _of_storage(trial: optuna.trial.FrozenTrial) -> Trial:
     attributes = trial.user_attrs
     return Trial(
-        trial.number,
         {name: float(value) for name, value in trial.params.items()},
         math.nan if trial.value is None else trial.value,
         tuple(attributes.get(EXCESS) or ()),
         attributes.get(REASON),
+        trial.number,
     )
 
 

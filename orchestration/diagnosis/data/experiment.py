@@ -6,37 +6,95 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Annotated, Any
 
 from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
-from warmlink.orchestration.diagnosis.data.values import seconds, to_si
-from warmlink.orchestration.text_files import measured_text, tables_of
+from warmlink.orchestration.diagnosis.data.values import to_si
+from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.text_files import measured_text, shown, tables_of
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
 
 PER_RUN = "run"
 
-_TOP = {
-    "title",
-    "system",
-    "initial",
-    "run",
-    "channels",
-    "covariates",
-    "known",
-    "calibrate",
-    "causes",
-    "noise",
-}
-_RUN = {"data", "labels", "heldout", "adapt", "known"}
-_CALIBRATE = {"min", "max", "start", "per"}
+NOMINAL, MEASURED = "nominal", "measured"
+"""What the states start from: the declared start values, or the first minute of measurements."""
+
+Values = Mapping[str, Annotated[str | float, Value()]]
+"""Values with units under `instance.variable`."""
+
+
+class Label(Entry):
+    """The value of a label: a text, or a number that is taken for one."""
+
+    def _read(self, value: Any) -> str:
+        if not isinstance(value, str | int | float):
+            raise InputError(f"{shown(value)} is not a name; write it as text")
+        return str(value)
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": ["string", "number", "boolean"], "examples": ["shiny"]}
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """One run: its measurements, and what holds for it alone."""
+
+    __pydantic_config__ = TABLE
+
+    data: Annotated[str, Text("FILE.csv")]
+    labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
+    heldout: Annotated[bool, Flag()] = False
+    adapt: Annotated[float, Quantity("s", least=0)] = 0.0
+    known: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class CalibrateTable:
+    """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
+
+    __pydantic_config__ = TABLE
+
+    min: Annotated[str | float, Value()]
+    max: Annotated[str | float, Value()]
+    start: Annotated[str | float | None, Value()] = None
+    per: Annotated[str | None, Text(PER_RUN)] = None
+
+
+@dataclass(frozen=True)
+class CausesTable:
+    """By which labels the parameters of a cause may differ from run to run."""
+
+    __pydantic_config__ = TABLE
+
+    per: tuple[Annotated[str, Text("LABEL")], ...] = ()
+
+
+@dataclass(frozen=True)
+class ExperimentFile:
+    """An experiment: the runs on one system, what is known, and what is calibrated."""
+
+    __pydantic_config__ = TABLE
+
+    system: Annotated[str, Text("WarmupCell")]
+    run: tuple[RunTable, ...]
+    title: Annotated[str | None, Text()] = None
+    initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
+    channels: Mapping[str, Annotated[str, Text("link.elongation")]] = field(default_factory=dict)
+    covariates: Mapping[str, Annotated[str, Text("neighbour_temperature")]] = field(default_factory=dict)
+    known: Values = field(default_factory=dict)
+    calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
+    causes: CausesTable = field(default_factory=CausesTable)
+    noise: Values = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.run:
+            raise InputError('there is no [[run]]; give at least one with data = "FILE.csv"')
 
 
 @dataclass(frozen=True)
@@ -89,7 +147,7 @@ def read_experiment(path: Path) -> Experiment:
         return _bare(path)
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; give the path of a .csv or .toml file")
-    return _Reader(path, tables_of(measured_text(path), path.name)).experiment()
+    return _Reader(path).experiment()
 
 
 def _bare(path: Path) -> Experiment:
@@ -141,80 +199,46 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
 
 
 class _Reader:
-    """Takes the tables of one experiment file apart."""
+    """Reads what an experiment file says of the variables of its system."""
 
-    def __init__(self, path: Path, content: dict[str, Any]) -> None:
-        self.name, self.folder, self.content = path.name, path.parent, content
-        self._refuse_unknown(content, _TOP, "")
-        self.rig = rig(self._text("system"))
+    def __init__(self, path: Path) -> None:
+        self.name, self.folder = path.name, path.parent
+        self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
+        self.rig = rig(self.file.system)
 
     def experiment(self) -> Experiment:
-        channels, covariates = self._names("channels"), self._names("covariates")
-        given = self.content.get("run")
-        if not isinstance(given, list) or not given or not all(isinstance(entry, dict) for entry in given):
-            raise InputError(f"{self.name}: there is no [[run]]; give at least one with data = 'FILE.csv'")
+        file = self.file
         runs: list[Run] = []
         columns: tuple[Column, ...] = ()
-        for i, entry in enumerate(given):
-            run, columns = self._run(entry, i, channels, covariates)
+        for i, table in enumerate(file.run, 1):
+            run, columns = self._run(table, f"run {i}")
+            if run.name in [each.name for each in runs]:
+                raise InputError(f"{self.name}: two runs are called {run.name}; rename one file")
             runs.append(run)
         if all(run.heldout for run in runs):
             raise InputError(f"{self.name}: every run is held out; leave at least one to fit")
-        self._unique([run.name for run in runs])
-        title = self.content.get("title", self.name)
-        if not isinstance(title, str):
-            raise InputError(f'{self.name}: title = {title!r} is not text; write title = "..."')
-        initial = self.content.get("initial", "nominal")
-        if initial not in ("nominal", "measured"):
-            raise InputError(f'{self.name}: initial = {initial!r} is not "nominal" or "measured"')
-        causes = self._table("causes")
-        self._refuse_unknown(causes, {"per"}, "causes.")
-        labels = causes.get("per", [])
-        if not isinstance(labels, list):
-            raise InputError(f'{self.name}: causes.per = {labels!r} is not a list; write per = ["LABEL"]')
-        for label in labels:
+        for label in file.causes.per:
             self._check_label(label, runs, "causes.per")
         return Experiment(
-            title,
+            self.name if file.title is None else file.title,
             self.rig,
             tuple(runs),
             columns,
-            self._known(self._table("known"), "known"),
-            tuple(self._calibrated(v, e, runs) for v, e in self._table("calibrate").items()),
-            tuple(labels),
-            self._noise(),
-            initial == "measured",
+            self._known(file.known, "known"),
+            tuple(self._calibrated(variable, table, runs) for variable, table in file.calibrate.items()),
+            file.causes.per,
+            {variable: self._noise(variable, text) for variable, text in file.noise.items()},
+            file.initial == MEASURED,
         )
 
-    def _run(
-        self, entry: dict[str, Any], i: int, channels: dict[str, str], covariates: dict[str, str]
-    ) -> tuple[Run, tuple[Column, ...]]:
-        where = f"run {i + 1}"
-        self._refuse_unknown(entry, _RUN, f"[[{where}]] ")
-        if not isinstance(entry.get("data"), str):
-            raise InputError(f"{self.name}: {where} has no data; write data = 'FILE.csv'")
-        run, columns = read_run(self.folder / entry["data"], self.rig, channels, covariates)
-        labels = self._table("labels", entry, f"{where}.")
-        for label, value in labels.items():
-            if not isinstance(value, str | int | float):
-                raise InputError(
-                    f"{self.name}: {where}.labels.{label} = {value!r} is not a name; write it as text"
-                )
-        heldout = entry.get("heldout", False)
-        if not isinstance(heldout, bool):
-            raise InputError(f"{self.name}: {where}: heldout = {heldout!r} is not true or false")
-        return (
-            replace(
-                run,
-                labels={label: str(value) for label, value in labels.items()},
-                known=self._known(self._table("known", entry, f"{where}."), f"{where}.known"),
-                heldout=heldout,
-                adapt=seconds(entry.get("adapt", 0), f"{self.name}: {where}.adapt"),
-            ),
-            columns,
-        )
+    def _run(self, table: RunTable, where: str) -> tuple[Run, tuple[Column, ...]]:
+        run, columns = read_run(self.folder / table.data, self.rig, self.file.channels, self.file.covariates)
+        known = self._known(table.known, f"{where}.known")
+        return replace(
+            run, labels=table.labels, known=known, heldout=table.heldout, adapt=table.adapt
+        ), columns
 
-    def _known(self, table: Mapping[str, object], where: str) -> dict[str, float]:
+    def _known(self, table: Mapping[str, str | float], where: str) -> dict[str, float]:
         known = {}
         for variable, text in table.items():
             place = f"{self.name}: {where}.{variable}"
@@ -224,76 +248,29 @@ class _Reader:
             known[variable] = to_si(text, scalar, place)
         return known
 
-    def _calibrated(self, variable: str, entry: Any, runs: list[Run]) -> Calibrated:
+    def _calibrated(self, variable: str, table: CalibrateTable, runs: list[Run]) -> Calibrated:
         place = f"{self.name}: calibrate.{variable}"
         scalar = self.rig.scalar(variable, place)
-        if not isinstance(entry, dict):
-            raise InputError(f"{place}: give a table {{ min = ..., max = ..., start = ... }}")
-        self._refuse_unknown(entry, _CALIBRATE, f"calibrate.{variable} ")
-        for key in ("min", "max"):
-            if key not in entry:
-                raise InputError(f"{place}: {key} is missing; a calibrated variable needs both bounds")
-        lower, upper = (to_si(entry[key], scalar, f"{place}.{key}") for key in ("min", "max"))
+        lower, upper = to_si(table.min, scalar, f"{place}.min"), to_si(table.max, scalar, f"{place}.max")
         if not lower < upper:
             raise InputError(f"{place}: min {lower:g} is not below max {upper:g} {scalar.variable.unit}")
-        start = to_si(entry["start"], scalar, f"{place}.start") if "start" in entry else (lower + upper) / 2
+        start = (lower + upper) / 2 if table.start is None else to_si(table.start, scalar, f"{place}.start")
         if not lower <= start <= upper:
             raise InputError(f"{place}: start {start:g} lies outside {lower:g} to {upper:g}")
-        per = entry.get("per")
-        if per is not None and per != PER_RUN:
-            self._check_label(per, runs, f"calibrate.{variable}.per")
-        return Calibrated(variable, lower, upper, start, per)
+        if table.per is not None and table.per != PER_RUN:
+            self._check_label(table.per, runs, f"calibrate.{variable}.per")
+        return Calibrated(variable, lower, upper, start, table.per)
 
-    def _noise(self) -> dict[str, float]:
-        noise = {}
-        for variable, text in self._table("noise").items():
-            place = f"{self.name}: noise.{variable}"
-            scalar = self.rig.scalar(variable, place)
-            noise[variable] = to_si(text, scalar, place, difference=True)
-            if not noise[variable] > 0 or not np.isfinite(noise[variable]):
-                raise InputError(f"{place}: {text!r} is not a standard deviation above 0")
+    def _noise(self, variable: str, text: str | float) -> float:
+        place = f"{self.name}: noise.{variable}"
+        noise = to_si(text, self.rig.scalar(variable, place), place, difference=True)
+        if not noise > 0:
+            raise InputError(f"{place}: {text!r} is not a standard deviation above 0")
         return noise
 
-    def _check_label(self, label: object, runs: list[Run], where: str) -> None:
-        if not isinstance(label, str):
-            raise InputError(
-                f'{self.name}: {where}: {label!r} is not the name of a label; write it as "NAME"'
-            )
+    def _check_label(self, label: str, runs: list[Run], where: str) -> None:
         for run in runs:
             if label not in run.labels:
                 raise InputError(
                     f"{self.name}: {where}: run {run.name} has no label {label!r}; add it to its labels"
                 )
-
-    def _table(self, key: str, within: dict[str, Any] | None = None, where: str = "") -> dict[str, Any]:
-        table = (self.content if within is None else within).get(key, {})
-        if not isinstance(table, dict):
-            raise InputError(
-                f"{self.name}: {where}{key} = {table!r} is not a table; write {key} = {{ NAME = VALUE }}"
-            )
-        return table
-
-    def _names(self, key: str) -> dict[str, str]:
-        """Variable by header."""
-        table = self._table(key)
-        for header, name in table.items():
-            if not isinstance(name, str):
-                raise InputError(f'{self.name}: {key}."{header}" = {name!r} is not a name; write it as text')
-        return table
-
-    def _text(self, key: str) -> str:
-        value = self.content.get(key)
-        if not isinstance(value, str):
-            missing = "is missing" if value is None else f"= {value!r} is not text"
-            raise InputError(f"{self.name}: {key} {missing}; write {key} = '...'")
-        return value
-
-    def _unique(self, names: list[str]) -> None:
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(f"{self.name}: two runs are called {name}; rename one file")
-
-    def _refuse_unknown(self, table: Mapping[str, object], known: set[str], where: str) -> None:
-        for key in table:
-            if key not in known:
-                raise InputError(f"{self.name}: {where}{key} is not known; {instead(key, sorted(known))}")

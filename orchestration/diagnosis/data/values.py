@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Input
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.scenarios.quantity import quantity
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ def is_discrete(scalar: Scalar) -> bool:
     return isinstance(variable, Input) and (variable.discrete or variable.type != "Real")
 
 
-def to_si(text: object, scalar: Scalar, where: str, difference: bool = False) -> float:
+def to_si(text: str | float, scalar: Scalar, where: str, difference: bool = False) -> float:
     """SI value of `"6 W"` or `"22 degC"` for a variable; a bare number is taken for SI.
 
     Parameters
@@ -43,22 +42,8 @@ def to_si(text: object, scalar: Scalar, where: str, difference: bool = False) ->
         Not a quantity, or one of another kind.
     """
     return quantity(
-        text,  # type: ignore[arg-type]  # it refuses what is neither text nor number
+        text,
         scalar.variable.unit,
         where,
         difference=difference or not is_temperature(scalar),
     )
-
-
-def seconds(text: object, where: str) -> float:
-    """Time in s of `"20 min"`; a bare number is taken for seconds.
-
-    Raises
-    ------
-    InputError
-        Not a time, or a negative one.
-    """
-    value = quantity(text, "s", where)  # type: ignore[arg-type]
-    if not value >= 0:
-        raise InputError(f"{where}: {value:g} s is negative; give a time of at least 0 s")
-    return value

@@ -15,7 +15,7 @@ from warmlink.orchestration.arm.hide import hide_in_arm, possible_effects
 from warmlink.orchestration.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.arm.setup import arm
 from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.commands.diagnose import diagnose_command
+from warmlink.orchestration.command_line.diagnose import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
@@ -85,13 +85,13 @@ def test_a_missing_column_is_said(run: Path, tmp_path: Path) -> None:
     path = tmp_path / "arm.csv"
     pd.read_csv(run).drop(columns="axis4.shaft_temperature [degC]").to_csv(path, index=False)
     with pytest.raises(InputError, match=r"no column 'axis4.shaft_temperature \[degC\]'"):
-        diagnose_command([path], [], [], tmp_path / "out", as_json=False)
+        diagnose([path], out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_a_run_of_the_arm_stands_alone(run: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a run of the whole arm stands alone"):
-        diagnose_command([run, run], [], [], tmp_path / "out", as_json=False)
+        diagnose([run, run], out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

@@ -70,7 +70,6 @@ def test_a_scenario_s_duty_cycle_lasts_as_long_as_the_scenario() -> None:
         (["--duty", "nowhere"], "nowhere: no such scenario"),
         (["--duty", "power.toml"], "give pad_temperature"),
         (["--duty", "long.toml"], "give at most 100"),
-        (["--duty", "short.toml"], "100000 are the most"),
         (["--duty", "shift.csv", "--axis", "3"], "leave --duty shift.csv out"),
         (["radiatoin"], "did you mean radiation"),
         (["radiation:tip_temperature"], "write radiation"),

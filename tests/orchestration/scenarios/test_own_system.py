@@ -53,6 +53,10 @@ score = "link1.elongation + link2.elongation - compensator.correction"
 [parameters]
 "motor2.neighbour_conductance" = "0.3 W/K"
 """
+NOISE = """
+[sensors]
+noise = "0.1 K"
+"""
 STUDY = """
 controller = "lag"
 duty_cycles = ["chain.toml"]
@@ -120,6 +124,17 @@ def test_the_chain_is_compared(warmlink: Warmlink) -> None:
 def test_the_chain_is_tuned(warmlink: Warmlink) -> None:
     assert warmlink("tune", "study.toml", "--jobs", "1", "--out", "o") == 0
     assert (Path("o") / "trials.csv").is_file() or list(Path("o").glob("*.csv"))
+
+
+def test_an_observer_designed_for_the_chain_knows_both_links(warmlink: Warmlink) -> None:
+    Path("chain.toml").write_text(ROLES.replace("windshield_wiper", "stop_and_go") + NOISE)
+    assert warmlink("design", "chain.toml", "--law", "observer", "--out", "observer.ssv") == 0
+    largest = {}
+    for name, options in (("cell's", ()), ("chain's", ("--parameters", "observer.ssv"))):
+        assert warmlink("run", "chain.toml", "--controller", "observer", *options, "--out", name) == 0
+        largest[name] = json.loads(Path(name, "metrics.json").read_text("utf-8"))["compensated"]["max_abs_um"]
+    assert largest["chain's"] < 3
+    assert largest["cell's"] > 10 * largest["chain's"]
 
 
 def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:

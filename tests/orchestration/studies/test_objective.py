@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.studies.case import Case, Outcome, failed
-from warmlink.orchestration.studies.objective import METRICS, gather, read_constraint, read_objective
+from warmlink.orchestration.studies.objective import METRICS, Constraint, Gathered, gather
 
 VALUES = st.lists(st.floats(0, 1e3), min_size=1, max_size=12)
 
@@ -40,7 +41,7 @@ def test_cvar_lies_between_mean_and_worst_and_falls_with_the_share(values: list[
 @pytest.mark.parametrize("over", ["worst", "mean", "cvar"])
 def test_a_run_without_figures_leaves_no_objective(over: str) -> None:
     assert math.isnan(gather([1.0, math.nan], over, 0.5))
-    objective = read_objective({"over": over}, "mine")
+    objective = Gathered(over=over)
     assert math.isnan(objective.value([outcome(3.0), failed("it stopped")], [case(), case()]))
 
 
@@ -50,14 +51,14 @@ def test_a_run_that_never_settles_counts_as_its_whole_time() -> None:
 
 
 def test_a_constraint_tells_by_how_much_it_is_broken() -> None:
-    constraint = read_constraint({"metric": "max_abs_um", "at_most": 5}, "mine")
+    constraint = Constraint("max_abs_um", at_most=5)
     assert constraint.excess([outcome(3.0), outcome(7.0)], [case(), case()]) == 2.0
 
 
 @pytest.mark.parametrize(
     ("table", "sentence"),
     [
-        (3, "is not a table"),
+        (3, "3 is no table; give it level, metric and over"),
         ({"metrik": "rms_um"}, "metrik is not known"),
         ({"metric": "speed"}, "'speed' is not known; choose max_abs_um"),
         ({"over": "median"}, "'median' is not known; did you mean mean?"),
@@ -68,10 +69,10 @@ def test_a_constraint_tells_by_how_much_it_is_broken() -> None:
 )
 def test_a_bad_objective_is_refused(table: object, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        read_objective(table, "mine: objective")
+        read_table(Gathered, table, "mine: objective")
 
 
 @pytest.mark.parametrize("bound", [None, "5", math.nan, math.inf, True])
 def test_a_constraint_needs_a_bound(bound: object) -> None:
     with pytest.raises(InputError, match="is no bound"):
-        read_constraint({"metric": "max_abs_um", "at_most": bound}, "mine: constraint 1")
+        read_table(Constraint, {"metric": "max_abs_um", "at_most": bound}, "mine: constraint 1")

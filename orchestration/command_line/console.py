@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -74,3 +74,44 @@ def counted(progress: Callable[[float], None], total: int) -> Callable[[str], No
         progress(done / total)
 
     return part
+
+
+def print_table(
+    title: str,
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    texts: int | None = None,
+    width: int | None = None,
+) -> None:
+    """Print a table on standard output.
+
+    Parameters
+    ----------
+    title : str
+    headings : sequence of str
+        Of the columns; without any, the first of two columns stands out.
+    rows : iterable of sequences of str
+    texts : int, optional
+        How many columns hold text that is never broken; numbers follow, on the right of their columns.
+    width : int, optional
+        In characters, where standard output is no terminal; there is no edge to keep within in a file.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=None, show_header=bool(headings))
+    for i, heading in enumerate(headings):
+        number = texts is not None and i >= texts
+        table.add_column(
+            heading, justify="right" if number else "left", no_wrap=texts is not None and not number
+        )
+    if not headings:
+        table.title_style = "bold"
+        table.add_column(style="cyan", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    (console if console.is_terminal or width is None else Console(width=width)).print(table)
+    if not headings:
+        console.print()

@@ -1,0 +1,123 @@
+"""`warmlink build`: FMUs and systems for other tools, each validated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.console import answer, answer_json, counted, progress_bar
+from warmlink.orchestration.command_line.options import Json
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from warmlink.fmus.catalogue import Entry
+
+KINDS = ("native", "python", "all")
+SHOWN_CONTROLLER = "lag"
+"""Controller that the shipped WarmupCell.ssp holds; any other FMU of the same connectors may replace it."""
+
+SHOWN_ARM_SCENARIO = "six_axis_shift"
+"""What the shipped SixAxisArm.ssp does unless it is told otherwise."""
+
+JOINED_HOME = "warmlink.orchestration.system.shipped"
+"""Module beside whose README the documentation of joined systems lies."""
+
+
+def build(
+    fmus: Annotated[str, typer.Option(help="`native`, `python` or `all`.")] = "all",
+    platforms: Annotated[
+        str | None,
+        typer.Option(
+            help="Native platforms, as `x86_64-linux,x86_64-windows`, or `all`. Default: this machine's."
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
+    json: Json = False,
+) -> None:
+    """Build the FMUs and the systems (SSP) for other tools, and validate each of them."""
+    from warmlink.fmus.names import instead
+
+    if fmus not in KINDS:
+        raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
+    try:
+        built = _build(fmus, platforms, out)
+    except OSError as fault:
+        place = Path(fault.filename or out)
+        shown = out if place.is_relative_to(out) else place
+        raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
+    for path in built:
+        _validate(path)
+    if json:
+        answer_json([str(path) for path in built])
+    else:
+        for path in built:
+            answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+
+
+def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
+    """Build everything; each file is complete or absent."""
+    from warmlink.fmus.catalogue import Entry
+    from warmlink.fmus.packaging.python.fmu import build_python_fmus
+    from warmlink.orchestration.arm.blueprint import write_arm
+    from warmlink.orchestration.catalogue import controller, entries
+    from warmlink.orchestration.scenarios.load import load_scenario
+    from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
+    from warmlink.orchestration.system.write import write_ssp
+
+    law, arm = controller(SHOWN_CONTROLLER).name, load_scenario(SHOWN_ARM_SCENARIO)
+    observer = controller(arm.controller)
+    components = list(entries().values())
+    built: list[Path] = []
+    if kind != "native":
+        with progress_bar("Python FMUs") as progress:
+            built += build_python_fmus(components, out, counted(progress, len(components)))
+    if kind != "python":
+        built += _build_native(components, platforms, out)
+        joined = (WARMUP_CELL.joined(law), arm.joined(observer))
+        built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out)
+    fmus = {path.stem: path for path in built}
+    for blueprint in SHIPPED.values():
+        path = out / f"{blueprint.name}.ssp"
+        write_ssp(blueprint.system(fmus, law), path)
+        built.append(path)
+    return built + write_arm(arm.system(fmus, observer), out)
+
+
+def _build_native(components: Sequence[Entry], platforms: str | None, out: Path) -> list[Path]:
+    from warmlink.fmus.packaging.native.compile import platforms_named
+    from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
+
+    chosen = platforms_named(platforms)
+    built: list[Path] = []
+    versions: tuple[FmiVersion, ...] = ("3.0", "2.0")
+    for version in versions:
+        with progress_bar(f"native FMUs, FMI {version}") as progress:
+            folder, done = out / "native" / f"fmi{version[0]}", counted(progress, len(components))
+            built += build_native_fmus(components, folder, version, chosen, done)
+    return built
+
+
+def _validate(path: Path) -> None:
+    """Check a file against the standards' schemas and rules.
+
+    Raises
+    ------
+    InputError
+        If it does not pass, which is a fault of warmlink and not of its user.
+    """
+    from fmpy.validation import validate_fmu
+
+    from warmlink.orchestration.files import temporary_folder
+    from warmlink.orchestration.system.read import read_system
+
+    if path.suffix == ".fmu":
+        problems = validate_fmu(str(path))
+        if problems:
+            raise InputError(f"{path}: {problems[0]}; please report this")
+        return
+    with temporary_folder() as work:
+        read_system(path, work)

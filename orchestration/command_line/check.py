@@ -1,0 +1,78 @@
+"""`warmlink check`: what an integrator checks before trusting a file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.console import answer, answer_json, print_table
+from warmlink.orchestration.command_line.options import Json
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.check.fmu import CheckResult
+    from warmlink.orchestration.system.model import System
+
+FAILED = 1
+_SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]skip[/]"}
+
+
+def check(
+    file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file from any tool.")], json: Json = False
+) -> None:
+    """Check an FMU or a system as an integrator would; the exit code is 1 where a check fails."""
+    from warmlink.orchestration.check.fmu import check_fmu
+
+    if not file.is_file():
+        raise InputError(f"{file}: no such file; give an .fmu or .ssp file")
+    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file)
+    failed = sum(result.verdict == "fail" for result in results)
+    if json:
+        answer_json([asdict(result) for result in results])
+    else:
+        rows = [(result.name, _SIGNS[result.verdict], result.detail) for result in results]
+        print_table(str(file), ("check", "", "detail"), rows)
+        answer(f"{len(results) - failed} of {len(results)} checks without a fault")
+    if failed:
+        raise SystemExit(FAILED)
+
+
+def _check_system(path: Path) -> list[CheckResult]:
+    """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
+    from fmpy.validation import validate_fmu
+
+    from warmlink.orchestration.check.fmu import CheckResult
+    from warmlink.orchestration.files import temporary_folder
+    from warmlink.orchestration.system.read import read_system
+
+    with temporary_folder() as work:
+        system = read_system(path, work)
+        detail = f"{len(system.components)} components, {len(system.connections)} connections"
+        results = [CheckResult("reads and fits together", "pass", detail)]
+        for name, held in system.components.items():
+            problems = validate_fmu(str(held.fmu))
+            found = "; ".join(problems)[:200]
+            results.append(CheckResult(f"{name} is valid", "fail" if problems else "pass", found))
+        return [*results, _run(system)]
+
+
+def _run(system: System) -> CheckResult:
+    """Check that the system runs its default experiment."""
+    from warmlink.orchestration.check.fmu import CheckResult
+    from warmlink.orchestration.master.guard import guarded
+    from warmlink.orchestration.master.run import simulate
+    from warmlink.orchestration.master.slaves.slave import SlaveError
+
+    start, stop = system.default_experiment.start_time, system.default_experiment.stop_time
+    if stop is None:
+        return CheckResult("runs", "skip", "the system proposes no stop time")
+    step = system.default_experiment.step_size or stop / 500
+    try:
+        run = guarded(lambda line: simulate(system, stop, step, start_time=start, line=line))
+    except SlaveError as fault:
+        return CheckResult("runs", "fail", str(fault))
+    done = "; ".join((f"{stop:g} s in steps of {step:g} s", *run.remarks))
+    return CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)

@@ -1,0 +1,112 @@
+"""`warmlink hide`: runs to practise `diagnose` on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.console import answer, remark
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.practice.hide import Noise
+
+GRID, FEA = "grid", "fea"
+"""What computes a made-up run: a rod on a grid, or 3-D finite elements."""
+
+
+def hide(
+    effects: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Effects to hide, as radiation, joint_resistance=0.3, sensor_lag:tip_temperature."
+        ),
+    ] = None,
+    duty: Annotated[
+        str | None,
+        typer.Option(
+            help="Duty cycle (CSV) or scenario (TOML), as for `run`. Default: two hours of varied work."
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
+    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
+    noise: Annotated[
+        str, typer.Option(help="`white`, or `real`: correlated, rounded, with spikes.")
+    ] = "white",
+    solver: Annotated[
+        str,
+        typer.Option("--with", help="What computes the run: `grid` (a rod) or `fea` (3-D finite elements)."),
+    ] = "grid",
+    axis: Annotated[
+        int | None,
+        typer.Option(help="Hide the effects in this axis of the six-axis arm, and record the whole arm."),
+    ] = None,
+) -> None:
+    """Make a measured run with hidden effects, computed by a separate solver, to practise `diagnose` on."""
+    from warmlink.fmus.names import instead
+    from warmlink.orchestration.diagnosis.practice import hide as made_up
+    from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
+    from warmlink.orchestration.scenarios.duty import length
+
+    if solver not in (GRID, FEA):
+        raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
+    kinds = {"white": made_up.WHITE, "real": made_up.REAL}
+    if noise not in kinds:
+        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
+    if out.suffix != ".csv":
+        raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
+    strengths = _strengths(effects or ())
+    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
+    if axis is not None:
+        if solver != GRID:
+            raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {solver} out")
+        if duty is not None:
+            raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
+        _hide_in_arm(strengths, axis, kinds[noise], seed, out)
+        answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
+        return
+    segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
+    if solver == FEA:
+        from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea
+
+        columns = hide_with_fea(strengths, segments, noise=kinds[noise], seed=seed)
+    else:
+        columns = made_up.hide(strengths, segments, noise=kinds[noise], seed=seed)
+    made_up.write_csv(columns, out)
+    hours = length(segments) / 3600
+    answer(
+        f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
+    )
+
+
+def _strengths(effects: Sequence[str]) -> dict[str, float]:
+    """Strength of each effect in SI units, as given or as usual."""
+    from warmlink.orchestration.diagnosis.practice.effects import effect_of
+
+    strengths = {}
+    for given in effects:
+        name, equals, size = given.partition("=")
+        usual = effect_of(name).size
+        try:
+            strengths[name] = float(size) if equals else usual
+        except ValueError:
+            strengths[name] = math.nan
+        if not math.isfinite(strengths[name]):
+            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
+    return strengths
+
+
+def _hide_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int, out: Path) -> None:
+    from warmlink.orchestration.arm.hide import hide_in_arm
+    from warmlink.orchestration.arm.setup import arm
+    from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.diagnosis.practice.hide import write_csv
+    from warmlink.orchestration.fmu_store import store
+    from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+
+    fmus = store(None, sorted(arm().kinds([controller(NO_CONTROLLER)])), remark)
+    write_csv(hide_in_arm(effects, axis, fmus, noise=noise, seed=seed), out)

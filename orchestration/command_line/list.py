@@ -1,0 +1,39 @@
+"""`warmlink list`: everything that can be named on the command line."""
+
+from __future__ import annotations
+
+from warmlink.orchestration.command_line.console import answer_json, print_table
+from warmlink.orchestration.command_line.options import Json
+
+
+def list_(json: Json = False) -> None:
+    """List what warmlink knows: scenarios, controllers, systems, components, mismatches, studies, masters."""
+    found = _known()
+    if json:
+        answer_json(found)
+        return
+    for kind, entries in found.items():
+        print_table(kind, (), entries.items())
+
+
+def _known() -> dict[str, dict[str, str]]:
+    """What each thing is, by its kind and its name."""
+    from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
+    from warmlink.orchestration.arm.library import NAME as ARM
+    from warmlink.orchestration.catalogue import components, controllers
+    from warmlink.orchestration.diagnosis.practice.effects import about_effects
+    from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
+    from warmlink.orchestration.scenarios.load import load_scenario, scenario_names
+    from warmlink.orchestration.studies import mismatch, study
+    from warmlink.orchestration.system.shipped import SHIPPED
+
+    return {
+        "scenarios": {name: load_scenario(name).title for name in scenario_names()},
+        "controllers": {name: law.description for name, law in controllers().items()},
+        "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
+        "components": {name: component.description for name, component in components().items()},
+        "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
+        "studies": {name: study.load_study(name).title for name in study.names()},
+        "effects to hide": about_effects(),
+        "masters": {name: about(name) for name in ALGORITHMS},
+    }

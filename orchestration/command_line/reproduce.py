@@ -1,0 +1,35 @@
+"""`warmlink reproduce`: the paper's tables beside ours."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
+from warmlink.orchestration.command_line.options import Json
+
+
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
+    json: Json = False,
+) -> None:
+    """Compute the paper's tables and figures: Eq. (4), the 1-D link, and 3-D finite elements beside them."""
+    from rich.console import Console
+
+    from warmlink.orchestration.files import fresh_folder
+    from warmlink.orchestration.paper.presentation import write_report
+    from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
+    from warmlink.orchestration.paper.terminal import terminal_table
+
+    with fresh_folder(out) as target:
+        with progress_bar("The paper, reproduced") as progress:
+            result = reproduce_paper(lambda share, what: progress(share))
+        write_report(result, target / "report.html")
+    if json:
+        answer_json({"rows": [asdict(row) for row in result.rows], "findings": list(result.findings)})
+    else:
+        Console().print(terminal_table(result))
+        answer(f"report  {out / 'report.html'}")

@@ -1,0 +1,39 @@
+"""`warmlink schema`: what a file of a kind may hold, for editors that complete and check it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.console import answer_json
+
+
+def schema(
+    kind: Annotated[str, typer.Argument(help="Kind of file: `duty`, `study`, `mismatch` or `experiment`.")],
+) -> None:
+    """Print the JSON Schema of a kind of file, with which an editor completes and checks what you write.
+
+    Save it beside your file, and name it in the file's first line: `#:schema study.json`. Editors that use
+    Taplo understand this line, as VS Code does with the extension Even Better TOML.
+
+    Example: `warmlink schema study > study.json`
+    """
+    from warmlink.fmus.names import instead
+    from warmlink.orchestration.scenarios.written import json_schema
+
+    known = kinds()
+    if kind not in known:
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, known)}")
+    answer_json(json_schema(known[kind]))
+
+
+def kinds() -> dict[str, type[Any]]:
+    """The table that each kind of file is read into."""
+    from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
+    from warmlink.orchestration.scenarios.duty_files import DutyFile
+    from warmlink.orchestration.studies.mismatch import MismatchFile
+    from warmlink.orchestration.studies.study import StudyFile
+
+    return {"duty": DutyFile, "study": StudyFile, "mismatch": MismatchFile, "experiment": ExperimentFile}

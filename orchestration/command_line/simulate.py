@@ -1,0 +1,299 @@
+"""`warmlink simulate`: anybody's system of FMUs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_args
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line.console import answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.command_line.options import Json
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.compiled.loop import Stepping
+    from warmlink.orchestration.master.error_budget import CouplingError
+    from warmlink.orchestration.master.pacing import Pacing
+    from warmlink.orchestration.master.recording.result import Result
+    from warmlink.orchestration.master.slaves.isolation import Isolation
+    from warmlink.orchestration.system.model import System
+
+STOPPED_EARLY = 1
+DEFAULT_STEPS = 500
+DEFAULT_CHECKPOINT = 3600
+WIDTH = 160
+
+
+def simulate(
+    system: Annotated[Path, typer.Argument(help="An .ssp file from any tool.")],
+    stop: Annotated[
+        str | None, typer.Option(help='Stop time, as "1 h". Default: what the system proposes.')
+    ] = None,
+    step: Annotated[
+        str | None,
+        typer.Option(help='Communication step size, as "1 s". Default: what the system proposes.'),
+    ] = None,
+    master: Annotated[
+        str, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
+    ] = "jacobi",
+    stepping: Annotated[
+        str,
+        typer.Option(help="`plain` (Python), `compiled` (Numba), or `auto`: compiled where that is faster."),
+    ] = "auto",
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
+    isolate: Annotated[
+        bool,
+        typer.Option(
+            "--isolate", help="Give each FMU a process of its own, so that its crash ends only the run."
+        ),
+    ] = False,
+    time_limit: Annotated[
+        str | None,
+        typer.Option(help='How long one call of an isolated FMU may take. Default: "60 s".'),
+    ] = None,
+    memory_limit: Annotated[
+        str | None, typer.Option(help='How much memory an isolated FMU may use. Default: "4 GB".')
+    ] = None,
+    checkpoint: Annotated[
+        int | None,
+        typer.Option(help="Write values to disk as they come, and a checkpoint after this many steps."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the checkpoint in the folder, if there is one.")
+    ] = False,
+    real_time: Annotated[
+        float | None,
+        typer.Option(help="Follow the clock: 1 is real time, 10 is ten times as fast."),
+    ] = None,
+    error_budget: Annotated[
+        bool | None,
+        typer.Option(
+            "--error-budget/--no-error-budget",
+            help="Bound the coupling error by repeating the run with half the step. Default: yes, unless "
+            "--checkpoint, --resume or --real-time is given.",
+        ),
+    ] = None,
+    watch: Annotated[
+        list[str] | None,
+        typer.Option(help="Variable whose coupling error is bounded. Repeatable. Default: every output."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run a system of FMUs and write its outputs as CSV and Parquet.
+
+    Ctrl-C ends the run early and keeps what was computed, and so does an FMU that fails (exit code 1).
+    """
+    from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
+    from warmlink.orchestration.master.algorithms.table import algorithm
+    from warmlink.orchestration.master.error_budget import estimate_coupling_error
+    from warmlink.orchestration.master.guard import guarded
+    from warmlink.orchestration.master.recording.checkpoint import LongRun
+    from warmlink.orchestration.master.run import simulate as simulate_system
+    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.system.read import read_system
+
+    chosen, folder, pacing = algorithm(master), out or Path("out") / system.stem, _pacing(real_time)
+    long_run = None
+    if checkpoint is not None or resume:
+        every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
+        long_run = LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
+    # Unasked, no run is repeated that follows the clock or that may last for days.
+    repeats = error_budget if error_budget is not None else pacing is None and long_run is None
+    with temporary_folder() as work, locked_folder(folder):
+        read = read_system(system, work)
+        for told in read.remarks:
+            remark(told)
+        stop_time, step_size = _experiment(read, system, stop, step)
+        run = partial(
+            simulate_system,
+            read,
+            algorithm=chosen,
+            start_time=read.default_experiment.start_time,
+            isolation=_isolation(isolate, time_limit, memory_limit),
+            unpacked=work,
+            stepping=_stepping(stepping),
+        )
+        with fresh_folder(folder) as target, progress_bar(read.name) as progress:
+            result = guarded(
+                lambda line: run(
+                    stop_time,
+                    step_size,
+                    record=_recorded(read, watch),
+                    long_run=long_run,
+                    pacing=pacing,
+                    line=line,
+                ),
+                lambda done, count: progress(done / count / (1 + 2 * repeats)),
+                remark,
+            )
+            lost = write_files(target, series_writers(result))
+            bounds: tuple[CouplingError, ...] = ()
+            if repeats and result.status == "completed":
+                names = watch or result.table.names
+                # Values of a run that is streamed may not fit into the memory.
+                streamed = None if long_run is None else LongRun(work / "half", every=None)
+
+                def again(stop: float, step: float) -> Result:
+                    return guarded(
+                        lambda line: run(
+                            stop, step, record=names, long_run=streamed, check_stability=False, line=line
+                        ),
+                        lambda done, count: progress((1 + 2 * done / count) / 3),
+                        remark,
+                    )
+
+                bounds = estimate_coupling_error(again, result, step_size, chosen.order, names)
+    summary = _summary(result, bounds, folder)
+    if json:
+        answer_json(summary)
+    else:
+        _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
+    for told in result.remarks:
+        remark(told)
+    if lost is not None:
+        remark(f"{folder}: {lost}")
+    if result.reason is not None:
+        remark(f"stopped early: {result.reason}; what was computed up to there is kept")
+    if lost is not None or result.reason is not None:
+        raise SystemExit(STOPPED_EARLY)
+
+
+def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
+    """One process for each FMU, where that is wanted."""
+    from warmlink.orchestration.master.slaves.isolation import Isolation
+    from warmlink.orchestration.scenarios.quantity import positive
+
+    if isolate:
+        usual = Isolation()
+        return Isolation(
+            usual.time_limit if time_limit is None else positive(time_limit, "s", "--time-limit"),
+            usual.memory_limit if memory_limit is None else positive(memory_limit, "B", "--memory-limit"),
+        )
+    for option, given in (("--time-limit", time_limit), ("--memory-limit", memory_limit)):
+        if given is not None:
+            raise InputError(f"{option}: holds for FMUs in processes of their own; add --isolate")
+    return None
+
+
+def _pacing(real_time: float | None) -> Pacing | None:
+    """The clock to follow, where that is wanted."""
+    from warmlink.orchestration.master.pacing import Pacing
+
+    if real_time is None:
+        return None
+    if not 0 < real_time < math.inf:
+        raise InputError(f"--real-time {real_time:g}: no pace; give a number above 0, 1 for real time")
+    return Pacing(real_time)
+
+
+def _stepping(name: str) -> Stepping:
+    from warmlink.fmus.names import instead
+    from warmlink.orchestration.master.compiled.loop import Stepping
+
+    kinds: tuple[Stepping, ...] = get_args(Stepping)
+    for known in kinds:
+        if name == known:
+            return known
+    raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
+
+
+def _experiment(system: System, file: Path, stop: str | None, step: str | None) -> tuple[float, float]:
+    """Stop time and communication step size in s."""
+    from warmlink.orchestration.scenarios.quantity import positive
+
+    proposed = system.default_experiment
+    stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
+    if stop_time is None:
+        raise InputError(f'{file}: the system proposes no stop time; give one, as --stop "1 h"')
+    step_size = proposed.step_size if step is None else positive(step, "s", "--step")
+    return stop_time, step_size or stop_time / DEFAULT_STEPS
+
+
+def _recorded(system: System, watch: Sequence[str] | None) -> tuple[str, ...] | None:
+    """All outputs and what is watched; None, which means all outputs, where nothing is."""
+    from warmlink.orchestration.master.recording.recorder import is_recorded
+    from warmlink.orchestration.system.description import read_description
+
+    if not watch:
+        return None
+    outputs = [
+        f"{name}.{variable.name}"
+        for name, component in system.components.items()
+        for variable in read_description(component.fmu).variables.values()
+        if is_recorded(variable)
+    ]
+    return (*outputs, *watch)
+
+
+def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:
+    errors = {bound.variable: _finite(bound.largest) for bound in bounds}
+    return {
+        "stop_time_s": float(result.times[-1]) if len(result.times) else None,
+        "stopped": result.reason,
+        "remarks": list(result.remarks),
+        "compiled": result.statistics.compiled,
+        "largest_lag_s": result.statistics.largest_lag,
+        "results": str(folder),
+        "outputs": {
+            name: _figures(result, name) | ({"coupling_error": errors[name]} if name in errors else {})
+            for name in result.table.names
+            if len(result.times)
+        },
+        "heat_balances": [
+            {
+                "delivered": audit.balance.delivered,
+                "received": audit.balance.received,
+                "unit": audit.unit,
+                "delivered_total": _finite(audit.delivered),
+                "lost": _finite(audit.total),
+            }
+            for audit in result.audits
+        ],
+    }
+
+
+def _figures(result: Result, name: str) -> dict[str, Any]:
+    import numpy as np
+
+    column = result[name]
+    # A camera without a picture gives NaN, and means it.
+    known = column[np.isfinite(column)]
+    return {
+        "unit": result.table.units[name],
+        "last": _finite(float(column[-1])),
+        "min": float(known.min()) if len(known) else None,
+        "max": float(known.max()) if len(known) else None,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
+    headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
+    rows = []
+    for name, figures in summary["outputs"].items():
+        cells = [_cell(figures[key]) for key in ("last", "min", "max")]
+        if "coupling_error" in figures:
+            bound = figures["coupling_error"]
+            cells.append("unknown" if bound is None else f"±{bound:.2g}")
+        rows.append((name, figures["unit"] or "1", *cells))
+    print_table(head, headings, rows, texts=2, width=WIDTH)
+    for balance in summary["heat_balances"]:
+        answer(
+            f"heat  {balance['delivered']} {_cell(balance['delivered_total'])} {balance['unit'] or ''}, "
+            f"of which {_cell(balance['lost'])} have not reached {balance['received']}"
+        )
+    if summary["largest_lag_s"]:
+        answer(f"largest delay behind the clock  {summary['largest_lag_s']:.3g} s")
+    answer(f"results  {summary['results']}")
+
+
+def _cell(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"

@@ -1,0 +1,213 @@
+"""Entries of files that people write (TOML): what each may hold, and what is said where it does not fit.
+
+They are annotations in the dataclasses that `written` reads, as
+`duration: Annotated[float, Quantity("s", positive=True)]`, and refuse a value with an InputError that says
+what is wrong and the remedy; `written` puts the place before it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.scenarios.quantity import in_si, not_positive
+from warmlink.orchestration.text_files import shortened, shown
+
+
+class Entry:
+    """One entry of a file: how it is read, and its JSON Schema, whose first example shows how to write it."""
+
+    def _read(self, value: Any) -> Any:
+        """The value as the program has it; raises ValueError with what is wrong and the remedy."""
+        raise NotImplementedError
+
+    def _schema(self) -> dict[str, Any]:
+        """JSON Schema of what may be written."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        return self._schema()
+
+
+@dataclass(frozen=True)
+class Text(Entry):
+    """A text."""
+
+    example: str = "..."
+
+    def _read(self, value: Any) -> str:
+        if not isinstance(value, str):
+            raise InputError(f'{shown(value)} is no text; write "{self.example}"')
+        return value
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": "string", "examples": [self.example]}
+
+
+@dataclass(frozen=True)
+class Flag(Entry):
+    """True or false."""
+
+    def _read(self, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise InputError(f"{shown(value)} is neither true nor false; write true or false")
+        return value
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": "boolean", "examples": [True]}
+
+
+@dataclass(frozen=True)
+class Whole(Entry):
+    """A whole number between two bounds, both included."""
+
+    least: int
+    most: int
+
+    def _read(self, value: Any) -> int:
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if not whole or not self.least <= value <= self.most:
+            raise InputError(f"{shown(value)} is no whole number from {self.least} to {self.most}; give one")
+        return int(value)
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": "integer", "minimum": self.least, "maximum": self.most, "examples": [self.least]}
+
+
+@dataclass(frozen=True)
+class Number(Entry):
+    """A finite number without a unit, called `what`, above one bound and at most the other."""
+
+    what: str
+    above: float = -math.inf
+    at_most: float = math.inf
+
+    def _read(self, value: Any) -> float:
+        number = math.nan
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
+            number = float(value)
+        if not self.above < number <= self.at_most:
+            bounds = "" if math.isinf(self.above) else f" above {self.above:g}, at most {self.at_most:g}"
+            raise InputError(f"{shown(value)} is no {self.what}; give a number{bounds}")
+        return number
+
+    def _schema(self) -> dict[str, Any]:
+        bounds = {"exclusiveMinimum": self.above, "maximum": self.at_most}
+        known = {key: bound for key, bound in bounds.items() if math.isfinite(bound)}
+        return {"type": "number", **known, "examples": [0.5]}
+
+
+@dataclass(frozen=True)
+class Quantity(Entry):
+    """A value with a unit, as `"20 min"`, or a bare number in the SI unit."""
+
+    unit: str
+    positive: bool = False
+    least: float = -math.inf
+
+    def _read(self, value: Any) -> float:
+        number = in_si(value, self.unit)
+        if self.positive and number <= 0:
+            raise InputError(not_positive(value, self.unit))
+        if number < self.least:
+            raise InputError(
+                f"{number:g} {self.unit} is below {self.least:g} {self.unit}; give that or more"
+                if self.least
+                else f"{number:g} {self.unit} is negative; give 0 or above"
+            )
+        return number
+
+    def _schema(self) -> dict[str, Any]:
+        bound = (
+            "above 0, " if self.positive else f"at least {self.least:g}, " if self.least > -math.inf else ""
+        )
+        return {
+            "type": ["string", "number"],
+            "description": f'{bound}as "3.5 {self.unit}", or a bare number in {self.unit}',
+            "examples": [f"3.5 {self.unit}"],
+        }
+
+
+@dataclass(frozen=True)
+class Bounds(Entry):
+    """Two values with units, the lower one first."""
+
+    unit: str
+    least: float = 0.0
+
+    def _read(self, value: Any) -> tuple[float, float]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise InputError(f"{shown(value)} is no pair of bounds; give [lowest, highest]")
+        low, high = (in_si(each, self.unit) for each in value)
+        if not self.least <= low <= high:
+            raise InputError(
+                f"from {low:g} to {high:g} {self.unit} is no range; give bounds of at least "
+                f"{self.least:g} {self.unit}, the lower first"
+            )
+        return low, high
+
+    def _schema(self) -> dict[str, Any]:
+        ends = Quantity(self.unit, least=self.least)._schema()
+        example = [f"1 {self.unit}", f"2 {self.unit}"]
+        return {"type": "array", "items": ends, "minItems": 2, "maxItems": 2, "examples": [example]}
+
+
+@dataclass(frozen=True)
+class Value(Entry):
+    """A value of a variable, as it is written: the variable says of what unit it is."""
+
+    def _read(self, value: Any) -> str | float:
+        if isinstance(value, dict):
+            inner = next(iter(value), "length")
+            raise InputError(f'put the whole name in quotes, as "link.{shortened(inner)}" = "1 m"')
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise InputError(f'{shown(value)} is not a value; write a number with its unit, as "330 mm"')
+        return value
+
+    def _schema(self) -> dict[str, Any]:
+        about = "A number with its unit, or a bare number in the SI unit of the variable"
+        return {"type": ["string", "number"], "description": about, "examples": ["330 mm"]}
+
+
+@dataclass(frozen=True)
+class OneOf(Entry):
+    """One of the names that there are."""
+
+    names: Sequence[str]
+
+    def _read(self, value: Any) -> str:
+        if not isinstance(value, str) or value not in self.names:
+            name = value if isinstance(value, str) else ""
+            raise InputError(f"{shown(value)} is not known; {instead(name, self.names)}")
+        return value
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": "string", "enum": list(self.names), "examples": [self.names[0]]}
+
+
+@dataclass(frozen=True)
+class Names(Entry):
+    """A list of names, each of them once, and at least one."""
+
+    example: str
+
+    def _read(self, value: Any) -> tuple[str, ...]:
+        if not isinstance(value, list) or not value or not all(isinstance(each, str) for each in value):
+            raise InputError(f'is no list of names; write ["{self.example}"]')
+        if len(set(value)) < len(value):
+            raise InputError("names one twice; keep one")
+        return tuple(value)
+
+    def _schema(self) -> dict[str, Any]:
+        items = {"type": "string"}
+        example = [self.example]
+        return {"type": "array", "items": items, "minItems": 1, "uniqueItems": True, "examples": [example]}

@@ -1,0 +1,147 @@
+"""Files that people write (TOML), read by pydantic; every mistake ends in one sentence.
+
+The tables of a file are dataclasses that have `__pydantic_config__ = TABLE` and whose annotations are
+`entries`. From these come the check, the conversion to SI units, the sentence for a mistake and the JSON
+Schema. Pydantic is imported when a file is read, not before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead, listed
+from warmlink.orchestration.text_files import shortened, shown
+
+TABLE: Any = {"extra": "forbid"}
+"""Pydantic's settings for a table: what it does not know is refused."""
+
+Table = TypeVar("Table")
+
+
+def read_table(kind: type[Table], given: Any, name: str) -> Table:
+    """Content of a file as a table of a kind.
+
+    Parameters
+    ----------
+    kind : dataclass
+        With `__pydantic_config__ = TABLE` and entries as annotations.
+    given : the tables as TOML has them
+    name : of the file, put before a complaint
+
+    Raises
+    ------
+    InputError
+        An entry is missing, not known or cannot be used: where, its value, and the remedy.
+    """
+    from pydantic import ValidationError
+
+    try:
+        read: Table = _adapter(kind).validate_python(given)
+        return read
+    except ValidationError as refused:
+        errors = refused.errors(include_url=False)
+    # A misspelt entry explains a missing one.
+    first = min(errors, key=lambda error: error["type"] != _UNKNOWN)
+    raise InputError(_sentence(first, json_schema(kind), name))
+
+
+def json_schema(kind: type[Any]) -> dict[str, Any]:
+    """JSON Schema of a table, for editors that complete and check what is written."""
+    about = (kind.__doc__ or "").partition("\n\n")[0]
+    found: dict[str, Any] = _plain(_adapter(kind).json_schema())
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "description": about, **found}
+
+
+_ADAPTERS: dict[Any, Any] = {}
+
+
+def _adapter(kind: type[Any]) -> Any:
+    from pydantic import TypeAdapter
+
+    if kind not in _ADAPTERS:
+        _ADAPTERS[kind] = TypeAdapter(kind)
+    return _ADAPTERS[kind]
+
+
+def _plain(schema: Any) -> Any:
+    """The schema without the null that TOML does not have, and without names and docstrings of classes."""
+    if isinstance(schema, list):
+        return [_plain(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    choice = [each for each in schema.get("anyOf", ()) if each != {"type": "null"}]
+    kept = choice[0] if choice else schema
+    noise: dict[str, type] = {"default": type(None), "title": str}
+    if "properties" in kept:  # not all versions of pydantic give a dataclass's docstring
+        noise["description"] = str
+    return {k: _plain(v) for k, v in kept.items() if not (k in noise and isinstance(v, noise[k]))}
+
+
+_UNKNOWN = "unexpected_keyword_argument"
+
+
+def _sentence(error: Any, schema: dict[str, Any], name: str) -> str:
+    """What is wrong, where, and the remedy, from one of pydantic's errors."""
+    way, value, kind = error["loc"], error["input"], error["type"]
+    if kind == _UNKNOWN:
+        known = sorted(_at(schema, way[:-1]).get("properties", ()))
+        key = shortened(way[-1])
+        return f"{_place(name, way[:-1])}: {key} is not known; {instead(way[-1], known)}"
+    if kind == "missing":
+        shape, key = _at(schema, way), way[-1]
+        remedy = (
+            f"write {key} = {_toml(shape['examples'][0])}" if "examples" in shape else _heading(way, shape)
+        )
+        return f"{_place(name, way[:-1])}: {key} is missing; {remedy}"
+    place = _place(name, way)
+    if kind == "value_error":
+        return f"{place}: {error['ctx']['error']}"
+    shape = _at(schema, way)
+    if "properties" in shape:
+        return f"{place}: {shown(value)} is no table; give it {listed(sorted(shape['properties']))}"
+    if "type" in shape.get("items", ()):
+        return (
+            f"{place}: {shown(value)} is no list; write {way[-1]} = {_toml([shape['items']['examples'][0]])}"
+        )
+    what = "list of tables" if shape.get("type") == "array" else "table"
+    return f"{place} is not a {what}; {_heading(way, shape)}"
+
+
+def _heading(way: Sequence[str | int], shape: dict[str, Any]) -> str:
+    if shape.get("type") == "array":
+        return f"write [[{way[-1]}]] above each"
+    return f"write [{way[-1]}] above its entries"
+
+
+def _at(schema: dict[str, Any], way: Sequence[str | int]) -> dict[str, Any]:
+    """The part of a schema that a way through the tables leads to."""
+    shape = schema
+    for step in (None, *way):
+        if isinstance(step, int):
+            shape = shape["items"]
+        elif step is not None:
+            shape = shape.get("properties", {}).get(step) or shape["additionalProperties"]
+        if "$ref" in shape:
+            shape = schema["$defs"][shape["$ref"].rpartition("/")[2]]
+    return shape
+
+
+def _place(name: str, way: Sequence[str | int]) -> str:
+    """Where something stands, as `mine: segment 1.duration`."""
+    said = ""
+    for step in way:
+        if isinstance(step, int):
+            said += f" {step + 1}"
+        else:
+            quoted = f'"{shortened(step)}"' if "." in step else shortened(step)
+            said += f".{quoted}" if said else quoted
+    return f"{name}: {said}" if said else name
+
+
+def _toml(value: Any) -> str:
+    """An example as it is written in a file."""
+    if isinstance(value, list):
+        return f"[{', '.join(_toml(each) for each in value)}]"
+    return f'"{value}"' if isinstance(value, str) else str(value).lower()

@@ -1,0 +1,59 @@
+"""`warmlink schema`, and the schemas that the shipped files name."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.command_line.schema import kinds, schema
+from warmlink.orchestration.scenarios import duty_files
+from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.studies import mismatch, study
+
+HOUSE = Path(catalogue.__file__).parent
+FOLDERS = {"duty": duty_files.LIBRARY, "study": study.LIBRARY, "mismatch": mismatch.LIBRARY}
+SHIPPED = [(kind, path) for kind, folder in FOLDERS.items() for path in sorted(folder.glob("*.toml"))]
+
+
+def printed(kind: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    schema(kind)
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_a_schema_lists_every_entry_of_its_file(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    found = printed(kind, capsys)
+    assert set(found["properties"]) == {each.name for each in fields(kinds()[kind])}
+    assert found["additionalProperties"] is False
+    for entry in found["properties"].values():
+        assert {"type", "$ref", "enum"} & set(entry)
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_the_shipped_schema_is_what_the_command_prints(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shipped = json.loads((HOUSE / "schemas" / f"{kind}.json").read_text("utf-8"))
+    assert shipped == printed(kind, capsys), (
+        f"run: warmlink schema {kind} > orchestration/schemas/{kind}.json"
+    )
+
+
+@pytest.mark.parametrize(("kind", "path"), SHIPPED, ids=[path.stem for _, path in SHIPPED])
+def test_a_shipped_file_names_its_schema_and_keeps_to_it(kind: str, path: Path) -> None:
+    text = path.read_text("utf-8")
+    directive, _, place = text.splitlines()[0].partition(" ")
+    assert directive == "#:schema"
+    assert (path.parent / place).resolve() == (HOUSE / "schemas" / f"{kind}.json").resolve()
+    read_table(kinds()[kind], tomllib.loads(text), path.stem)
+
+
+def test_an_unknown_kind_names_those_there_are() -> None:
+    with pytest.raises(InputError, match=r"stduy: no such kind of file; did you mean study\?"):
+        schema("stduy")
