@@ -20,6 +20,7 @@ from warmlink.fmus.packaging.catalogue import Entry
 from warmlink.fmus.packaging.component import Component
 from warmlink.fmus.packaging.instance import Instance
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.text_files import is_file
 
 _OF_CLASS = """from warmlink.controllers.own import component_of
 from {package}.law import {attribute}
@@ -61,7 +62,7 @@ class OwnLaw:
         """
         folder = store.folder / "own" / self.digest
         path = folder / f"{self.component.name}.fmu"
-        if path.is_file():
+        if is_file(path):
             return path
         try:
             if store.kind == "native":
@@ -98,7 +99,7 @@ def load_own_law(place: str) -> OwnLaw:
     path = Path(file)
     if not colon or path.suffix != ".py" or not attribute.isidentifier():
         raise InputError(f"{place}: names no law; write it as my_law.py:MyLaw")
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{place}: there is no file {path}; give the path of an existing one")
     source = path.read_bytes()
     digest = hashlib.sha256(source + attribute.encode()).hexdigest()[:16]

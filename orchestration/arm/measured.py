@@ -22,7 +22,7 @@ from warmlink.orchestration.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import ELONGATION, rig
-from warmlink.orchestration.text_files import measured_text
+from warmlink.orchestration.text_files import is_file, measured_text
 
 RIG = "WarmupCell"
 
@@ -45,7 +45,7 @@ def header_of(number: int, header: str) -> str:
 
 def is_arm_file(path: Path) -> bool:
     """Whether a file is a CSV file of the whole arm, by its header row."""
-    if path.suffix.lower() != ".csv" or not path.is_file():
+    if path.suffix.lower() != ".csv" or not is_file(path):
         return False
     return f"{axis_name(1)}." in measured_text(path).partition("\n")[0]
 

@@ -15,6 +15,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slave import SlaveError
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.text_files import is_file
 
 FAILED = 1
 _SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]skip[/]"}
@@ -22,7 +23,7 @@ _SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]ski
 
 def check_command(path: Path, as_json: bool) -> int:
     """Check and print a table; gives the exit code."""
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; give an .fmu or .ssp file")
     results = check_system_file(path) if path.suffix == ".ssp" else check_fmu(path)
     failed = sum(result.verdict == "fail" for result in results)

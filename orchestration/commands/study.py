@@ -46,7 +46,7 @@ def means(
 ) -> Iterator[Means]:
     """FMUs of the laws, and workers that keep what they finish in a folder, which is theirs alone.
 
-    A folder made for the purpose goes again where no run was finished.
+    What was empty before is so again where no run was finished.
 
     Raises
     ------
@@ -56,8 +56,8 @@ def means(
     kind = chosen_kind(fmus)
     if scheduler is None:
         check_jobs(jobs)
-    fresh = not out.exists()
     with locked_folder(out):
+        fresh = not any(out.iterdir())
         try:
             chosen = _fmu_set(laws, own, kind)
             with _workers(chosen, scheduler, jobs) as workers:

@@ -16,7 +16,7 @@ from warmlink.fmus.packaging.component import Input, Parameter
 from warmlink.orchestration.diagnosis.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.rigs import Rig, rig
 from warmlink.orchestration.diagnosis.values import seconds, to_si
-from warmlink.orchestration.text_files import measured_text, tables_of
+from warmlink.orchestration.text_files import is_file, measured_text, tables_of
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
@@ -87,7 +87,7 @@ def read_experiment(path: Path) -> Experiment:
     path = Path(path)
     if path.suffix.lower() != ".toml":
         return _bare(path)
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: there is no such file; give the path of a .csv or .toml file")
     return _Reader(path, tables_of(measured_text(path), path.name)).experiment()
 

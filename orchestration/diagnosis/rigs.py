@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
@@ -166,6 +166,7 @@ def bench_motor(cells: int = 0) -> Rig:
 RIGS = {"WarmupCell": warmup_cell, "BenchRod": bench_rod, "BenchMotor": bench_motor}
 
 
+@cache
 def rig(name: str, cells: int = 40) -> Rig:
     """Rig of a shipped system by name.
 

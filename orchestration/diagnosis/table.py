@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
 from warmlink.orchestration.diagnosis.values import column_parts, converter
-from warmlink.orchestration.text_files import measured_text
+from warmlink.orchestration.text_files import is_file, measured_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +41,7 @@ def read_table(path: Path) -> pd.DataFrame:
     """Cells of a CSV file as text, their headers unique; raises InputError where it is none."""
     import pandas as pd
 
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: there is no such file; give the path of a CSV file")
     try:
         # As text: whatever is no number is then named with its row, whatever pandas would make of it.

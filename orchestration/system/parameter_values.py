@@ -26,6 +26,7 @@ from warmlink.orchestration.system.ssp_xml import (
 )
 from warmlink.orchestration.system.units import Conversion, Unit, parse_unit
 from warmlink.orchestration.system.xml_values import boolean, integer, number, optional_number, required
+from warmlink.orchestration.text_files import is_file
 
 # Names of SSP 1.0 and 2.0 for values of each kind.
 _REAL = ("Real", "Float64", "Float32")
@@ -233,7 +234,7 @@ def _text(value: Value) -> str:
 
 
 def _root_of(path: Path, expected: str) -> Any:
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of a file with start values")
     with path.open("rb") as stream:
         data = stream.read(archive.XML_LIMIT_BYTES)

@@ -38,6 +38,7 @@ from warmlink.orchestration.system.ssp_xml import (
 )
 from warmlink.orchestration.system.units import Unit
 from warmlink.orchestration.system.xml_values import boolean, optional_number, required
+from warmlink.orchestration.text_files import is_file
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 DEFINITION_TYPE = "application/x-ssp-definition"
@@ -262,10 +263,10 @@ class _Reader:
                 f"{where}: source {source!r} is not a file inside the SSP; put it into resources"
             )
         path = self.base / relative
-        if not path.is_file() and (plain := archive.safe_relative(source)):
+        if not is_file(path) and (plain := archive.safe_relative(source)):
             # Some tools write names as they are, a percent sign included, where a URI should stand.
             path = self.base / plain
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(f"{where}: the SSP holds no {source}; add the file or correct the source")
         return path
 
@@ -300,7 +301,7 @@ def _experiment(element: Any, where: str) -> DefaultExperiment:
 
 
 def _bytes(path: Path) -> bytes:
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; an SSP holds a SystemStructure.ssd")
     with path.open("rb") as stream:
         data = stream.read(archive.XML_LIMIT_BYTES + 1)
