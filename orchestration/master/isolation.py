@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master import under_way
 from warmlink.orchestration.master.line import die_with_parent, print_to_standard_error
 from warmlink.orchestration.master.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.description import Capabilities, Variable
@@ -41,6 +43,9 @@ class Isolation:
 
 START_LIMIT = 60.0
 """For starting the process, before there is an FMU in it, in s."""
+
+PATIENCE = 1.0
+"""With a call under way when Ctrl-C is pressed, in s."""
 
 
 @dataclass(frozen=True)
@@ -197,8 +202,10 @@ class IsolatedSlave:
         if self._failure is not None:
             raise self._failure
         try:
-            if not self._pipe.poll(limit):
+            if not self._answered(limit):
                 self._process.kill()
+                if _end_is_asked():
+                    self._fail("interrupted", f"{method} had not returned; its process was ended")
                 self._fail(
                     "time limit", f"{method} has not returned within {limit:g} s; its process was ended"
                 )
@@ -208,6 +215,16 @@ class IsolatedSlave:
         if isinstance(answer, SlaveError | InputError):
             raise answer
         return answer
+
+    def _answered(self, limit: float) -> bool:
+        """Wait for an answer; only briefly once Ctrl-C has asked for the end of the run."""
+        end = time.monotonic() + limit
+        while not self._pipe.poll(min(0.1, limit)):
+            if _end_is_asked():
+                end = min(end, time.monotonic() + PATIENCE)
+            if time.monotonic() > end:
+                return False
+        return True
 
     def _died(self, method: str) -> NoReturn:
         self._process.join(5.0)
@@ -220,6 +237,10 @@ class IsolatedSlave:
     def _fail(self, status: Any, message: str) -> NoReturn:
         self._failure = SlaveError(self.name, status, self._time, message)
         raise self._failure
+
+
+def _end_is_asked() -> bool:
+    return bool(under_way.here.cells[under_way.ASKED])
 
 
 def _serve(name: str, pipe: Pipe, opener: Opener, memory_limit: float) -> None:
