@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import limits
 from warmlink.orchestration.diagnosis.values import column_parts, converter
-from warmlink.orchestration.text_files import is_file, measured_text
+from warmlink.orchestration.text_files import MOST_SHOWN, is_file, measured_text, shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,6 +53,11 @@ def read_table(path: Path) -> pd.DataFrame:
         raise InputError(
             f"{path.name}: cannot be read as CSV ({reason}); give commas and a header row"
         ) from fault
+    for name in map(str, table.columns):
+        if len(name) > MOST_SHOWN:
+            raise InputError(
+                f"{path.name}: column {shown(name)} is too long for `name [unit]`; give commas and a header row"
+            )
     twice = [name for name in table.columns if name.rpartition(".")[0] in table.columns]
     if twice:
         raise InputError(f"{path.name}: column {twice[0].rpartition('.')[0]!r} stands twice; keep one")

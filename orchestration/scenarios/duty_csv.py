@@ -26,7 +26,7 @@ DEMANDS = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != D
 MEASURED = (*SENSED, "elongation")
 """Columns that may stand beside it, as in a run that `diagnose` reads; they are no part of the duty cycle."""
 
-_COLUMN = re.compile(r"^\s*(\w+)\s*(?:\[([^\]]*)\])?\s*$")
+_COLUMN = re.compile(r"^\s*+(\w++)\s*+(?:\[([^\]]*)\])?\s*+$")
 
 
 class _Column(NamedTuple):

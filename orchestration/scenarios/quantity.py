@@ -9,7 +9,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.units import conversion, parse_unit
 from warmlink.orchestration.text_files import shortened, shown
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*$")
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*+(.*)$", re.DOTALL)
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
@@ -27,7 +27,7 @@ def quantity(text: str | float, unit: str, where: str, *, difference: bool = Fal
     InputError
         If it is no number with a unit, is not finite, or the unit is one of another quantity.
     """
-    found = _QUANTITY.match(text if isinstance(text, str) else shown(text))
+    found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
     if found is None:
         raise InputError(f'{where}: {shown(text)} is not a value; write it as "3.5 {unit}"')
     number, given = float(found.group(1)), found.group(2) or unit
