@@ -65,6 +65,7 @@ def run_arm_command(
         remark(f"{folder}: {lost}")
     if outcome.stopped is not None:
         remark(f"stopped early: {outcome.stopped}; what was computed up to there is kept")
+        remark("the figures are of that part alone")
     return 0 if lost is None and outcome.stopped is None else STOPPED_EARLY
 
 

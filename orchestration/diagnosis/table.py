@@ -56,7 +56,7 @@ def read_table(path: Path) -> pd.DataFrame:
     for name in map(str, table.columns):
         if len(name) > MOST_SHOWN:
             raise InputError(
-                f"{path.name}: column {shown(name)} is too long for `name [unit]`; give commas and a header row"
+                f"{path.name}: column {shown(name)} is too long for `name [unit]`; give commas and headers"
             )
     twice = [name for name in table.columns if name.rpartition(".")[0] in table.columns]
     if twice:

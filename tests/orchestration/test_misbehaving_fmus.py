@@ -85,6 +85,14 @@ def test_an_fmu_that_ends_the_process_is_named_and_the_values_are_kept(
     assert rows() == 6
 
 
+def test_a_crash_says_which_streamed_values_are_lost(fmu: Path) -> None:
+    options = ("--checkpoint", "2", "--step", "0.1 s")
+    done = simulate(two(fmu, fail_at=0.55, fail_status=5), *ALONE, *options)
+    assert done.returncode == 1
+    assert "the values after 0.4 s were not on disk yet and are lost" in done.stderr
+    assert rows() == 5
+
+
 @pytest.mark.parametrize(
     ("label", "how"),
     [
