@@ -194,6 +194,7 @@ class Checkpoints:
             AttributeError,
             EOFError,
             LookupError,
+            MemoryError,
             TypeError,
             ValueError,
         ) as fault:
