@@ -177,7 +177,7 @@ def _refused(place: str) -> Iterator[None]:
     except InputError as fault:
         sentence = str(fault)
         raise InputError(sentence if sentence.startswith(place) else f"{place}: {sentence}") from None
-    except Exception as fault:
+    except (Exception, SystemExit) as fault:  # a file that ends the program would end it without a word
         raise InputError(
             f"{place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
         ) from fault
@@ -214,6 +214,6 @@ def _check_symbolic(component: Component) -> None:
         raise TypeError("the law gives another result for symbols than for numbers")
 
 
-def _line(fault: Exception) -> str:
+def _line(fault: BaseException) -> str:
     """An exception's message in one line."""
     return " ".join(str(fault).split())[:300]
