@@ -17,3 +17,7 @@ class MissingExtraError(InputError):
 
     def __init__(self, purpose: str, extra: str) -> None:
         super().__init__(f'{purpose} needs an optional part: pip install "warmlink[{extra}]"')
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, ...]]:
+        """Go to another process as the sentence that it is."""
+        return InputError, self.args

@@ -53,7 +53,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
 for name, command in COMMANDS.items():
     app.command(name)(command)
 
-STOPPED_EARLY, BAD_INPUT = 1, 2
+STOPPED_EARLY, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 def _say_version(asked: bool) -> None:
@@ -93,6 +93,11 @@ def guarded(command: Callable[[], None]) -> None:
         raise SystemExit(STOPPED_EARLY) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
+    except SystemExit as ended:
+        # Commands that end in order on Ctrl-C say so themselves, and nothing was raised before they exit.
+        if ended.code == INTERRUPTED and ended.__context__ is not None:
+            print("warmlink: interrupted; there are no results", file=sys.stderr)
+        raise
 
 
 if __name__ == "__main__":

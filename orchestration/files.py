@@ -154,9 +154,10 @@ def temporary_folder() -> Iterator[Path]:
 @contextmanager
 def _made(folder: Path) -> Iterator[None]:
     """Make a folder; those made go again where nothing came of it."""
-    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    made: list[Path] = []
     try:
         try:
+            made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as fault:
             raise InputError(

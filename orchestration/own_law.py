@@ -20,6 +20,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.text_files import is_file
 
 _OF_CLASS = """from warmlink.controllers.own import component_of
 from {package}.law import {attribute}
@@ -61,7 +62,7 @@ class OwnLaw:
         """
         folder = store.folder / "own" / self.digest
         path = folder / f"{self.component.name}.fmu"
-        if path.is_file():
+        if is_file(path):
             return path
         try:
             if store.kind == "native":
@@ -99,7 +100,7 @@ def load_own_law(place: str) -> OwnLaw:
     path = Path(file)
     if not colon or path.suffix != ".py" or not attribute.isidentifier():
         raise InputError(f"{place}: names no law; write it as my_law.py:MyLaw")
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{place}: there is no file {path}; give the path of an existing one")
     source = path.read_bytes()
     digest = hashlib.sha256(source + attribute.encode()).hexdigest()[:16]
@@ -177,7 +178,7 @@ def _refused(place: str) -> Iterator[None]:
     except InputError as fault:
         sentence = str(fault)
         raise InputError(sentence if sentence.startswith(place) else f"{place}: {sentence}") from None
-    except Exception as fault:
+    except (Exception, SystemExit) as fault:  # a file that ends the program would end it without a word
         raise InputError(
             f"{place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
         ) from fault
@@ -214,6 +215,6 @@ def _check_symbolic(component: Component) -> None:
         raise TypeError("the law gives another result for symbols than for numbers")
 
 
-def _line(fault: Exception) -> str:
+def _line(fault: BaseException) -> str:
     """An exception's message in one line."""
     return " ".join(str(fault).split())[:300]

@@ -21,7 +21,7 @@ from warmlink.orchestration.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, rig
-from warmlink.orchestration.text_files import measured_text
+from warmlink.orchestration.text_files import is_file, measured_text
 
 RIG = "WarmupCell"
 
@@ -44,7 +44,7 @@ def header_of(number: int, header: str) -> str:
 
 def is_arm_file(path: Path) -> bool:
     """Whether a file is a CSV file of the whole arm, by its header row."""
-    if path.suffix.lower() != ".csv" or not path.is_file():
+    if path.suffix.lower() != ".csv" or not is_file(path):
         return False
     return f"{axis_name(1)}." in measured_text(path).partition("\n")[0]
 

@@ -26,7 +26,8 @@ def design(
     system: Annotated[
         str,
         typer.Argument(
-            help="`WarmupCell`, an .ssp with one motor and one link, or a scenario (TOML) of any motors and links."
+            help="`WarmupCell`, an .ssp with one motor and one link, "
+            "or a scenario (TOML) of any motors and links."
         ),
     ],
     law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",

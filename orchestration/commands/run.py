@@ -86,6 +86,7 @@ def run_command(options: RunOptions, as_json: bool) -> int:
         remark(f"{folder}: {lost}")
     if outcome.cut_short is not None:
         remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
+        remark("the figures are of that part alone")
     return 0 if lost is None and outcome.cut_short is None else STOPPED_EARLY
 
 

@@ -52,7 +52,7 @@ def means(
     own : laws of one's own
     fmus, scheduler, jobs, out : what the command line says
 
-    A folder made for the purpose goes again where no run was finished.
+    What was empty before is so again where no run was finished.
 
     Raises
     ------
@@ -62,8 +62,8 @@ def means(
     kind = chosen_kind(fmus)
     if scheduler is None:
         check_jobs(jobs)
-    fresh = not out.exists()
     with locked_folder(out):
+        fresh = not any(out.iterdir())
         try:
             chosen = _fmu_set(kinds, foreign, own, kind)
             with _workers(chosen, scheduler, jobs) as workers:

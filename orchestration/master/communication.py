@@ -56,11 +56,13 @@ class CommunicationPoints:
                 f"stop time: {stop_time:g} s lies before the start time {start_time:g} s; give a later one"
             )
         count = round(duration / step_size)
-        if abs(count * step_size - duration) > 1e-9 * max(duration, step_size):
+        if not _divides(step_size, duration):
             near = duration / max(count, 1)
+            written = (f"{near:.{digits}g}" for digits in range(6, 18))
+            proposed = next(text for text in written if _divides(float(text), duration))
             raise InputError(
                 f"communication step size: {step_size:g} s does not divide the {duration:g} s to simulate; "
-                f"choose one that does, {near:.6g} s for instance"
+                f"choose one that does, {proposed} s for instance"
             )
         return cls(start_time, step_size, count)
 
@@ -72,3 +74,8 @@ class CommunicationPoints:
     def stop_time(self) -> float:
         """Time in s of the last point."""
         return self.time(self.count)
+
+
+def _divides(step_size: float, duration: float) -> bool:
+    """Whether whole steps make up a duration, within rounding."""
+    return abs(round(duration / step_size) * step_size - duration) <= 1e-9 * max(duration, step_size)

@@ -171,8 +171,12 @@ class _Guard:
             reason = str(fault)
         if sketch is None or rows == 0:
             raise fault or SlaveError(name or "the run", "crash", at, reason)
+        values = self._values(sketch, rows)
+        if len(values) < rows:  # those that were about to be written went with the process
+            until = f" after {sketch.points.time(len(values) - 1):g} s" if len(values) else ""
+            reason += f"; the values{until} were not on disk yet and are lost"
         nothing = Table((), {}, sketch.points, np.empty((0, 0)))
-        return sketch.filled(Result(nothing, "stopped", reason, fault), self._values(sketch, rows))
+        return sketch.filled(Result(nothing, "stopped", reason, fault), values)
 
     def _reap(self, *, wait: bool = False) -> bool:
         """Tell whether the process has ended, and note how."""

@@ -9,8 +9,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
 from warmlink.orchestration.text_files import shortened, shown
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*$")
-_HEADING = re.compile(r"(.+?)\s*\[([^\[\]]*)\]")
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*+(.*)$", re.DOTALL)
+_HEADING = re.compile(r"([^\[\]]+)\[([^\[\]]*)\]")
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
@@ -48,7 +48,7 @@ def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
     InputError
         If it is no number with a unit, is not finite, or the unit is one of another quantity.
     """
-    found = _QUANTITY.match(text if isinstance(text, str) else shown(text))
+    found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
     if found is None:
         raise InputError(f'{shown(text)} is not a value; write it as "3.5 {unit}"')
     number, given = float(found.group(1)), found.group(2) or unit
@@ -70,4 +70,4 @@ def converter(given: str, unit: str, where: str = "", *, difference: bool = Fals
 def heading(header: str) -> tuple[str, str | None]:
     """Name and unit of a column headed `name [unit]`; None where the header has no unit in brackets."""
     match = _HEADING.fullmatch(header.strip())
-    return (match[1], match[2].strip()) if match else (header.strip(), None)
+    return (match[1].strip(), match[2].strip()) if match else (header.strip(), None)

@@ -107,6 +107,8 @@ class ClusterWorkers:
                 outcomes: list[Outcome] | None = future.result()
             except KilledWorker:
                 outcomes = None
+            except InputError:  # a worker's own, as where its disk is full
+                raise
             except Exception as fault:
                 raise InputError(
                     f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.orchestration.text_files import is_file
 
 # What zipfile raises on damaged input; OSError covers seeks to places that do not exist.
 _ZIP_FAULTS = (
@@ -40,6 +41,7 @@ _ZIP_FAULTS = (
     IndexError,
     OSError,
 )
+
 _CHUNK = 1 << 20
 
 
@@ -86,7 +88,7 @@ class _Guarded(io.FileIO):
 @contextlib.contextmanager
 def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
     """Open a zip; whatever goes wrong while it is open because of its bytes becomes an `InputError`."""
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
     try:
         with _Guarded(path) as file, zipfile.ZipFile(file) as archive:
@@ -142,7 +144,7 @@ def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS, without: 
     InputError
         As `extract`.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
     target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
     if not target.is_dir():

@@ -32,6 +32,7 @@ from warmlink.orchestration.system.xml import (
     parse_xml,
     required,
 )
+from warmlink.orchestration.text_files import is_file
 
 
 def read_description(fmu: Path) -> ModelInfo:
@@ -47,7 +48,7 @@ def read_description(fmu: Path) -> ModelInfo:
     InputError
         If the file is absent, not a zip, not an FMU of FMI 2.0 or 3.0, damaged, or has no co-simulation.
     """
-    if not fmu.is_file():
+    if not is_file(fmu):
         raise InputError(f"{fmu}: no such file; give the path of an .fmu file")
     facts = fmu.stat()
     return _read_cached(fmu.resolve(), facts.st_mtime_ns, facts.st_size)

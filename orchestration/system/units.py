@@ -42,9 +42,10 @@ _SPELLED = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
 _DOT = re.compile(r"(?<=[\w)])\s*[.·⋅]\s*(?=[^\W\d]|\(|1/)")
 _POWER = re.compile(r"(?<![\w.])([^\W\d]+)\^?(-?\d{1,2})(?![\w.])")
 # Names, the number 1, products, quotients, brackets and whole powers of one or two digits. pint would work
-# out anything else that looks like arithmetic, 9**9**9 too.
+# out anything else that looks like arithmetic, 9**9**9 too. A name is taken whole: tried in every way in
+# which it falls into shorter ones, thirty letters would take minutes.
 _WRITTEN = re.compile(
-    r"(?:\s*(?:[^\W\d]\w*|°\w+|1(?!\d)|/|\(|\)|\*(?!\*)|\*\*\s*(?:\(-?\d{1,2}\)|-?\d{1,2}(?!\d))(?!\s*\*\*)))*\s*"
+    r"(?:\s*+(?:[^\W\d]\w*+|°\w++|1(?!\d)|/|\(|\)|\*(?!\*)|\*\*\s*(?:\(-?\d{1,2}\)|-?\d{1,2}(?!\d))(?!\s*\*\*)))*\s*"
 )
 _PLAIN_NUMBER = ("", "1", "-")
 _LONGEST_NAME = 80

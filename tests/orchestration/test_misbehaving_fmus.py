@@ -85,6 +85,14 @@ def test_an_fmu_that_ends_the_process_is_named_and_the_values_are_kept(
     assert rows() == 6
 
 
+def test_a_crash_says_which_streamed_values_are_lost(fmu: Path) -> None:
+    options = ("--checkpoint", "2", "--step", "0.1 s")
+    done = simulate(two(fmu, fail_at=0.55, fail_status=5), *ALONE, *options)
+    assert done.returncode == 1
+    assert "the values after 0.4 s were not on disk yet and are lost" in done.stderr
+    assert rows() == 5
+
+
 @pytest.mark.parametrize(
     ("label", "how"),
     [
@@ -136,8 +144,10 @@ def test_an_fmu_that_forks_leaves_one_run(fmu: Path, options: list[str]) -> None
     assert rows() == STEPS + 1
 
 
-@pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "isolated"])
-def test_a_second_ctrl_c_ends_an_endless_step_and_keeps_the_values(fmu: Path, options: list[str]) -> None:
+@pytest.mark.parametrize(("options", "presses"), [([], 2), (["--isolate"], 1)], ids=["guarded", "isolated"])
+def test_ctrl_c_ends_an_endless_step_and_keeps_the_values(
+    fmu: Path, options: list[str], presses: int
+) -> None:
     path = two(fmu, fail_at=0.55, fail_status=6)
     with subprocess.Popen(
         [*COMMAND, str(path), "--out", "o", *ALONE, *options],
@@ -149,7 +159,8 @@ def test_a_second_ctrl_c_ends_an_endless_step_and_keeps_the_values(fmu: Path, op
         process.send_signal(signal.SIGINT)
         assert process.stderr is not None
         assert "press again to end it at once" in process.stderr.readline()
-        process.send_signal(signal.SIGINT)
+        if presses == 2:
+            process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=20)
     assert process.returncode == 1
     assert "interrupted at 0.5 s" in err
@@ -198,3 +209,17 @@ def test_an_isolated_fmu_that_takes_all_memory_is_named(fmu: Path) -> None:
     assert "b: crash at 0.5 s: its process died in step (signal SIGABRT;" in done.stderr
     assert "memory limit was 300 MB" in done.stderr
     assert rows() == 6
+
+
+def test_ctrl_c_before_there_is_anything_says_so(tmp_path: Path) -> None:
+    script = (
+        "import os, signal, warmlink.orchestration.cli as cli, warmlink.orchestration.commands.run as run\n"
+        "run.store = lambda *given: os.kill(os.getpid(), signal.SIGINT)\n"
+        "cli.main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, "run", "--out", "o"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 130
+    assert done.stderr == "warmlink: interrupted; there are no results\n"
+    assert not Path("o").exists()

@@ -208,6 +208,7 @@ def test_remarks_are_told(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None
         (["--real-time", "0"], "--real-time 0: no pace"),
         (["--real-time", "nan"], "--real-time nan: no pace"),
         (["--watch", "a.nothing"], "a.nothing: no slave has such a variable"),
+        (["--stop", "1e18 s", "--step", "1 s"], "keeps at most 2 GB in memory"),
         (["--checkpoint", "0"], "checkpoints: every 0 steps is not above 0"),
         (["--checkpoint", "5", "--out", "oscillator.ssp/here"], "cannot be written"),
     ],

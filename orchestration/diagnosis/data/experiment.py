@@ -15,7 +15,7 @@ from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.diagnosis.data.values import to_si
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.written import TABLE, read_table
-from warmlink.orchestration.text_files import measured_text, shown, tables_of
+from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
@@ -145,7 +145,7 @@ def read_experiment(path: Path) -> Experiment:
     path = Path(path)
     if path.suffix.lower() != ".toml":
         return _bare(path)
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: there is no such file; give the path of a .csv or .toml file")
     return _Reader(path).experiment()
 

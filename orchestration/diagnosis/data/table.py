@@ -16,7 +16,7 @@ from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.quantity import converter, heading
-from warmlink.orchestration.text_files import measured_text
+from warmlink.orchestration.text_files import MOST_SHOWN, is_file, measured_text, shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +41,7 @@ def read_table(path: Path) -> pd.DataFrame:
     """Cells of a CSV file as text, their headers unique; raises InputError where it is none."""
     import pandas as pd
 
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: there is no such file; give the path of a CSV file")
     try:
         # As text: whatever is no number is then named with its row, whatever pandas would make of it.
@@ -53,6 +53,11 @@ def read_table(path: Path) -> pd.DataFrame:
         raise InputError(
             f"{path.name}: cannot be read as CSV ({reason}); give commas and a header row"
         ) from fault
+    for name in map(str, table.columns):
+        if len(name) > MOST_SHOWN:
+            raise InputError(
+                f"{path.name}: column {shown(name)} is too long for `name [unit]`; give commas and headers"
+            )
     twice = [name for name in table.columns if name.rpartition(".")[0] in table.columns]
     if twice:
         raise InputError(f"{path.name}: column {twice[0].rpartition('.')[0]!r} stands twice; keep one")

@@ -6,8 +6,8 @@ import hashlib
 import io
 import os
 import pickle
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -153,12 +153,10 @@ class Checkpoints:
                 f"{self.path}: is not a checkpoint that can be read (it is damaged, or of another version); "
                 "start anew"
             )
-        try:
+        with self._readable():
             found = Checkpoint(**_PlainUnpickler(io.BytesIO(data)).load())
-        except (pickle.UnpicklingError, TypeError) as error:
-            raise InputError(
-                f"{self.path}: is not a checkpoint that can be read ({error}); start anew"
-            ) from error
+            if not isinstance(found.rows, int) or found.rows < 1:
+                raise ValueError(f"it counts {found.rows!r:.20} rows")
         if found.fingerprint != self._fingerprint:
             raise InputError(
                 f"{self.path}: belongs to another run (system, FMU files, start values, times, algorithm or "
@@ -169,14 +167,46 @@ class Checkpoints:
     def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> int:
         """Put initialized slaves, network and algorithm where the checkpoint was; give its sweeps."""
         network = self._network
-        for slave, data in zip(network.slaves, found.states, strict=True):
-            slave.deserialize(data)
-        network.outputs, network.inputs = found.outputs, found.inputs
-        network.steps, network.rejected, sweeps = found.counts
-        network.time = recorder.points.time(found.rows - 1)
-        stepper.recall(found.memory)
-        recorder.resume(found.rows)
+        with self._readable():
+            self._compare(found)
+            for slave, data in zip(network.slaves, found.states, strict=True):
+                slave.deserialize(data)
+            network.outputs, network.inputs = found.outputs, found.inputs
+            network.steps, network.rejected, sweeps = found.counts
+            network.time = recorder.points.time(found.rows - 1)
+            stepper.recall(found.memory)
+            recorder.resume(found.rows)
         return sweeps
+
+    def _compare(self, found: Checkpoint) -> None:
+        """Raise ValueError where the values in a checkpoint are not as many as the network's."""
+        for theirs, ours in (
+            (found.outputs, self._network.outputs),
+            (found.inputs, self._network.inputs),
+        ):
+            if [(type(each), len(each)) for each in theirs] != [(list, len(each)) for each in ours]:
+                raise ValueError("its values are not those of these FMUs")
+
+    @contextmanager
+    def _readable(self) -> Iterator[None]:
+        """Turn what Python says of content that is not what it is taken for into a sentence."""
+        try:
+            yield
+        except InputError:
+            raise
+        except (
+            pickle.UnpicklingError,
+            ArithmeticError,
+            AttributeError,
+            EOFError,
+            LookupError,
+            MemoryError,
+            TypeError,
+            ValueError,
+        ) as fault:
+            raise InputError(
+                f"{self.path}: is not a checkpoint that can be read ({fault}); start anew"
+            ) from None
 
 
 def fingerprint(

@@ -130,6 +130,8 @@ def _flush() -> None:
 
 
 def _portable(fault: BaseException) -> BaseException:
+    # Some packages have exceptions pickled with what caused them, and not every cause can be.
+    fault.__cause__ = fault.__context__ = None
     try:
         pickle.loads(pickle.dumps(fault))
     except Exception:

@@ -20,6 +20,7 @@ from warmlink.orchestration.master.recording.table import Table
 
 VALUES, COLUMNS = "values.npy", "columns.json"
 BLOCK_ROWS = 4096
+MOST_BYTES = 2e9
 
 
 class StoreError(Exception):
@@ -62,8 +63,21 @@ class Memory:
     def open(
         self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
     ) -> NDArray[np.float64]:
-        """Give the whole array."""
+        """Give the whole array.
+
+        Raises
+        ------
+        InputError
+            Where it is larger than a run may be in memory.
+        """
         shape = points.count + 1, len(names)
+        size = 8 * shape[0] * shape[1]
+        if size > MOST_BYTES:
+            raise InputError(
+                f"{points.count} steps of {len(names)} variables are {size / 1e9:.3g} GB, and a run keeps at "
+                f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
+                "with --checkpoint"
+            )
         return np.full(shape, np.nan) if self._line is None else self._line.block(*shape)
 
     def put(self, first: int, rows: NDArray[np.float64]) -> None:

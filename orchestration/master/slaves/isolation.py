@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.description import Capabilities, Variable
@@ -186,8 +187,10 @@ class IsolatedSlave:
         if self._failure is not None:
             raise self._failure
         try:
-            answer = self._process.answer(limit)
+            answer = self._process.answer(limit, _end_is_asked)
         except TimeoutError:
+            if _end_is_asked():
+                self._fail("interrupted", f"{method} had not returned; its process was ended")
             told = f"{method} has not returned within {limit:g} s; its process was ended"
             self._fail("time limit", told)
         except ProcessEndedError as ended:
@@ -205,6 +208,10 @@ class IsolatedSlave:
     def _fail(self, status: Any, message: str) -> NoReturn:
         self._failure = SlaveError(self.name, status, self._time, message)
         raise self._failure
+
+
+def _end_is_asked() -> bool:
+    return bool(under_way.here.cells[under_way.ASKED])
 
 
 def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:

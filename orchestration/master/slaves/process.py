@@ -7,12 +7,17 @@ import multiprocessing
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection as Pipe
 from typing import Any
 
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
+
+
+PATIENCE = 1.0
+"""With a call under way when Ctrl-C is pressed, in s."""
 
 
 class ProcessEndedError(Exception):
@@ -55,8 +60,8 @@ class OtherProcess:
         except OSError:
             raise self._ended() from None
 
-    def answer(self, limit: float) -> Any:
-        """Give the next answer.
+    def answer(self, limit: float, hurried: Callable[[], bool] = lambda: False) -> Any:
+        """Give the next answer; once it is hurried, it is waited for but briefly.
 
         Raises
         ------
@@ -66,9 +71,13 @@ class OtherProcess:
             Where the process has ended.
         """
         try:
-            if not self._pipe.poll(limit):
-                self._process.kill()
-                raise TimeoutError
+            end = time.monotonic() + limit
+            while not self._pipe.poll(min(0.1, limit)):
+                if hurried():
+                    end = min(end, time.monotonic() + PATIENCE)
+                if time.monotonic() > end:
+                    self._process.kill()
+                    raise TimeoutError
             return self._pipe.recv()
         except (EOFError, ConnectionError):
             raise self._ended() from None

@@ -11,7 +11,15 @@ if TYPE_CHECKING:
 
 Names = tuple[str, ...]
 Status = Literal[
-    "discard", "error", "fatal", "terminated", "not finite", "not converged", "crash", "time limit"
+    "discard",
+    "error",
+    "fatal",
+    "terminated",
+    "not finite",
+    "not converged",
+    "crash",
+    "time limit",
+    "interrupted",
 ]
 
 

@@ -15,6 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES
 from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning, read_unit
 from warmlink.orchestration.system.xml import parse_xml
+from warmlink.orchestration.text_files import is_file
 
 _BASE = "http://ssp-standard.org/SSP1/SystemStructure"
 PREFIXES = {
@@ -66,7 +67,7 @@ def root_of_file(path: Path, expected: str, where: str) -> Any:
     InputError
         If it is absent, not XML, not the expected kind of document, or of an unknown version.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of a file that holds a {expected}")
     with path.open("rb") as stream:
         # One more byte than the limit, so that the parser sees and says that it is exceeded.

@@ -38,6 +38,7 @@ from warmlink.orchestration.system.ssp.parameter_values import (
 )
 from warmlink.orchestration.system.units import Unit
 from warmlink.orchestration.system.xml import boolean, optional_number, required
+from warmlink.orchestration.text_files import is_file
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 DEFINITION_TYPE = "application/x-ssp-definition"
@@ -262,10 +263,10 @@ class _Reader:
                 f"{where}: source {source!r} is not a file inside the SSP; put it into resources"
             )
         path = self.base / relative
-        if not path.is_file() and (plain := archive.safe_relative(source)):
+        if not is_file(path) and (plain := archive.safe_relative(source)):
             # Some tools write names as they are, a percent sign included, where a URI should stand.
             path = self.base / plain
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(f"{where}: the SSP holds no {source}; add the file or correct the source")
         return path
 

@@ -1,79 +1,24 @@
 """Whatever stands in an experiment file or in a cell, the answer is a sentence."""
 
-import copy
-from collections.abc import Iterator
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchmarks.fuzz.mutate import WRONG, Raw, changed, toml, ways_into
+from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.text_files import read_toml
 
-COMPLETE: dict[str, Any] = {
-    "title": "Rod",
-    "system": "BenchRod",
-    "initial": "measured",
-    "run": [
-        {
-            "data": "rod.csv",
-            "labels": {"surface": "shiny"},
-            "heldout": False,
-            "adapt": "1 min",
-            "known": {"link.width": "20 mm"},
-        }
-    ],
-    "channels": {"on [1]": "heater.on", "T1 [degC]": "link.sensor_temperature[1]"},
-    "covariates": {"far [degC]": "neighbour_temperature"},
-    "known": {"link.length": "330 mm"},
-    "calibrate": {"heater.power": {"min": "1 W", "max": "9 W", "start": "2 W", "per": "surface"}},
-    "causes": {"per": ["surface"]},
-    "noise": {"link.sensor_temperature[1]": "0.1 K"},
-}
-
-WRONG = {
-    "text": '"x"',
-    "number": "3",
-    "endless": "9" * 320,
-    "not a number": "nan",
-    "switch": "true",
-    "list": "[]",
-    "list of lists": '[["a"]]',
-    "table": "{ a = 1 }",
-    "date": "2026-01-01",
-}
-
-
-def paths(tree: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    if path:
-        yield path
-    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
-    for key, value in items:
-        yield from paths(value, (*path, key))
-
-
-def toml(value: Any) -> str:
-    if isinstance(value, Raw):
-        return value.text
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f'"{key}" = {toml(each)}' for key, each in value.items()) + " }"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(toml, value)) + "]"
-    return str(value).lower() if isinstance(value, bool) else f'"{value}"'
-
-
-class Raw:
-    """A value as it stands in the file."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
+COMPLETE = read_toml(SPECIMENS / "experiment.toml")
 
 
 def written(folder: Path, content: dict[str, Any]) -> Path:
-    lines = [f"{10 * i},1,{20 + 0.1 * i:g},21" for i in range(30)]
-    (folder / "rod.csv").write_text("time [s],on [1],T1 [degC],far [degC]\n" + "\n".join(lines) + "\n")
+    shutil.copy(SPECIMENS / "rod.csv", folder)
     path = folder / "rod.toml"
-    path.write_text("\n".join(f"{key} = {toml(value)}" for key, value in content.items()))
+    path.write_text(toml(content))
     return path
 
 
@@ -92,20 +37,15 @@ def test_the_complete_file_is_read(tmp_path: Path) -> None:
     assert read.calibrated[0].per == "surface"
 
 
-@pytest.mark.parametrize("path", list(paths(COMPLETE)), ids=lambda path: ".".join(map(str, path)))
+@pytest.mark.parametrize("path", list(ways_into(COMPLETE)), ids=lambda path: ".".join(map(str, path)))
 def test_every_key_with_every_wrong_type_gives_a_sentence_or_is_read(
     tmp_path: Path, path: tuple[Any, ...]
 ) -> None:
     refused = 0
-    for text in WRONG.values():
-        content = copy.deepcopy(COMPLETE)
-        inner = content
-        for key in path[:-1]:
-            inner = inner[key]
-        inner[path[-1]] = Raw(text)
-        sentence = refusal_of(written(tmp_path, content))
+    for text in WRONG:
+        sentence = refusal_of(written(tmp_path, changed(COMPLETE, path, Raw(text))))
         assert "\n" not in sentence
-        assert len(sentence) < 600
+        assert len(sentence) < 700
         refused += sentence != ""
     assert refused >= 4
 

@@ -220,3 +220,13 @@ def test_progress_ends_at_the_end() -> None:
     simulate(assembly([counter("x")]), 1000.0, 1.0, progress=lambda done, total: seen.append((done, total)))
     assert seen[-1] == (1000, 1000)
     assert 100 < len(seen) < 300
+
+
+@pytest.mark.parametrize(
+    ("duration", "step"), [(1e6, 3.0), (7200.0, 0.7), (1.0, 0.3), (123456.789, 7.0), (1.0, 5.0)]
+)
+def test_the_step_that_is_proposed_is_taken(duration: float, step: float) -> None:
+    with pytest.raises(InputError) as refusal:
+        CommunicationPoints.between(0.0, duration, step)
+    proposed = str(refusal.value).rpartition("choose one that does, ")[2].partition(" s for")[0]
+    assert CommunicationPoints.between(0.0, duration, float(proposed)).count >= 1

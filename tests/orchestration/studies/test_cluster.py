@@ -2,10 +2,12 @@
 
 import os
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.cluster import ClusterWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.study import load_study
@@ -54,3 +56,18 @@ def test_a_run_that_always_kills_its_worker_is_recorded(cluster: Any, folder: Pa
         found = dict(workers.run([good, deadly(folder, 99), good]))
     assert [place for place, outcome in sorted(found.items()) if outcome.stopped is not None] == [1]
     assert "the worker died at each" in str(found[1].stopped)
+
+
+def test_what_a_worker_refuses_is_not_called_a_lost_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Full:
+        key = "x"
+
+        def result(self) -> None:
+            raise InputError("a temporary file: cannot be written (No space left on device); make room")
+
+    workers = ClusterWorkers.__new__(ClusterWorkers)
+    workers._fmus = None
+    workers._client = SimpleNamespace(map=lambda *given, **named: [Full()], loop=None)
+    monkeypatch.setattr(distributed, "as_completed", lambda futures, loop: futures)
+    with pytest.raises(InputError, match=r"^a temporary file: cannot be written"):
+        list(workers._ended([], [[]]))

@@ -74,6 +74,7 @@ def test_a_component_serves_as_well_as_a_class(tmp_path: Path) -> None:
     [
         (None, "MyLaw", "there is no file"),
         ("def (", "MyLaw", "does not work (SyntaxError"),
+        ("raise SystemExit(0)", "MyLaw", "does not work (SystemExit"),
         ("import nowhere_at_all", "MyLaw", "does not work (ModuleNotFoundError"),
         (NONE_OF_IT, "MyLaw", "MyLaw is no law"),
         (NONE_OF_IT + "MyLaw = 3", "MyLaw", "MyLaw is no law"),

@@ -1,13 +1,14 @@
 """Every entry of a study, a mismatch and a duty cycle file with every wrong type, and nonsense for a file."""
 
-import copy
 import datetime
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchmarks.fuzz.mutate import changed, entry_at, ways_into
+from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios import duty_files
@@ -16,66 +17,11 @@ from warmlink.orchestration.scenarios.load import load_scenario, of_tables, read
 from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.mismatch import Mismatch
 from warmlink.orchestration.studies.study import load_study, read_study
+from warmlink.orchestration.text_files import read_toml
 
-STUDY: dict[str, Any] = {
-    "title": "Gain",
-    "controller": "lag",
-    "duty_cycles": ["windshield_wiper"],
-    "mismatches": ["nominal"],
-    "seed": 1,
-    "step_size": "1 s",
-    "master": "jacobi",
-    "parameters": {
-        "compensator.gain": {"min": "2 um/W", "max": "8 um/W", "log": True},
-        "compensator.time_constant": {"values": ["10 min", 900]},
-    },
-    "objective": {"metric": "rms_um", "over": "cvar", "level": 0.3},
-    "constraint": [{"metric": "max_abs_um", "over": "worst", "level": 0.2, "at_most": 5}],
-    "tune": {"trials": 9, "batch": 3, "sampler": "tpe", "storage": "sqlite:///x.db"},
-    "sweep": {"kind": "grid", "points": 4},
-}
-MISMATCH: dict[str, Any] = {
-    "about": "Longer",
-    "scale": {"link.length": 1.1},
-    "parameters": {"link.width": "3 cm"},
-}
-DUTY: dict[str, Any] = {
-    "title": "Work",
-    "reason": "Because",
-    "stop_time": "1 h",
-    "repeat": True,
-    "segment": [
-        {
-            "duration": "10 min",
-            "speed": "3 rad/s",
-            "torque": "2 N.m",
-            "ambient_temperature": "20 degC",
-            "ambient_temperature_end": "22 degC",
-            "steps": 3,
-            "pad_temperature": "40 degC",
-        }
-    ],
-}
-RANDOM: dict[str, Any] = {
-    "stop_time": "1 h",
-    "random": {
-        "seed": 1,
-        "duration": ["1 min", "5 min"],
-        "speed": ["1 rad/s", "2 rad/s"],
-        "torque": ["1 N.m", "2 N.m"],
-    },
-}
-SCENARIO: dict[str, Any] = {
-    "title": "Mine",
-    "about": "Nothing",
-    "duty": "stop_and_go",
-    "stop_time": "1 h",
-    "step_size": "1 s",
-    "master": "jacobi",
-    "controller": "lag",
-    "tolerance": "5 um",
-    "parameters": {"link.length": "33 cm"},
-}
+STUDY, MISMATCH, DUTY, RANDOM, SCENARIO = (
+    read_toml(SPECIMENS / f"{name}.toml") for name in ("study", "mismatch", "duty", "random", "scenario")
+)
 WRONG: list[Any] = [
     True,
     -3,
@@ -100,23 +46,6 @@ WRONG: list[Any] = [
     datetime.datetime(2024, 1, 1, tzinfo=datetime.UTC),
     datetime.time(3),
 ]
-
-
-def places(table: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The way to every entry, and to every element of a list."""
-    if way:
-        yield way
-    for key in table if isinstance(table, dict) else range(len(table)) if isinstance(table, list) else ():
-        yield from places(table[key], (*way, key))
-
-
-def changed(table: dict[str, Any], way: tuple[Any, ...], value: Any) -> dict[str, Any]:
-    whole = copy.deepcopy(table)
-    inner: Any = whole
-    for key in way[:-1]:
-        inner = inner[key]
-    inner[way[-1]] = value
-    return whole
 
 
 def study(given: dict[str, Any], folder: Path) -> None:
@@ -170,10 +99,8 @@ def refusal(read: Callable[[dict[str, Any], Path], None], given: dict[str, Any],
 def test_every_entry_with_every_wrong_type_ends_in_one_sentence(name: str, tmp_path: Path) -> None:
     table, read = FILES[name]
     assert refusal(read, table, tmp_path) is None
-    for way in places(table):
-        right = table
-        for key in way:
-            right = right[key]
+    for way in ways_into(table):
+        right = entry_at(table, way)
         for value in WRONG:
             sentence = refusal(read, changed(table, way, value), tmp_path)
             if sentence is None:

@@ -1,0 +1,100 @@
+"""Whatever is done to a file, it is taken or refused in one sentence, and nothing is written elsewhere."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import HealthCheck, Phase, seed, settings
+from hypothesis import given as drawn
+from hypothesis import strategies as st
+
+from benchmarks.fuzz.nest import emptied, nest, strays
+from benchmarks.fuzz.targets import TARGETS
+from benchmarks.fuzz.worker import findings, given
+from warmlink.fmus.errors import InputError
+
+SEED = int(os.environ.get("WARMLINK_FUZZ_SEED", "1"))
+EXAMPLES = int(os.environ.get("WARMLINK_FUZZ_EXAMPLES", "60"))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _fmus() -> None:
+    try:
+        for target in TARGETS.values():
+            target.files()
+    except InputError as fault:
+        pytest.skip(str(fault))
+
+
+@pytest.fixture
+def home() -> Iterator[Path]:
+    with nest() as folder:
+        yield folder
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_the_good_files_are_taken(name: str, home: Path) -> None:
+    target, folder = TARGETS[name], emptied(home)
+    for other, content in target.files().items():
+        (folder / other).write_bytes(content)
+    for damaged in target.damaged or target.files():
+        assert target.judged(folder / damaged) == "accepted"
+    assert strays(home) == []
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_damaged_files_are_taken_or_refused(name: str, home: Path) -> None:
+    print(f"WARMLINK_FUZZ_SEED={SEED}")
+    target = TARGETS[name]
+
+    @seed(SEED)
+    @settings(
+        max_examples=max(2, round(EXAMPLES * target.share)),
+        deadline=None,
+        database=None,
+        phases=(Phase.generate, Phase.shrink),
+        suppress_health_check=list(HealthCheck),
+    )
+    @drawn(st.randoms(use_true_random=False))
+    def tried(random: Random) -> None:
+        path = target.written(random, emptied(home))
+        assert target.judged(path) in ("accepted", "refused")
+        assert strays(home) == []
+
+    tried()
+
+
+def test_the_same_seed_gives_the_same_inputs(tmp_path: Path) -> None:
+    texts = [
+        given("duty", number, other, tmp_path).read_bytes()
+        for number, other in ((3, 5), (3, 5), (3, 6), (4, 5))
+    ]
+    assert texts[0] == texts[1]
+    assert len(set(texts)) == 3
+
+
+def test_what_is_wrong_is_told_from_what_is_right(tmp_path: Path) -> None:
+    def judged(fault: Exception | None) -> str:
+        def use(path: Path) -> None:
+            if fault is not None:
+                raise fault
+
+        return replace(TARGETS["duty"], use=use).judged(tmp_path)
+
+    assert judged(None) == "accepted"
+    assert judged(InputError("duty.csv: is empty; give a header")) == "refused"
+    assert judged(KeyError("time")).startswith("KeyError")
+    assert judged(InputError("two\nlines of it")).startswith("not one line")
+    assert judged(InputError("no")).startswith("2 characters")
+
+
+def test_workers_try_every_input_and_keep_those_that_fail(tmp_path: Path) -> None:
+    found = list(findings("mismatch", 1, range(4), tmp_path))
+    assert [each.number for each in found] == [0, 1, 2, 3]
+    assert {each.verdict for each in found} <= {"accepted", "refused"}
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,44 @@
+"""No text takes long to be told from a unit, a value or a header, however long it is."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.table import read_table
+
+GAP = " " * 100_000
+CASES = {
+    "unit": ("system.units", "parse_unit('Nparameterambient_temperature_of_the_room [degC')"),
+    "value": ("scenarios.quantity", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
+    "duty header": ("scenarios.duty_csv", "list(_known_columns(['a' + GAP + 'x'], 'duty.csv'))"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_is_refused_at_once(case: str) -> None:
+    """In another process, for a search that tries every way does not let itself be stopped."""
+    module, call = CASES[case]
+    name = call.replace("list(", "").partition("(")[0]
+    script = (
+        "from warmlink.fmus.errors import InputError\n"
+        f"from warmlink.orchestration.{module} import {name}\n"
+        f"GAP = ' ' * {len(GAP)}\n"
+        f"try:\n    {call}\nexcept InputError as fault:\n    print(str(fault)[:300])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=20, check=True
+    )
+    assert "is no" in done.stdout
+
+
+def test_a_header_without_commas_is_refused_in_few_words(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(";".join(f"axis{i}.tip_temperature [degC]" for i in range(60)) + "\n")
+    with pytest.raises(InputError, match="too long for `name") as refusal:
+        read_table(path)
+    assert len(str(refusal.value)) < 250
