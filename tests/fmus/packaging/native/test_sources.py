@@ -205,7 +205,7 @@ def test_a_compiler_that_fails_is_quoted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("asked", "answer"),
     [
-        ("vax-vms", "vax-vms: no such platform; choose among x86_64-linux"),
+        ("vax-vms", "vax-vms: no such platform; choose x86_64-linux"),
         ("x86_64-linux,", ": no such platform"),
     ],
 )
