@@ -2,8 +2,8 @@
 
 Any member of the ambiguous set may be the truth, and is more likely the better it fits. For each candidate
 duty cycle, and for each member as the truth, the separation from every rival is predicted, and from it the
-chance that the run, diagnosed by itself, names that member. The chances are averaged over the members. The cycle that
-is sure soonest is proposed, repeated as often as that takes.
+chance that the run, diagnosed by itself, names that member. The chances are averaged over the members. The
+cycle that is sure soonest is proposed, repeated as often as that takes.
 """
 
 from __future__ import annotations
