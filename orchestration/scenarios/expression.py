@@ -46,7 +46,7 @@ class Expression:
     where: str = "score"
 
     def __post_init__(self) -> None:
-        self._of(self._tree, lambda name: 1.0)
+        self.value(lambda name: 1.0)
 
     @cached_property
     def variables(self) -> tuple[str, ...]:
@@ -57,13 +57,16 @@ class Expression:
             found[name] = None
             return 1.0
 
-        self._of(self._tree, note)
+        self.value(note)
         return tuple(found)
 
     def value(self, of: Callable[[str], Any]) -> Any:
         """Value for the variables' values: numbers, or arrays of one shape."""
-        with np.errstate(all="ignore"):
-            return self._of(self._tree, of)
+        try:
+            with np.errstate(all="ignore"):
+                return self._of(self._tree, of)
+        except (RecursionError, OverflowError):
+            raise InputError(f"{self.where}: {self.text[:40]!r}... nests too deep or counts too far") from None
 
     def without(self, names: Collection[str]) -> Expression:
         """The same with some variables taken as zero."""
@@ -108,7 +111,7 @@ class Expression:
     def _of(self, node: ast.expr, of: Callable[[str], Any]) -> Any:
         match node:
             case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-                return number
+                return np.float64(number)  # divides by zero as arrays do
             case ast.BinOp(left, op, right) if type(op) in _BINARY:
                 return _BINARY[type(op)](self._of(left, of), self._of(right, of))
             case ast.UnaryOp(op, operand) if type(op) in _UNARY:
@@ -116,7 +119,7 @@ class Expression:
             case ast.Call(ast.Name(name), [argument], []) if name in _FUNCTIONS:
                 return _FUNCTIONS[name](self._of(argument, of))
             case ast.Attribute() | ast.Subscript(ast.Attribute(), ast.Constant(int())):
-                return of(ast.unparse(node))
+                return np.float64(of(ast.unparse(node)))
         raise InputError(
             f"{self.where}: {ast.unparse(node)} is neither a variable nor a number; use instance.variable, "
             f"+ - * / ** and {', '.join(_FUNCTIONS)}"

@@ -30,6 +30,11 @@ def test_value(text: str, expected: list[float]) -> None:
     assert Expression(text).value(VALUES.__getitem__) == pytest.approx(expected)
 
 
+def test_a_division_by_zero_gives_no_number_and_no_crash() -> None:
+    assert np.isnan(Expression("0 / 0").value(VALUES.__getitem__))
+    assert Expression("a.x / 0").value({"a.x": 1.0}.__getitem__) == np.inf
+
+
 def test_variables_come_once_in_their_order() -> None:
     assert Expression("b.y + a.x[3] - b.y").variables == ("b.y", "a.x[3]")
 
@@ -58,6 +63,8 @@ def test_what_is_not_linear_has_no_weights(text: str) -> None:
         "(" * 500 + "a.x" + ")" * 500,
         "a.x + " * 5000 + "a.x",
         "True",
+        "-" * 1900 + "a.x",
+        "1" * 400,
     ],
 )
 def test_what_is_no_expression_is_refused_in_a_sentence(text: str) -> None:
