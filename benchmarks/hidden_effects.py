@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
     write_csv,
 )
-from warmlink.orchestration.scenarios.duty import Segment
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment

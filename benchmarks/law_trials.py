@@ -14,8 +14,8 @@ from warmlink.fmus import faults
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.scenarios.duty import Duty
-from warmlink.orchestration.scenarios.duty_files import library
+from warmlink.orchestration.scenarios.duties.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty_files import library
 
 THERMAL: Mapping[str, tuple[str, ...]] = {
     "motor": (

@@ -15,13 +15,13 @@ from benchmarks.command import positive_share, start
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
-from warmlink.orchestration.scenarios.duty_files import library
+from warmlink.orchestration.scenarios.duties.duty_files import library
 
 if TYPE_CHECKING:
     from benchmarks.innovations import Whiteness
     from benchmarks.law_trials import FaultRun
     from benchmarks.rollout import Cell
-    from warmlink.orchestration.scenarios.duty import Duty
+    from warmlink.orchestration.scenarios.duties.duty import Duty
 
 WITH_CAMERA: Mapping[str, bool] = {"observer": False, "observer_drift": True}
 """The laws whose `correction_std` is a promise, and whether the camera is one of their instruments."""

@@ -23,7 +23,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.command_line.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
-from warmlink.orchestration.scenarios.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, ParameterSet, System

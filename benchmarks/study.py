@@ -18,11 +18,11 @@ from warmlink.orchestration.command_line.console import answer, answer_json, rem
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.cluster import ClusterWorkers
+from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
+from warmlink.orchestration.studies.cores.local import LocalWorkers
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.mismatch import draw
-from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place_medium")

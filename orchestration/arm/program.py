@@ -21,8 +21,8 @@ from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.inverse import joint_angles
-from warmlink.orchestration.scenarios.duty import Duty, Segment
-from warmlink.orchestration.scenarios.duty_files import MOST_SEED, SHORTEST_DRAWN
+from warmlink.orchestration.scenarios.duties.duty import Duty, Segment
+from warmlink.orchestration.scenarios.duties.duty_files import MOST_SEED, SHORTEST_DRAWN
 from warmlink.orchestration.scenarios.extent import check_segments
 from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.system.model import Value

@@ -50,7 +50,7 @@ def hide(
     from warmlink.fmus.names import instead
     from warmlink.orchestration.diagnosis.practice import hide as made_up
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
-    from warmlink.orchestration.scenarios.duty import length
+    from warmlink.orchestration.scenarios.duties.duty import length
 
     if solver not in (GRID, FEA):
         raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")

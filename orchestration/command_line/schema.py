@@ -32,7 +32,7 @@ def schema(
 def kinds() -> dict[str, type[Any]]:
     """The table that each kind of file is read into."""
     from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
-    from warmlink.orchestration.scenarios.duty_files import DutyFile
+    from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
     from warmlink.orchestration.studies.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile
 

@@ -16,10 +16,10 @@ from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder, locked_folder
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.own_law import OwnLaw
+from warmlink.orchestration.studies.cores.local import LocalWorkers, check_jobs
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger
-from warmlink.orchestration.studies.local import LocalWorkers, check_jobs
-from warmlink.orchestration.studies.workers import Workers
 
 INTERRUPTED = 130
 KEPT = "interrupted; what is finished is kept, the same command goes on"
@@ -119,7 +119,7 @@ def interruptible() -> Iterator[None]:
 @contextmanager
 def _workers(fmus: FmuSet, scheduler: str | None, jobs: int) -> Iterator[Workers]:
     if scheduler is not None:
-        from warmlink.orchestration.studies.cluster import ClusterWorkers
+        from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
 
         with ClusterWorkers(fmus, scheduler) as cluster:
             yield cluster

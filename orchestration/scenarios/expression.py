@@ -66,7 +66,9 @@ class Expression:
             with np.errstate(all="ignore"):
                 return self._of(self._tree, of)
         except (RecursionError, OverflowError):
-            raise InputError(f"{self.where}: {self.text[:40]!r}... nests too deep or counts too far") from None
+            raise InputError(
+                f"{self.where}: {self.text[:40]!r}... nests too deep or counts too far"
+            ) from None
 
     def without(self, names: Collection[str]) -> Expression:
         """The same with some variables taken as zero."""

@@ -18,8 +18,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.arm.library import PROGRAMS, program_names
-from warmlink.orchestration.scenarios import duty_files
-from warmlink.orchestration.scenarios.duty import Duty, Segment
+from warmlink.orchestration.scenarios.duties import duty_files
+from warmlink.orchestration.scenarios.duties.duty import Duty, Segment
 from warmlink.orchestration.scenarios.own_system import own_setup
 from warmlink.orchestration.scenarios.quantity import positive, quantity
 from warmlink.orchestration.scenarios.scenario import Drive, Scenario

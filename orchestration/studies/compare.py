@@ -12,8 +12,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.studies.workers import Workers
 
 COLUMNS = (
     "controller",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.workers import Workers
+from warmlink.orchestration.studies.cores.workers import Workers
 
 FILE = "runs.jsonl"
 

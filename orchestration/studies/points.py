@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.study import Point, Study
-from warmlink.orchestration.studies.workers import Workers
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.objective import METRICS
 from warmlink.orchestration.studies.points import Evaluation, evaluate, latin_hypercube
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
-from warmlink.orchestration.studies.workers import Workers
 
 AT_ONCE = 1000
 """Points whose runs are laid out in memory, some 10 kB for each run."""

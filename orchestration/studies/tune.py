@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.points import Evaluation, Judged, best, evaluate, latin_hypercube
 from warmlink.orchestration.studies.storage import EXCESS, REASON, Storage, distributions, internal
 from warmlink.orchestration.studies.study import Point, Study
-from warmlink.orchestration.studies.workers import Workers
 
 if TYPE_CHECKING:
     import optuna

@@ -33,7 +33,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.scenarios.duty_files import library, load
+from warmlink.orchestration.scenarios.duties.duty_files import library, load
 
 TOLERANCE = 5e-6
 

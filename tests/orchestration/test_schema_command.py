@@ -13,7 +13,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.command_line.schema import kinds, schema
-from warmlink.orchestration.scenarios import duty_files
+from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.studies import mismatch, study
 

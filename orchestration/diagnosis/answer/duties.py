@@ -9,7 +9,7 @@ import numpy as np
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.scenarios.duty import Segment, demands_at, length
+from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 
 _REST = Segment(900)
 _FAST = Segment(1500, 4.5, 0.5)

@@ -11,7 +11,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
-from warmlink.orchestration.scenarios.duty import Segment
+from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import Unit, conversion
 
 SHOWN = {"K": 1.0, "um": 1e6, "mm": 1e3, "m": 1.0}

@@ -24,7 +24,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
-from warmlink.orchestration.scenarios.duty import Segment, length
+from warmlink.orchestration.scenarios.duties.duty import Segment, length
 
 Vector = NDArray[np.float64]
 Pair = tuple[Titles, Titles]

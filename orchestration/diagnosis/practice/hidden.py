@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.scenarios.duty import Segment
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 Vector = NDArray[np.float64]
 

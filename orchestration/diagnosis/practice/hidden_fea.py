@@ -34,7 +34,7 @@ from warmlink.orchestration.paper.fea.drive import Drive
 from warmlink.orchestration.paper.fea.mesh import Body, bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea
 from warmlink.orchestration.paper.fea.stepping import HeatStepper
-from warmlink.orchestration.scenarios.duty import Segment
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 Vector = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.data.table import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.scenarios.duty import PAD_POWER, Duty, Segment, demands_at, length
+from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
 from warmlink.orchestration.scenarios.extent import check_segments
 from warmlink.orchestration.scenarios.load import load_scenario
 

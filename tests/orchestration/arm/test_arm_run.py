@@ -27,8 +27,8 @@ from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
 from warmlink.orchestration.studies import mismatch
 from warmlink.orchestration.studies.compare import chosen_controllers, plan, run_comparison, write_csv
+from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.local import LocalWorkers
 
 HOUR = 3600.0
 

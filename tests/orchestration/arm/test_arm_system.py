@@ -20,7 +20,7 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.system.model import DefaultExperiment
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL

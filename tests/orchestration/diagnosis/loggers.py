@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, write_csv
-from warmlink.orchestration.scenarios.duty import Segment
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 Columns = dict[str, np.ndarray]
 

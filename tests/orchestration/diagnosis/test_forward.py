@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
-from warmlink.orchestration.scenarios.duty import NO_PAD, Segment
+from warmlink.orchestration.scenarios.duties.duty import NO_PAD, Segment
 
 OUTPUTS = (
     "motor.shaft_temperature",

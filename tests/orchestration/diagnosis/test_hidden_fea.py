@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth
 from warmlink.orchestration.diagnosis.practice.hidden_fea import carried, hide_with_fea
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, write_csv
-from warmlink.orchestration.scenarios.duty import Segment, length
+from warmlink.orchestration.scenarios.duties.duty import Segment, length
 
 TEMPERATURES = ("shaft", "winding", "base", "middle", "tip")
 DUTY = list(INFORMATIVE)

@@ -15,7 +15,7 @@ from warmlink.orchestration.diagnosis.answer.separation import chances
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
-from warmlink.orchestration.scenarios.duty import length
+from warmlink.orchestration.scenarios.duties.duty import length
 
 
 def test_a_proposal_tells_its_cycle_and_how_often() -> None:

@@ -187,7 +187,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.compiled import loop as compiled
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.studies.workers import prepare_stepping
+from warmlink.orchestration.studies.cores.workers import prepare_stepping
 from warmlink.orchestration.system.model import Component, System
 system = System("s", {"a": Component("a", Path(sys.argv[1]))})
 simulate(system, 10.0, 1.0)

@@ -63,7 +63,7 @@ def test_a_bad_study_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("warmlink.orchestration.studies.cluster.CONNECT_TIMEOUT_S", 1.0)
+    monkeypatch.setattr("warmlink.orchestration.studies.cores.cluster.CONNECT_TIMEOUT_S", 1.0)
     assert sentence in refused([command, *arguments], capsys, monkeypatch)
 
 

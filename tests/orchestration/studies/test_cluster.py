@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.studies.cluster import ClusterWorkers
+from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.studies.sweep import points_of, sweep

@@ -21,9 +21,9 @@ from warmlink.orchestration.studies.compare import (
     run_comparison,
     write_csv,
 )
+from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.given import assigned, told
-from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.mismatch import Mismatch
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit

@@ -17,8 +17,8 @@ from warmlink.fmus.errors import NoRoomError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.commands import study as commands_study
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.local import LocalWorkers
 
 from .test_workers import short
 

@@ -11,13 +11,13 @@ pytest.importorskip("optuna")
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.tuning import write_report
 from warmlink.orchestration.studies.case import Case, Outcome, failed
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.ledger import Ledger
 from warmlink.orchestration.studies.points import best
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.tune import Trial, tune
 from warmlink.orchestration.studies.winner import write_winner
-from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 import_optuna()

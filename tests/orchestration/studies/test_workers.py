@@ -12,10 +12,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
+from warmlink.orchestration.studies.cores.local import LocalWorkers
+from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger
-from warmlink.orchestration.studies.local import LocalWorkers
-from warmlink.orchestration.studies.workers import Workers
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)
 
@@ -56,6 +56,7 @@ def deadly(folder: Path, times: int) -> Deadly:
     (folder / "lives.pid").write_text(str(os.getpid()))
     return Deadly(
         good.label,
+        good.setup,
         good.law,
         good.values,
         good.stop_time,

@@ -11,7 +11,7 @@ from benchmarks.fuzz.mutate import changed, entry_at, ways_into
 from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios import duty_files
+from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS
 from warmlink.orchestration.scenarios.load import load_scenario, of_tables, read_scenario
 from warmlink.orchestration.studies import mismatch as mismatches

@@ -17,8 +17,7 @@ from types import TracebackType
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.workers import (
+from warmlink.orchestration.studies.cores.workers import (
     ATTEMPTS,
     DEFAULT_JOBS,
     attempt,
@@ -26,6 +25,7 @@ from warmlink.orchestration.studies.workers import (
     longest_first,
     prepare_stepping,
 )
+from warmlink.orchestration.studies.fmu_set import FmuSet
 
 MOST_JOBS = 1024
 """Each is a process of some 100 MB; a typing error must not start a million of them."""

@@ -8,8 +8,8 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.cores.workers import attempt, died, longest_first
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.workers import attempt, died, longest_first
 
 CONNECT_TIMEOUT_S = 5.0
 

@@ -14,7 +14,14 @@ import numpy as np
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, UNITS, Duty, Segment
+from warmlink.orchestration.scenarios.duties.duty import (
+    NO_PAD,
+    PAD_POWER,
+    PAD_TEMPERATURE,
+    UNITS,
+    Duty,
+    Segment,
+)
 from warmlink.orchestration.scenarios.quantity import converter, heading
 from warmlink.orchestration.system.units import Conversion
 from warmlink.orchestration.text_files import read_text, shown

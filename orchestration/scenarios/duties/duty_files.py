@@ -18,14 +18,14 @@ import numpy as np
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, Duty, Segment
-from warmlink.orchestration.scenarios.duty_csv import read_csv
+from warmlink.orchestration.scenarios.duties.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, Duty, Segment
+from warmlink.orchestration.scenarios.duties.duty_csv import read_csv
 from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS, check_segments
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml, shortened
 
-LIBRARY = Path(__file__).parent / "duty_cycles"
+LIBRARY = Path(__file__).parents[1] / "duty_cycles"
 
 SHORTEST_DRAWN = 1.0
 """Shortest segment in s that can be drawn, since drawn ones last whole seconds."""

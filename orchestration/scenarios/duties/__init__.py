@@ -1,0 +1,1 @@
+"""Duty cycles: what they are, and the files that hold them."""
