@@ -56,7 +56,6 @@ def deadly(folder: Path, times: int) -> Deadly:
     (folder / "lives.pid").write_text(str(os.getpid()))
     return Deadly(
         good.label,
-        good.setup,
         good.law,
         good.values,
         good.stop_time,
@@ -64,6 +63,7 @@ def deadly(folder: Path, times: int) -> Deadly:
         good.master,
         good.tolerance,
         False,
+        good.setup,
         str(folder / "lives"),
     )
 
