@@ -94,8 +94,8 @@ def guarded(command: Callable[[], None]) -> None:
     except BrokenPipeError:
         raise SystemExit(0) from None
     except SystemExit as ended:
-        # Commands that end in order on Ctrl-C say so themselves, and nothing was raised before they exit.
-        if ended.code == INTERRUPTED and ended.__context__ is not None:
+        # Commands that end in order on Ctrl-C say so themselves, and exit with nothing raised or `from None`.
+        if ended.code == INTERRUPTED and ended.__context__ is not None and not ended.__suppress_context__:
             print("warmlink: interrupted; there are no results", file=sys.stderr)
         raise
 

@@ -11,6 +11,7 @@ import typer
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.console import answer, answer_json, print_table
 from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
     from warmlink.orchestration.check.fmu import CheckResult
@@ -26,7 +27,7 @@ def check(
     """Check an FMU or a system as an integrator would; the exit code is 1 where a check fails."""
     from warmlink.orchestration.check.fmu import check_fmu
 
-    if not file.is_file():
+    if not is_file(file):
         raise InputError(f"{file}: no such file; give an .fmu or .ssp file")
     results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file)
     failed = sum(result.verdict == "fail" for result in results)

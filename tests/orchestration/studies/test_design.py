@@ -51,7 +51,7 @@ def test_a_systems_own_parameters_are_designed_for(
     write_ssp(system, tmp_path / "mine.ssp")
     out = tmp_path / "mine.ssv"
     assert run([str(tmp_path / "mine.ssp"), "--sensors", "shaft", "--out", str(out)], monkeypatch) == 0
-    assert "motor.joint_conductance, link.conductivity differ from nominal" in capsys.readouterr().out
+    assert "motor.joint_conductance and link.conductivity changed from nominal" in capsys.readouterr().out
     values = read_ssv(out)
     nominal = {scalar.name: scalar.start for scalar in OBSERVER.scalars()}
     assert values["mode_rate[2]"].value != pytest.approx(nominal["mode_rate[2]"], rel=0.01)
