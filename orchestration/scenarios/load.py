@@ -116,10 +116,12 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
     setup, default = _setup(name, table, folder)
     known_entries(table, _SETTINGS | _drive_keys(setup), name)
     scenario = replace(default, duty=_drive(name, table, setup, folder), setup=setup)
+    # A duty cycle that others follow too does not tell this scenario from theirs.
+    title = f"{name} · {scenario.duty.title}" if "duty" in table else scenario.duty.title
     return replace(
         scenario,
         name=name,
-        title=text_entry(table, "title", scenario.duty.title, name),
+        title=text_entry(table, "title", title, name),
         about=text_entry(table, "about", scenario.duty.reason, name),
         step_size=positive(table.get("step_size", scenario.step_size), "s", f"{name}: step_size"),
         master=text_entry(table, "master", scenario.master, name),

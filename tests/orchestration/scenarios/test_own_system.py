@@ -105,6 +105,7 @@ def test_the_chain_is_run_and_scored(warmlink: Warmlink) -> None:
     assert found["error_budget_um"]["coupling"] < 0.1
     text = Path("o/report.html").read_text("utf-8")
     assert "link1.elongation + link2.elongation - compensator.correction" in text
+    assert "chain · Windshield wiper · lag" in text
 
 
 def test_the_chain_is_compared(warmlink: Warmlink) -> None:
