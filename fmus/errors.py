@@ -4,8 +4,15 @@
 class InputError(ValueError):
     """What was given cannot be used: the message says what, where, its value and unit, and the remedy.
 
-    Programs catch it to end with exit code 2 and that one sentence.
+    Programs catch it to end with exit code 2 and that one sentence. What is not printable in it, as a line
+    break in a name, is shown as Python writes it, so that it is one line whatever was given.
     """
+
+    def __str__(self) -> str:
+        told = super().__str__()
+        if told.isprintable():
+            return told
+        return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in told)
 
 
 class NoRoomError(InputError):
