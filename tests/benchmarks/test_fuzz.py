@@ -17,6 +17,7 @@ from benchmarks.fuzz.nest import emptied, nest, strays
 from benchmarks.fuzz.targets import TARGETS
 from benchmarks.fuzz.worker import findings, given
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 SEED = int(os.environ.get("WARMLINK_FUZZ_SEED", "1"))
 EXAMPLES = int(os.environ.get("WARMLINK_FUZZ_EXAMPLES", "60"))
@@ -89,7 +90,8 @@ def test_what_is_wrong_is_told_from_what_is_right(tmp_path: Path) -> None:
     assert judged(None) == "accepted"
     assert judged(InputError("duty.csv: is empty; give a header")) == "refused"
     assert judged(KeyError("time")).startswith("KeyError")
-    assert judged(InputError("two\nlines of it")).startswith("not one line")
+    # An InputError is one line whatever it is made of.
+    assert judged(SlaveError("link", "error", 0.0, "two\nlines of it")).startswith("not one line")
     assert judged(InputError("no")).startswith("2 characters")
 
 
