@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import copy
 import operator
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.syntax import no_garbage_collection
 
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -79,7 +81,7 @@ class Expression:
                     return ast.Constant(0.0)
                 return super().generic_visit(node)
 
-        tree = Zero().visit(ast.parse(self.text, mode="eval").body)
+        tree = Zero().visit(copy.deepcopy(self._tree))
         return Expression(ast.unparse(tree), self.where)
 
     def weights(self) -> dict[str, float]:
@@ -103,7 +105,8 @@ class Expression:
         if len(self.text) > LONGEST:
             raise InputError(f"{self.where}: {len(self.text)} characters are too many; keep to {LONGEST}")
         try:
-            return ast.parse(self.text, mode="eval").body
+            with no_garbage_collection():
+                return ast.parse(self.text, mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise InputError(
                 f"{self.where}: {self.text!r} is no expression; write one as "

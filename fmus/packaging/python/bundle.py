@@ -12,7 +12,10 @@ import hashlib
 import importlib.util
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+
+from warmlink.fmus.syntax import no_garbage_collection
 
 _PREFIX = "warmlink."
 _EXPORTER = "pythonfmu"
@@ -40,10 +43,15 @@ class _Module:
     path: Path
     is_package: bool
 
-    @property
+    @cached_property
     def source(self) -> bytes:
         # The exporter's package would import its builder, which no FMU needs.
         return b"" if self.name == _EXPORTER else self.path.read_bytes().replace(b"\r\n", b"\n")
+
+    @cached_property
+    def imports(self) -> tuple[ast.Import | ast.ImportFrom, ...]:
+        with no_garbage_collection():
+            return tuple(_imports(ast.parse(self.source)))
 
 
 def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
@@ -107,7 +115,7 @@ def _imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
 
 def _imported(module: _Module) -> list[str]:
     names: list[str] = []
-    for statement in _imports(ast.parse(module.source)):
+    for statement in module.imports:
         if isinstance(statement, ast.Import):
             names += [alias.name for alias in statement.names]
         else:
@@ -134,7 +142,7 @@ def _path(name: str, is_package: bool) -> str:
 def _rewritten(module: _Module, package: str, own: set[str]) -> bytes:
     """Source whose absolute imports of bundled modules go to the package."""
     lines = module.source.decode("utf-8").split("\n")
-    for statement in _imports(ast.parse(module.source)):
+    for statement in module.imports:
         if isinstance(statement, ast.Import):
             bundled = [alias.name for alias in statement.names if alias.name.partition(".")[0] in own]
             if bundled:

@@ -1,0 +1,33 @@
+"""The modules that a Python FMU carries."""
+
+import ast
+import gc
+from collections.abc import Iterator
+
+import pytest
+
+from warmlink.fmus.packaging.python.bundle import bundle
+from warmlink.orchestration.scenarios.expression import Expression
+
+
+@pytest.fixture
+def finalisers_that_parse() -> Iterator[None]:
+    """Garbage collections at every turn, which parse as a traceback in a finaliser does."""
+
+    def parse(phase: str, info: dict[str, int]) -> None:
+        ast.parse("a + (b * c)")
+
+    before = gc.get_threshold()
+    gc.callbacks.append(parse)
+    gc.set_threshold(5)
+    yield
+    gc.set_threshold(*before)
+    gc.callbacks.remove(parse)
+
+
+@pytest.mark.usefixtures("finalisers_that_parse")
+def test_a_finaliser_that_parses_does_not_make_sound_source_fail() -> None:
+    carried = bundle(("warmlink.fmus.thermal_link.component",), "link")
+    assert "warmlink.fmus.thermal_link.equations" in carried.modules
+    text = "link.elongation * (1 + " * 12 + "motor.speed" + ")" * 12
+    assert Expression(text, "score").variables == ("link.elongation", "motor.speed")
