@@ -25,6 +25,7 @@ from warmlink.orchestration.command_line import (
     tune,
 )
 from warmlink.orchestration.command_line import list as list_
+from warmlink.orchestration.command_line.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 app = typer.Typer(
@@ -52,8 +53,6 @@ COMMANDS: dict[str, Callable[..., None]] = {
 }
 for name, command in COMMANDS.items():
     app.command(name)(command)
-
-STOPPED_EARLY, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 def _say_version(asked: bool) -> None:
@@ -90,7 +89,7 @@ def guarded(command: Callable[[], None]) -> None:
         raise SystemExit(BAD_INPUT) from None
     except SlaveError as fault:
         print(f"warmlink: {fault}; there are no results", file=sys.stderr)
-        raise SystemExit(STOPPED_EARLY) from None
+        raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
     except SystemExit as ended:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import answer, answer_json, print_table
+from warmlink.orchestration.command_line.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.command_line.options import Json
 from warmlink.orchestration.text_files import is_file
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from warmlink.orchestration.check.fmu import CheckResult
     from warmlink.orchestration.system.model import System
 
-FAILED = 1
 _SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]skip[/]"}
 
 

@@ -8,6 +8,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+"""Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C."""
+
 
 def answer(text: str) -> None:
     """Print an answer."""

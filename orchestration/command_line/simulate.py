@@ -12,7 +12,14 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.console import answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.command_line.console import (
+    FAILED,
+    answer,
+    answer_json,
+    print_table,
+    progress_bar,
+    remark,
+)
 from warmlink.orchestration.command_line.options import Json
 
 if TYPE_CHECKING:
@@ -23,7 +30,6 @@ if TYPE_CHECKING:
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.system.model import System
 
-STOPPED_EARLY = 1
 DEFAULT_STEPS = 500
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
@@ -160,7 +166,7 @@ def simulate(
     if result.reason is not None:
         remark(f"stopped early: {result.reason}; what was computed up to there is kept")
     if lost is not None or result.reason is not None:
-        raise SystemExit(STOPPED_EARLY)
+        raise SystemExit(FAILED)
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
 from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report, Scheduler, StudyFile
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def sweep(
     `points` for each parameter, or `kind = "latin_hypercube"` with the number of `points` in all. Writes
     sweep.parquet, one row for each run, and report.html. After an interruption the same command continues.
     """
-    from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+    from warmlink.orchestration.commands.study import interruptible, means, results
     from warmlink.orchestration.studies.points import best
     from warmlink.orchestration.studies.study import load_study
     from warmlink.orchestration.studies.sweep import points_of, write_parquet
@@ -39,20 +39,16 @@ def sweep(
     asked = load_study(study)
     points = points_of(asked)
     folder = out or Path("out") / asked.name / "sweep"
-    try:
-        own = () if asked.own is None else (asked.own,)
-        with interruptible(), means(asked.kinds, asked.foreign, own, fmus, scheduler, jobs, folder) as given:
-            with progress_bar(asked.title) as progress:
-                found = sweep_study(asked, points, given.workers, lambda done: progress(done / len(points)))
-            with results(folder) as target:
-                write_parquet(asked, found, target / "sweep.parquet")
-                if report:
-                    from warmlink.orchestration.report.sweep import write_report
+    own = () if asked.own is None else (asked.own,)
+    with interruptible(), means(asked.kinds, asked.foreign, own, fmus, scheduler, jobs, folder) as given:
+        with progress_bar(asked.title) as progress:
+            found = sweep_study(asked, points, given.workers, lambda done: progress(done / len(points)))
+        with results(folder) as target:
+            write_parquet(asked, found, target / "sweep.parquet")
+            if report:
+                from warmlink.orchestration.report.sweep import write_report
 
-                    write_report(asked, found, target / "report.html")
-    except KeyboardInterrupt:
-        remark(KEPT)
-        raise SystemExit(INTERRUPTED) from None
+                write_report(asked, found, target / "report.html")
     if json:
         answer_json(_figures(asked, found, best(found)))
         return

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import answer, answer_json, noted_progress_bar, remark
+from warmlink.orchestration.command_line.console import answer, answer_json, noted_progress_bar
 from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report, Scheduler, StudyFile
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def tune(
     Writes trials.csv, winner.ssv and report.html. After an interruption the same command continues; its table
     does not depend on the number of processes.
     """
-    from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+    from warmlink.orchestration.commands.study import interruptible, means, results
     from warmlink.orchestration.studies.points import best
     from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
     from warmlink.orchestration.studies.study import load_study
@@ -58,29 +58,25 @@ def tune(
             raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
         asked = replace(asked, tune=replace(asked.tune, trials=trials))
     folder = out or Path("out") / asked.name / "tune"
-    try:
-        own = () if asked.own is None else (asked.own,)
-        with interruptible(), means(asked.kinds, asked.foreign, own, fmus, scheduler, jobs, folder) as given:
-            storage = Storage(asked, given.fmus.digest, asked.tune.storage or default_url(folder))
-            with noted_progress_bar(asked.title) as show:
-                found = tune_study(
-                    asked,
-                    given.workers,
-                    storage,
-                    lambda done, leader: show(done / asked.tune.trials, _note(leader)),
-                )
-            winner = best(found)
-            with results(folder) as target:
-                _write_trials(asked, found, target / "trials.csv")
-                if winner is not None:
-                    write_winner(asked, winner.point, target)
-                if report:
-                    from warmlink.orchestration.report.tuning import write_report
+    own = () if asked.own is None else (asked.own,)
+    with interruptible(), means(asked.kinds, asked.foreign, own, fmus, scheduler, jobs, folder) as given:
+        storage = Storage(asked, given.fmus.digest, asked.tune.storage or default_url(folder))
+        with noted_progress_bar(asked.title) as show:
+            found = tune_study(
+                asked,
+                given.workers,
+                storage,
+                lambda done, leader: show(done / asked.tune.trials, _note(leader)),
+            )
+        winner = best(found)
+        with results(folder) as target:
+            _write_trials(asked, found, target / "trials.csv")
+            if winner is not None:
+                write_winner(asked, winner.point, target)
+            if report:
+                from warmlink.orchestration.report.tuning import write_report
 
-                    write_report(asked, storage, found, target / "report.html")
-    except KeyboardInterrupt:
-        remark(KEPT)
-        raise SystemExit(INTERRUPTED) from None
+                write_report(asked, storage, found, target / "report.html")
     if json:
         answer_json(_figures(asked, found, winner))
         return

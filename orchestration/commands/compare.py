@@ -10,9 +10,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import FAILED, answer, answer_json, progress_bar, remark
 from warmlink.orchestration.commands.run import start_value_sets
-from warmlink.orchestration.commands.study import INTERRUPTED, KEPT, interruptible, means, results
+from warmlink.orchestration.commands.study import interruptible, means, results
 from warmlink.orchestration.own_law import load_own_law
 from warmlink.orchestration.scenarios.load import load_scenario, names_on
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
@@ -42,8 +42,6 @@ DEFAULT_MISMATCHES = (
 )
 SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
 """Systems whose scenarios are compared unasked, each with the mismatches taken then."""
-
-STOPPED_EARLY = 1
 
 
 def compare_command(
@@ -78,19 +76,15 @@ def compare_command(
     folder = out or Path("out") / (f"compare_{system}" if system == ARM else "compare")
     kinds = {kind for duty in duties for kind in duty.setup.kinds(laws.values())}
     foreign = {name: path for duty in duties for name, path in duty.setup.foreign.items()}
-    try:
-        with interruptible(), means(kinds, foreign, owned, fmus, None, jobs, folder) as study:
-            with progress_bar(f"{len(cases)} runs") as progress:
-                comparison = run_comparison(cases, study.workers, progress)
-            with results(folder) as target:
-                write_csv(comparison, target / "compare.csv")
-                if report:
-                    from warmlink.orchestration.report.comparison import write_report
+    with interruptible(), means(kinds, foreign, owned, fmus, None, jobs, folder) as study:
+        with progress_bar(f"{len(cases)} runs") as progress:
+            comparison = run_comparison(cases, study.workers, progress)
+        with results(folder) as target:
+            write_csv(comparison, target / "compare.csv")
+            if report:
+                from warmlink.orchestration.report.comparison import write_report
 
-                    write_report(comparison, target / "report.html")
-    except KeyboardInterrupt:
-        remark(KEPT)
-        return INTERRUPTED
+                write_report(comparison, target / "report.html")
     if as_json:
         answer_json(_figures(comparison))
     else:
@@ -105,7 +99,7 @@ def compare_command(
         remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
     if len(stopped) > 3:
         remark(f"{len(stopped) - 3} more runs stopped early")
-    return STOPPED_EARLY if stopped else 0
+    return FAILED if stopped else 0
 
 
 def _designed(system: str) -> list[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.command_line.console import FAILED, answer, answer_json, progress_bar, remark
 from warmlink.orchestration.files import fresh_folder, write_files
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuKind, store
 from warmlink.orchestration.master.pacing import Interruption
@@ -24,8 +24,6 @@ from warmlink.orchestration.scenarios.parameter_files import parameters_of
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.studies import mismatch
-
-STOPPED_EARLY = 1
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def run_command(options: RunOptions, as_json: bool) -> int:
             outcome = run_scenario(scenario, name, fmu_store, progress, own)
         if outcome.time.size == 0:
             remark(f"{outcome.cut_short}; there are no results")
-            return STOPPED_EARLY
+            return FAILED
         with Interruption():  # a Ctrl-C now does not cost what was computed
             lost = _write(outcome, target, options.report)
     if as_json:
@@ -87,7 +85,7 @@ def run_command(options: RunOptions, as_json: bool) -> int:
     if outcome.cut_short is not None:
         remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
         remark("the figures are of that part alone")
-    return 0 if lost is None and outcome.cut_short is None else STOPPED_EARLY
+    return 0 if lost is None and outcome.cut_short is None else FAILED
 
 
 def _scenario(options: RunOptions, given: dict[str, str | float]) -> Scenario:

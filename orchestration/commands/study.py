@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import remark
+from warmlink.orchestration.command_line.console import INTERRUPTED, remark
 from warmlink.orchestration.commands.run import chosen_kind
 from warmlink.orchestration.files import fresh_folder, locked_folder
 from warmlink.orchestration.fmu_store import FmuKind, store
@@ -20,9 +20,6 @@ from warmlink.orchestration.studies.cores.local import LocalWorkers, check_jobs
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.ledger import FILE, Ledger
-
-INTERRUPTED = 130
-KEPT = "interrupted; what is finished is kept, the same command goes on"
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ def results(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt; pressed again, while things end in order, it ends the process at once.
+    """Ctrl-C ends what is done here in order, and then the command; pressed again meanwhile, it ends at once.
 
     Workers end with the process.
     """
@@ -112,6 +109,9 @@ def interruptible() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, first)
     try:
         yield
+    except KeyboardInterrupt:
+        remark("interrupted; what is finished is kept, the same command goes on")
+        raise SystemExit(INTERRUPTED) from None
     finally:
         signal.signal(signal.SIGINT, before)
 
