@@ -14,7 +14,9 @@ from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.arm.library import NAME
+from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.ports import Ports
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
 
@@ -82,14 +84,35 @@ def arm_values(count: int = AXES, cut: bool = False) -> dict[str, dict[str, Valu
 
 
 def write_arm(system: System, folder: Path) -> list[Path]:
-    """Write an arm as a nested SSP and as a flat one, and give both paths.
+    """Write an arm as a nested SSP, a flat one, and one with ports, and give their paths.
 
-    Readers that know no nested systems take the flat one; its components bear underscores for dots.
+    Other tools take the flat one, the only one that all of them read; its components bear underscores for
+    dots. In the one with ports the duty of each axis and the poses come from outside.
     """
-    paths = [folder / f"{system.name}.ssp", folder / f"{system.name}-flat.ssp"]
+    paths = [folder / f"{system.name}{form}.ssp" for form in ("", "-flat", "-ports")]
+    flat = without_dots(system)
     write_nested_ssp(system, paths[0])
-    write_ssp(without_dots(system), paths[1])
+    write_ssp(flat, paths[1])
+    write_ssp(flat, paths[2], _ports(flat))
     return paths
+
+
+def _ports(arm: System) -> Ports:
+    """Duty and angles in; errors of the tool point, elongations, corrections and readings out."""
+    wanted = {
+        "error": KINEMATICS,
+        "elongation": "_link",
+        "correction": f"_{COMPENSATOR}",
+        "reading": "_sensors",
+    }
+    shown = tuple(
+        (name, variable.name)
+        for name, held in arm.components.items()
+        for variable in read_description(held.fmu).variables.values()
+        if variable.causality == "output"
+        and name.endswith(wanted.get(variable.name.partition("[")[0], "nowhere"))
+    )
+    return Ports((POSES, *(name for name in arm.components if name.endswith("_duty"))), shown)
 
 
 def without_dots(system: System) -> System:

@@ -82,8 +82,11 @@ def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         path = out / f"{blueprint.name}.ssp"
-        write_ssp(blueprint.system(fmus, law), path)
+        write_ssp(blueprint.system(fmus, law, blueprint.shown_drive), path)
         built.append(path)
+        if blueprint.ports:
+            built.append(out / f"{blueprint.name}-ports.ssp")
+            write_ssp(blueprint.system(fmus, law), built[-1], blueprint.ports)
     return built + write_arm(arm.system(fmus, observer), out)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import get_args
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -14,7 +13,6 @@ from warmlink.orchestration.system.model import (
     Component,
     Connection,
     Connector,
-    ConnectorKind,
     ParameterSet,
     System,
     Value,
@@ -22,11 +20,10 @@ from warmlink.orchestration.system.model import (
 from warmlink.orchestration.system.units import QuantityError, Unit, conversion
 
 _OUTGOING = ("output", "calculatedParameter", "local", "constant")
-_LISTED = ("input", "output", "parameter", "calculatedParameter")
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
-    """Give a component with a connector for every input, output and parameter of its FMU.
+    """Give a component of a system; writing lists as its connectors what is connected, set, or put out.
 
     Parameters
     ----------
@@ -43,16 +40,11 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
         If the FMU cannot be read or a value does not fit.
     """
     info = read_description(fmu)
-    connectors = tuple(
-        Connector(v.name, _kind(v), v.kind, v.unit)
-        for v in info.variables.values()
-        if v.causality in _LISTED and v.kind is not None and not v.dimensions
-    )
     checked = {
         key: checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
         for key, value in (values or {}).items()
     }
-    return Component(name, fmu, connectors, ParameterSet(values=checked))
+    return Component(name, fmu, parameters=ParameterSet(values=checked))
 
 
 def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
@@ -173,7 +165,3 @@ def _end(components: Mapping[str, Component], name: str) -> tuple[Component, str
         raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
     owner = max(owners, key=len)
     return components[owner], name[len(owner) + 1 :]
-
-
-def _kind(variable: Variable) -> ConnectorKind:
-    return next(kind for kind in get_args(ConnectorKind) if kind == variable.causality)

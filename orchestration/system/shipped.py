@@ -15,6 +15,7 @@ from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
+from warmlink.orchestration.system.ports import Ports
 
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""
@@ -31,6 +32,8 @@ class Blueprint:
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`
     signals : inputs that one signal from outside the system feeds, by the name of the signal
     instruments : sensor or camera outside the system by the output that it reads, as `sensors[1]`
+    shown_drive : start values of inputs with which the shipped SSP does something by itself
+    ports : what a larger system that holds this one exchanges with it
     """
 
     name: str
@@ -41,6 +44,8 @@ class Blueprint:
     step_size: float = 1.0
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     instruments: Mapping[str, str] = field(default_factory=dict)
+    shown_drive: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    ports: Ports | None = None
 
     def components_with(self, controller: str | None) -> dict[str, str]:
         """Component behind each instance, once the controller's component is known."""
@@ -166,6 +171,16 @@ WARMUP_CELL = Blueprint(
         ("camera.drift_valid", "compensator.drift_valid"),
     ),
     stop_time=7200.0,
+    ports=Ports(
+        drivers=("duty",),
+        shown=(
+            ("link", "elongation"),
+            (COMPENSATOR, "correction"),
+            ("camera", "measured_drift"),
+            ("camera", "drift_valid"),
+            *(("sensors", f"reading[{i}]") for i in range(1, 9)),
+        ),
+    ),
 )
 
 BENCH_ROD = Blueprint(
@@ -178,6 +193,7 @@ BENCH_ROD = Blueprint(
     ),
     signals={"ambient_temperature": ("link.ambient_temperature", "link.tip_sink_temperature")},
     instruments={"link.elongation": "camera"},
+    shown_drive={"heater": {"on": 1.0}},
 )
 
 BENCH_MOTOR = Blueprint(
@@ -185,6 +201,7 @@ BENCH_MOTOR = Blueprint(
     about="a motor by itself",
     components={"motor": "MotorHeatSource"},
     instruments={"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+    shown_drive={"motor": {"speed": 3.43, "torque": 2.5}},
 )
 
 SHIPPED = {blueprint.name: blueprint for blueprint in (WARMUP_CELL, BENCH_ROD, BENCH_MOTOR)}

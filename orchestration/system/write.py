@@ -5,13 +5,12 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.orchestration.system.assemble import check_system, component
+from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
 from warmlink.orchestration.system.model import (
@@ -22,6 +21,7 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
+from warmlink.orchestration.system.ports import Ports, opened, with_connectors
 from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.ssp.nest import Edge, SystemConnector, Tree, flat, nested
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
@@ -29,9 +29,10 @@ from warmlink.orchestration.system.units import Unit, meaning
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = ParameterSet().name
+OMS = "org.openmodelica"
 
 
-def write_ssp(system: System, path: Path) -> None:
+def write_ssp(system: System, path: Path, ports: Ports | None = None) -> None:
     """Write a system with its FMUs into one SSP file, whole or not at all; equal systems give equal bytes.
 
     Each component is bound to a parameter set of its own under `resources`. A connection that is more
@@ -43,6 +44,8 @@ def write_ssp(system: System, path: Path) -> None:
         What to write.
     path
         The .ssp file.
+    ports
+        What the system exchanges with a larger one; without, it runs by itself.
 
     Raises
     ------
@@ -50,7 +53,7 @@ def write_ssp(system: System, path: Path) -> None:
         If the system does not fit its FMUs, or two FMUs define one unit differently.
     """
     system = _checked(system)
-    _write(system, flat(system), path)
+    _write(*((system, flat(system)) if ports is None else opened(system, ports)), path)
 
 
 def write_nested_ssp(system: System, path: Path) -> None:
@@ -69,7 +72,7 @@ def write_nested_ssp(system: System, path: Path) -> None:
 
 
 def _checked(system: System) -> System:
-    system = _with_connectors(system)
+    system = with_connectors(system)
     check_system(system)
     return system
 
@@ -82,24 +85,6 @@ def _write(system: System, tree: Tree, path: Path) -> None:
             entries[files.parameters[held.name]] = to_bytes(_ssv(held, system.units))
         entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
     write_archive(path, entries)
-
-
-def _with_connectors(system: System) -> System:
-    """Give the system with connectors everywhere: those who read the file connect nothing else."""
-    parts = {
-        name: held if held.connectors else replace(held, connectors=component(held.name, held.fmu).connectors)
-        for name, held in system.components.items()
-    }
-    for link in system.connections:
-        for name, connector in (
-            (link.source_component, link.source_variable),
-            (link.target_component, link.target_variable),
-        ):
-            if name in parts and connector not in {c.name for c in parts[name].connectors}:
-                raise InputError(
-                    f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
-                )
-    return replace(system, components=parts)
 
 
 class _Files:
@@ -166,6 +151,7 @@ class _Document:
             links = sub_element(child, "ssd", "Connections")
             for edge in tree.edges:
                 _connection(links, edge)
+        _fixed_step_master(child, self.system.default_experiment.step_size)
 
     def _of(self, held: Component) -> _Units:
         return _Units(held, self.system.units, self.units)
@@ -266,6 +252,16 @@ def _connection(links: Any, edge: Edge) -> None:
     if (edge.factor, edge.offset) != (1.0, 0.0):
         child.set("suppressUnitConversion", "true")
         sub_element(child, "ssc", "LinearTransformation", factor=repr(edge.factor), offset=repr(edge.offset))
+
+
+def _fixed_step_master(system: Any, step: float | None) -> None:
+    """Add the annotation by which OMSimulator knows a system of co-simulation, which it refuses without."""
+    if step is not None:
+        notes = sub_element(sub_element(system, "ssd", "Annotations"), "ssc", "Annotation", type=OMS)
+        told = sub_element(sub_element(notes, "oms", "Annotations"), "oms", "SimulationInformation")
+        settings = {"stepSize": step, "absoluteTolerance": 1e-4, "relativeTolerance": 1e-4}
+        master = {key: repr(float(value)) for key, value in settings.items()}
+        sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **master)
 
 
 def _enumerations(root: Any, enumerations: dict[str, dict[str, int]]) -> None:

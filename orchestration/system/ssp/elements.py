@@ -23,6 +23,7 @@ PREFIXES = {
     "ssc": f"{_BASE}Common",
     "ssv": f"{_BASE}ParameterValues",
     "ssm": f"{_BASE}ParameterMapping",
+    "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
 }
 _SSP_NAMESPACE = re.compile(r"^\{http://ssp-standard\.org/SSP[12]/SystemStructure[A-Za-z]+\}")
@@ -94,7 +95,7 @@ def element(prefix: str, tag: str, /, **attributes: str) -> Any:
     """Give a new root element that declares the prefixes of SSP."""
     from lxml import etree
 
-    inside = ("ssv", "osp") if prefix == "ssd" else ()
+    inside = ("ssv", "oms", "osp") if prefix == "ssd" else ()
     used = {key: PREFIXES[key] for key in ("ssc", *inside, prefix)}
     return etree.Element(f"{{{PREFIXES[prefix]}}}{tag}", attributes, nsmap=used)
 

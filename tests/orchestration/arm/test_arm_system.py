@@ -134,7 +134,7 @@ def test_nested_and_flat_ssp_hold_the_same_arm(
     plain_arm: MakeArm, inspection: Program, tmp_path: Path
 ) -> None:
     arm = replace(plain_arm(inspection), default_experiment=DefaultExperiment(0.0, 60.0, 1.0))
-    nested, flat = write_arm(arm, tmp_path)
+    nested, flat, _ = write_arm(arm, tmp_path)
     assert (nested.name, flat.name) == ("SixAxisArm.ssp", "SixAxisArm-flat.ssp")
     read = read_system(nested, tmp_path / "nested")
     other = read_system(flat, tmp_path / "flat")
