@@ -20,7 +20,8 @@ from warmlink.fmus.names import instead
 class Instance:
     """One running component.
 
-    Values are set and got by value reference or by name; outputs belong to the present inputs.
+    Values are set and got by value reference or by name; outputs belong to the present inputs. `warn` is
+    called with a sentence on what was mended.
 
     Raises
     ------
@@ -44,6 +45,8 @@ class Instance:
         self._samples = [0] * len(self.component.clocks)
         self._initialized = False
         self._jacobian: ComplexStepJacobian | None = None
+        self._clamped: set[str] = set()
+        self.warn: Callable[[str], object] = lambda sentence: None
 
     @property
     def time(self) -> float:
@@ -176,10 +179,18 @@ class Instance:
         self._samples = [0] * len(self.component.clocks)
 
     def _check_inputs(self) -> None:
-        for scalar, value in zip(self._scalars[self.component.p.size :], self._u.tolist(), strict=False):
+        inputs = zip(self._scalars[self.component.p.size :], self._u.tolist(), strict=False)
+        for i, (scalar, value) in enumerate(inputs):
             sentence = limits.problem(scalar, value)
-            if sentence is not None:
+            if sentence is None:
+                continue
+            near = limits.clamped(scalar, value)
+            if near == value or math.isnan(value):
                 raise InputError(f"{self.name}.{sentence}")
+            if scalar.name not in self._clamped:
+                self._clamped.add(scalar.name)
+                self.warn(f"{self.name}.{limits.taken_for(scalar, value)}")
+            self._u[i] = near
 
     def _check_states(self, since: float) -> None:
         wild = limits.wild_state(self.component, self._x.tolist())

@@ -8,7 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from warmlink.fmus.component import FIELD, Component, Input, Parameter, Scalar
+from warmlink.fmus.component.variables import Variable
 from warmlink.fmus.names import instead
+
+BOUND_TOLERANCE = 1e-9
+"""Share of its ordinary size by which an input may miss a bound, as sums and means of hosts do."""
 
 
 def problems(component: Component, instance: str, values: Sequence[float]) -> Iterator[str]:
@@ -48,7 +52,7 @@ def unknown(component: Component, instance: str, name: str) -> str:
 def problem(scalar: Scalar, value: float) -> str | None:
     """Sentence on one value out of its range, None where it is well."""
     variable, name = scalar.variable, scalar.name
-    shown = f"{name}: {value:.6g}{_unit(scalar)}"
+    shown = f"{name}: {_shown(value)}{_unit(scalar)}"
     if math.isnan(value):
         if isinstance(variable, Input) and variable.accepts_nan:
             return None
@@ -58,12 +62,32 @@ def problem(scalar: Scalar, value: float) -> str | None:
     if isinstance(variable, Parameter) and variable.positive and value <= 0:
         return f"{shown} is not positive; give a value above 0{_unit(scalar)}"
     if variable.minimum is not None and value < variable.minimum:
-        return f"{shown} is too low; give at least {variable.minimum:g}{_unit(scalar)}"
+        return f"{shown} is too low; give at least {_shown(variable.minimum)}{_unit(scalar)}"
     if variable.maximum is not None and value > variable.maximum:
-        return f"{shown} is too high; give at most {variable.maximum:g}{_unit(scalar)}"
+        return f"{shown} is too high; give at most {_shown(variable.maximum)}{_unit(scalar)}"
     if variable.type != "Real" and value != round(value):
         return f"{shown} is not a whole number; give one"
     return None
+
+
+def clamped(scalar: Scalar, value: float) -> float:
+    """Give the bound that a value misses by a rounding error only, and any other value as it is."""
+    variable = scalar.variable
+    low = -math.inf if variable.minimum is None else variable.minimum
+    bound = max(low, min(value, math.inf if variable.maximum is None else variable.maximum))
+    return bound if abs(value - bound) <= BOUND_TOLERANCE * ordinary_size(variable) else value
+
+
+def taken_for(scalar: Scalar, value: float) -> str:
+    """Sentence on a value that was clamped."""
+    unit = _unit(scalar)
+    bound = _shown(clamped(scalar, value))
+    return f"{scalar.name}: {_shown(value)}{unit} is taken for {bound}{unit}, here and from now on"
+
+
+def ordinary_size(variable: Variable) -> float:
+    """Size of an ordinary value: the nominal one, or the larger bound, or 1."""
+    return variable.nominal or max(abs(variable.minimum or 0.0), abs(variable.maximum or 0.0)) or 1.0
 
 
 def wild_state(component: Component, states: Sequence[float]) -> str | None:
@@ -81,6 +105,11 @@ def wild_state(component: Component, states: Sequence[float]) -> str | None:
         if not (math.isfinite(value) or (accepts_nan and math.isnan(value))):
             return name
     return None
+
+
+def _shown(value: float) -> str:
+    """A number with six digits, or as many more as tell it from every other, as a native FMU writes it."""
+    return next((text for n in range(6, 17) if float(text := f"{value:.{n}g}") == value), f"{value:.17g}")
 
 
 def _unit(scalar: Scalar) -> str:

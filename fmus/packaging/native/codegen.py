@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar
+from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
 from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.packaging.native.elimination import Factorisation
 from warmlink.fmus.packaging.native.joint_code import (
@@ -280,7 +280,9 @@ def _row(scalar: Scalar, place: tuple[int, int]) -> str:
         )
         if holds
     ]
-    numbers = ", ".join(repr(float(value or 0)) for value in (scalar.start, *bounds))
+    numbers = ", ".join(
+        repr(float(value or 0)) for value in (scalar.start, *bounds, limits.ordinary_size(variable))
+    )
     unit = "" if variable.unit == "1" else f" {variable.unit}"
     kind = variable.type.upper()
     return (

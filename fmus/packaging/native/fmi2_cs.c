@@ -27,8 +27,10 @@ static void release(const fmi2CallbackFunctions *callbacks, void *memory)
 }
 
 /* The host takes the message for a printf format. */
-static void report(void *host, const char *sentence)
+static void report(void *host, Severity severity, const char *sentence)
 {
+    static const fmi2Status statuses[] = {fmi2Warning, fmi2Discard, fmi2Error};
+    static const char *const categories[] = {"logStatusWarning", "logStatusDiscard", "logStatusError"};
     Instance *instance = host;
     char message[1024];
     size_t used = 0;
@@ -39,13 +41,13 @@ static void report(void *host, const char *sentence)
     }
     message[used] = 0;
     if (instance->callbacks.logger)
-        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, fmi2Error,
-                                   "logStatusError", message);
+        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, statuses[severity],
+                                   categories[severity], message);
 }
 
 static fmi2Status status(int well)
 {
-    return well ? fmi2OK : fmi2Error;
+    return well == DISCARDED ? fmi2Discard : well ? fmi2OK : fmi2Error;
 }
 
 /* Reports a call in a phase that does not allow it. */
@@ -188,7 +190,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
     Instance *instance = component;
     double reached;
     (void)no_return;
-    return status(instance && model_step(&instance->model, time, step, NULL, &reached));
+    return instance ? status(model_step(&instance->model, time, step, NULL, &reached)) : fmi2Error;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component component)

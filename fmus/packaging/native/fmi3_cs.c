@@ -16,16 +16,18 @@ typedef struct {
     char *name;
 } Instance;
 
-static void report(void *host, const char *sentence)
+static void report(void *host, Severity severity, const char *sentence)
 {
+    static const fmi3Status statuses[] = {fmi3Warning, fmi3Discard, fmi3Error};
+    static const char *const categories[] = {"logStatusWarning", "logStatusDiscard", "logStatusError"};
     Instance *instance = host;
     if (instance->log)
-        instance->log(instance->environment, fmi3Error, "logStatusError", sentence);
+        instance->log(instance->environment, statuses[severity], categories[severity], sentence);
 }
 
 static fmi3Status status(int well)
 {
-    return well ? fmi3OK : fmi3Error;
+    return well == DISCARDED ? fmi3Discard : well ? fmi3OK : fmi3Error;
 }
 
 /* Reports a call in a phase that does not allow it. */
@@ -247,16 +249,16 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
     (void)no_return;
     if (!instance)
         return fmi3Error;
-    int well = model_step(&instance->model, time, step, instance->update ? between : NULL, &reached);
+    Outcome outcome = model_step(&instance->model, time, step, instance->update ? between : NULL, &reached);
     if (event_needed)
         *event_needed = fmi3False;
     if (terminate)
         *terminate = fmi3False;
     if (early_return)
-        *early_return = well && reached < time + step;
+        *early_return = outcome == DONE && reached < time + step;
     if (last_time)
         *last_time = instance->model.memory.time;
-    return status(well);
+    return status(outcome);
 }
 
 /* ---- values ---- */
@@ -300,15 +302,22 @@ fmi3Status fmi3GetBoolean(fmi3Instance handle, const fmi3ValueReference referenc
     return status(well);
 }
 
-#define SETTER(name, type, kind)                                                                                  \
+static int set(Instance *instance, fmi3ValueReference reference, Kind kind, double value)
+{
+    if (reference != VARIABLES)
+        return model_set(&instance->model, reference, kind, value);
+    model_report(&instance->model, ".time: cannot be set; it goes on with the steps");
+    return 0;
+}
+
+#define SETTER(name, type, kind)                                                                                   \
     fmi3Status name(fmi3Instance handle, const fmi3ValueReference references[], size_t count, const type values[], \
-                    size_t value_count)                                                                           \
-    {                                                                                                             \
-        Instance *instance = handle;                                                                              \
-        int well = paired(instance, references, count, values, value_count);                                                          \
-        for (size_t i = 0; well && i < count; i++)                                                                \
-            well = model_set(&instance->model, references[i], kind, values[i]);                                   \
-        return status(well);                                                                                      \
+                    size_t value_count)                                                                            \
+    {                                                                                                              \
+        int well = paired(handle, references, count, values, value_count);                                         \
+        for (size_t i = 0; well && i < count; i++)                                                                 \
+            well = set(handle, references[i], kind, values[i]);                                                    \
+        return status(well);                                                                                       \
     }
 
 SETTER(fmi3SetFloat64, fmi3Float64, REAL)

@@ -12,6 +12,8 @@
 #define TICK_TOLERANCE 1e-9
 /* Share of time and step by which a host's sum of steps may miss our time. */
 #define CLOCK_TOLERANCE 1e-6
+/* Share of its nominal value by which an input may miss a bound, as sums and means of hosts do. */
+#define BOUND_TOLERANCE 1e-9
 
 #define SENTENCE_SIZE 512
 
@@ -26,10 +28,10 @@ void model_report(Model *model, const char *format, ...)
     if (used >= 0 && (size_t)used < sizeof sentence)
         vsnprintf(sentence + used, sizeof sentence - (size_t)used, format, arguments);
     va_end(arguments);
-    model->report(model->host, sentence);
+    model->report(model->host, model->severity, sentence);
 }
 
-/* What is wrong with one value, with %s for the unit; NULL where it is well. */
+/* What is wrong with one value, with %s for bound and unit; NULL where it is well. */
 static const char *fault(const Variable *variable, double value, double *bound)
 {
     if (isnan(value))
@@ -38,16 +40,27 @@ static const char *fault(const Variable *variable, double value, double *bound)
         return " is not finite; give a finite value";
     *bound = 0;
     if ((variable->flags & POSITIVE) && value <= 0)
-        return " is not positive; give a value above %g%s";
+        return " is not positive; give a value above %s%s";
     *bound = variable->minimum;
     if ((variable->flags & HAS_MINIMUM) && value < variable->minimum)
-        return " is too low; give at least %g%s";
+        return " is too low; give at least %s%s";
     *bound = variable->maximum;
     if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
-        return " is too high; give at most %g%s";
+        return " is too high; give at most %s%s";
     if (variable->kind != REAL && value != nearbyint(value))
         return " is not a whole number; give one";
     return NULL;
+}
+
+/* A number with six digits, or as many more as tell it from every other. */
+static const char *shown(double value, char *text)
+{
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, 40, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    return isnan(value) ? "nan" : text;
 }
 
 /* Whether a value lies within its variable's range; if not, the reason is reported. */
@@ -55,14 +68,11 @@ static int within(Model *model, const Variable *variable, double value)
 {
     double bound = 0;
     const char *what = fault(variable, value, &bound);
-    char reason[SENTENCE_SIZE];
+    char reason[SENTENCE_SIZE], number[40], limit[40];
     if (!what)
         return 1;
-    snprintf(reason, sizeof reason, what, bound, variable->unit);
-    if (isnan(value))
-        model_report(model, ".%s: nan%s%s", variable->name, variable->unit, reason);
-    else
-        model_report(model, ".%s: %.6g%s%s", variable->name, value, variable->unit, reason);
+    snprintf(reason, sizeof reason, what, shown(bound, limit), variable->unit);
+    model_report(model, ".%s: %s%s%s", variable->name, shown(value, number), variable->unit, reason);
     return 0;
 }
 
@@ -104,14 +114,37 @@ static int parameters_are_well(Model *model, const double *parameters)
     return well;
 }
 
-static int inputs_are_well(Model *model, const double *inputs)
+/* Takes an input to its bound where it misses it by a rounding error only, and says so once. */
+static void clamp(Model *model, int input, double *value)
+{
+    const Variable *variable = &WL(variables)[FIRST_INPUT + input];
+    double low = variable->flags & HAS_MINIMUM ? variable->minimum : -HUGE_VAL;
+    double high = variable->flags & HAS_MAXIMUM ? variable->maximum : HUGE_VAL;
+    double bound = *value < low ? low : *value > high ? high : *value;
+    char number[40], limit[40];
+    if (*value == bound || !(fabs(*value - bound) <= BOUND_TOLERANCE * variable->nominal))
+        return;
+    if (!model->clamped[input]) {
+        Severity before = model->severity;
+        model->severity = WARNING;
+        model_report(model, ".%s: %s%s is taken for %s%s, here and from now on", variable->name,
+                     shown(*value, number), variable->unit, shown(bound, limit), variable->unit);
+        model->severity = before;
+        model->clamped[input] = 1;
+    }
+    *value = bound;
+}
+
+static int inputs_are_well(Model *model, double *inputs)
 {
     int well = 1;
     for (int i = 0; i < WL_INPUTS; i++) {
         const Variable *variable = &WL(variables)[FIRST_INPUT + i];
         double bound;
-        if (fault(variable, inputs[i], &bound))
-            well = within(model, variable, inputs[i]);
+        if (fault(variable, inputs[i], &bound)) {
+            clamp(model, i, &inputs[i]);
+            well &= within(model, variable, inputs[i]);
+        }
     }
     return well;
 }
@@ -161,6 +194,8 @@ void model_reset(Model *model)
         memory->inputs[i] = WL(variables)[FIRST_INPUT + i].start;
     memory->stop_time = HUGE_VAL;
     memory->phase = INSTANTIATED;
+    model->severity = FAILURE;
+    memset(model->clamped, 0, sizeof model->clamped);
     model->begun = 0;
     model->fresh = 0;
 }
@@ -456,7 +491,7 @@ static int step_is_well(Model *model, double time, double step)
         model_report(model, ": a step to %.9g s, beyond the stop time; stop at %.9g s", time + step,
                      memory->stop_time);
     else
-        return inputs_are_well(model, memory->inputs);
+        return 1;
     return 0;
 }
 
@@ -488,19 +523,21 @@ static int go(Model *model, double time, double step, Between between, double *r
     return states_are_well(model, time);
 }
 
-int model_step(Model *model, double time, double step, Between between, double *reached)
+Outcome model_step(Model *model, double time, double step, Between between, double *reached)
 {
     /* All but the parameters, which no step changes. */
     Memory *memory = &model->memory;
     unsigned char before[sizeof(Memory) - offsetof(Memory, inputs)];
     if (!step_is_well(model, time, step))
-        return 0;
+        return REFUSED;
     memcpy(before, memory->inputs, sizeof before);
-    int well = go(model, time, step, between, reached);
+    model->severity = DISCARD;
+    int well = inputs_are_well(model, memory->inputs) && go(model, time, step, between, reached);
+    model->severity = FAILURE;
     if (!well)
         memcpy(memory->inputs, before, sizeof before);
     model->fresh = 0;
-    return well;
+    return well ? DONE : DISCARDED;
 }
 
 /* ---- derivatives ---- */

@@ -20,7 +20,7 @@ enum { HAS_MINIMUM = 1, HAS_MAXIMUM = 2, POSITIVE = 4, ACCEPTS_NAN = 8 };
 typedef struct {
     const char *name;
     const char *unit; /* with a space before it; empty for a pure number */
-    double start, minimum, maximum;
+    double start, minimum, maximum, nominal;
     Kind kind;
     int flags;
     int group, position; /* of an output: which outputs it is computed with, and where among them */
@@ -87,7 +87,9 @@ typedef struct {
     double interpolates; /* 1: an input has a derivative for the step to come; 2: that step is done */
 } Memory;
 
-typedef void (*Report)(void *host, const char *sentence);
+typedef enum { WARNING, DISCARD, FAILURE } Severity;
+typedef enum { REFUSED, DONE, DISCARDED } Outcome; /* DISCARDED: another step, or other inputs, may do */
+typedef void (*Report)(void *host, Severity severity, const char *sentence);
 
 typedef struct {
     Memory memory;
@@ -95,6 +97,8 @@ typedef struct {
     double outputs[AT_LEAST_1(WL_GROUPS)][AT_LEAST_1(WL_LARGEST_GROUP)];
     unsigned long long fresh; /* a bit for each group of outputs that is up to date */
     int begun;                /* before the run: whether `settled` and the states follow the parameters */
+    unsigned char clamped[AT_LEAST_1(WL_INPUTS)]; /* of which it has been said */
+    Severity severity;                            /* of what is reported next */
     const char *name;
     Report report;
     void *host;
@@ -135,7 +139,7 @@ int model_set(Model *model, unsigned reference, Kind kind, double value);
 int model_get(Model *model, unsigned reference, Kind kind, double *value);
 int model_set_times(Model *model, double start, double stop);
 int model_initialize(Model *model);
-int model_step(Model *model, double time, double step, Between between, double *reached);
+Outcome model_step(Model *model, double time, double step, Between between, double *reached);
 int model_set_derivative(Model *model, unsigned reference, int order, double value);
 int model_output_derivative(Model *model, unsigned reference, int order, double *value);
 int model_seed(Model *model, unsigned reference, double seed, Direction *direction);

@@ -94,6 +94,7 @@ class ComponentSlave(Fmi2Slave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._instance = Instance(self.component, self.instance_name)
+        self._instance.warn = lambda sentence: self.log(sentence, Fmi2Status.warning)
         self._types = {s.reference: s.variable.type for s in self.component.scalars()}
         self._first_output = self.component.p.size + self.component.u.size
         self._begun = False

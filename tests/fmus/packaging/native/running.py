@@ -80,11 +80,14 @@ class Native:
         return {"Real": "Float64", "Integer": "Int32"}.get(kind, kind) if self.modern else kind
 
 
-def refused(native: Native, action: Callable[[], object]) -> str:
-    """The sentence that an action which must be refused with the status error leaves in the log."""
+DISCARD, ERROR = 2, 3
+
+
+def refused(native: Native, action: Callable[[], object], status: int = ERROR) -> str:
+    """The sentence that an action which must be refused with a status leaves in the log."""
     before = len(native.messages)
     with pytest.raises(FMICallException) as answer:
         action()
-    assert answer.value.status == 3, f"status {answer.value.status}, not error"
+    assert answer.value.status == status, f"status {answer.value.status}, not {status}"
     assert len(native.messages) > before, "nothing was logged"
     return native.messages[before]

@@ -15,7 +15,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 
 from .conftest import BuildNative
-from .running import Native, refused
+from .running import DISCARD, Native, refused
 
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
 CASES = [(name, version) for name in COMPONENTS for version in ("2.0", "3.0")]
@@ -155,7 +155,7 @@ def test_each_refusal_has_the_sentence_of_the_python_instance(pair: tuple[Compon
                 native.set({scalar.name: value})
                 with pytest.raises(InputError) as sentence:
                     instance.step(0.0, 1.0)
-                assert refused(native, lambda: native.step(0.0, 1.0)) == str(sentence.value)
+                assert refused(native, lambda: native.step(0.0, 1.0), DISCARD) == str(sentence.value)
 
 
 @pytest.mark.parametrize("value", [2.0**-24, 5e-324, 1 / 3e7, 9e-7])

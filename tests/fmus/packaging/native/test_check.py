@@ -51,7 +51,7 @@ def replace(file: str, old: str, new: str) -> Damage:
     return damage
 
 
-AT_END_OF_STEP = "    model->fresh = 0;\n    return well;"
+AT_END_OF_STEP = "    model->fresh = 0;\n    return well ? DONE : DISCARDED;"
 
 
 @pytest.fixture

@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Iterator
-from ctypes import c_size_t, c_void_p
+from ctypes import addressof, c_size_t, c_void_p
 
 import pytest
 from fmpy.fmi1 import FMICallException
 
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
 from .conftest import BuildNative
-from .running import Native, refused
+from .running import DISCARD, Native, refused
 
 
 @pytest.fixture(params=["2.0", "3.0"])
@@ -110,9 +114,60 @@ def test_text_is_refused(motor: Native) -> None:
 def test_an_input_that_is_no_number(motor: Native, value: float) -> None:
     running(motor)
     motor.set({"torque": value})
-    assert "motor.torque: " in refused(motor, lambda: motor.step(1.0, 1.0))
+    assert "motor.torque: " in refused(motor, lambda: motor.step(1.0, 1.0), DISCARD)
     motor.set({"torque": 1.0})
     motor.step(1.0, 1.0)
+
+
+@pytest.fixture(params=["2.0", "3.0"])
+def heater(request: pytest.FixtureRequest, native_fmu: BuildNative) -> Iterator[Native]:
+    native = Native(native_fmu("Heater", request.param), HEATER, "heater")
+    native.initialize()
+    yield native
+    native.close()
+
+
+@pytest.mark.parametrize(("given", "taken"), [(1.0000000000000002, 1.0), (-1e-17, 0.0)])
+def test_an_input_beside_its_bound_by_a_rounding_error_is_taken_for_the_bound(
+    heater: Native, given: float, taken: float
+) -> None:
+    for i in range(3):
+        heater.set({"on": given})
+        heater.step(float(i), 1.0)
+        assert heater.get("on") == taken
+    assert heater.get("heat_delivered") == 3 * 6 * taken
+    assert heater.messages == [f"heater.on: {given!r} is taken for {taken:g}, here and from now on"]
+
+
+def test_the_python_form_takes_it_for_the_bound_too() -> None:
+    python, warnings = Instance(HEATER), []
+    python.warn = warnings.append
+    python.initialize()
+    for i in range(2):
+        python.set({"on": 1.0000000000000002})
+        python.step(float(i), 1.0)
+        assert python.get("on") == 1.0
+    assert warnings == ["heater.on: 1.0000000000000002 is taken for 1, here and from now on"]
+    python.set({"on": 1.00000001})
+    with pytest.raises(InputError, match=r"heater\.on: 1\.00000001 is too high; give at most 1$"):
+        python.step(2.0, 1.0)
+
+
+def test_an_input_beyond_its_bound_discards_the_step(heater: Native) -> None:
+    heater.set({"on": 1.00000001})
+    sentence = refused(heater, lambda: heater.step(0.0, 1.0), DISCARD)
+    assert sentence == "heater.on: 1.00000001 is too high; give at most 1"
+    heater.set({"on": 1.0})
+    heater.step(0.0, 1.0)
+
+
+def test_time_is_not_settable(native_fmu: BuildNative) -> None:
+    motor = running(Native(native_fmu("MotorHeatSource", "3.0"), MOTOR, "motor"))
+    time = [len(motor.scalars)]
+    assert motor.fmu.getFloat64(time) == [1.0]
+    sentence = refused(motor, lambda: motor.fmu.setFloat64(time, [2.0]))
+    assert sentence == "motor.time: cannot be set; it goes on with the steps"
+    motor.close()
 
 
 NULL_CALLS = {
@@ -150,6 +205,30 @@ def test_null_arrays_are_well_where_nothing_is_asked_and_refused_elsewhere(motor
         assert function(c_void_p(motor.fmu.component), *values) == (3 if count else 0), name
         assert len(motor.messages) == (1 if count else 0), name
     motor.step(1.0, 1.0)
+
+
+@pytest.mark.parametrize("act", ["Get", "Set"])
+@pytest.mark.parametrize("kind", ["Real", "Integer", "Boolean"])
+def test_either_array_may_be_missing(motor: Native, act: str, kind: str) -> None:
+    running(motor)
+    named = {"Real": "Float64", "Integer": "Int32"}.get(kind, kind) if motor.modern else kind
+    function = getattr(motor.fmu.dll, f"fmi{3 if motor.modern else 2}{act}{named}")
+    function.argtypes = None
+    room = c_void_p(addressof((c_size_t * 4)()))
+    for given in ((None, room), (room, None)):
+        sizes = [c_size_t(1)] * (2 if motor.modern else 1)
+        assert function(c_void_p(motor.fmu.component), given[0], sizes[0], given[1], *sizes[1:]) == 3
+        assert motor.messages[-1].startswith("motor: a null pointer in place of an array")
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_sampled_components_take_no_input_derivatives(native_fmu: BuildNative, order: int) -> None:
+    camera = Native(native_fmu("DriftCamera", "2.0"), CAMERA, "camera")
+    camera.initialize()
+    reference = camera.references(["elongation"])
+    call = lambda: camera.fmu.setRealInputDerivatives(reference, [order], [0.0])  # noqa: E731
+    assert "takes no derivative" in refused(camera, call)
+    camera.close()
 
 
 def stored(motor: Native) -> bytes:
