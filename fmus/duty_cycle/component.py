@@ -85,7 +85,6 @@ COMPONENT = Component(
     parameters=_PARAMETERS,
     derived=(
         Derived("segment_begin", "s", size=SEGMENTS),
-        Derived("segment_until", "s", size=SEGMENTS),
         Derived("length", "s"),
     ),
     # Discrete: they jump from segment to segment, so that no master may interpolate them over a step.

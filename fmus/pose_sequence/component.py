@@ -39,7 +39,6 @@ COMPONENT = Component(
     ),
     derived=(
         Derived("segment_begin", "s", size=POSES),
-        Derived("segment_until", "s", size=POSES),
         Derived("length", "s"),
     ),
     outputs=(Output("angle", "rad", "angle of each joint", size=AXES, display="deg", nominal=1),),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from warmlink.fmus import faults
-from warmlink.fmus.component import Check, Component, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Parameter, State
 from warmlink.fmus.component.arithmetic import where
 from warmlink.fmus.component.quantities import (
     AMBIENT_TEMPERATURE,
@@ -85,6 +85,8 @@ COMPONENT = Component(
     outputs=(
         temperature_output("reading", "reading of each sensor; NaN where it dropped out", size=CHANNELS),
     ),
+    derived=(Derived("kept", "1", size=CHANNELS),),
+    derive=equations.derive,
     update=equations.update,
     begin=equations.begin,
     observe=equations.outputs,

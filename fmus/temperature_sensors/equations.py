@@ -1,7 +1,7 @@
 """What a thermometer makes of a temperature, once a sample.
 
     T' = T - s (T - T_a)                        conduction along the stem
-    z <- T' + (z - T') exp(-step / lag)         first-order lag, exact for an input held over the step
+    z <- T' + (z - T') exp(-sample_time / lag)  first-order lag, exact for an input held meanwhile
     reading = round(z + offset + noise + fault)
 
 Stem conduction and lag are the usual first-order models of contact thermometers.
@@ -27,6 +27,11 @@ _ZERO_CELSIUS = 273.15
 """K, from which instruments count their quanta."""
 
 
+def derive(p: Record) -> Mapping[str, Number]:
+    """Share of a difference that is left after a sample."""
+    return {"kept": exp(-p.sample_time / maximum(p.lag, _SHORTEST_LAG))}
+
+
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: settled on the temperatures that the inputs have."""
     a, b = noise.starts(p.seed, range(CHANNELS))
@@ -44,7 +49,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: temperatures in K, and the random generators."""
     target = attained(u, p)
-    sensed = target + (x.sensed - target) * exp(-step / maximum(p.lag, _SHORTEST_LAG))
+    sensed = target + (x.sensed - target) * p.kept
     number, a, b = noise.normals(x.generator_a, x.generator_b)
     value = disturbed(sensed, number, p, time)
     return {

@@ -155,6 +155,7 @@ def thermal_link(cells: int = CELLS) -> Component:
         derived=(
             Derived("conductance", "W/K", size=cells - 1),
             Derived("heat_capacity", "J/K", size=cells),
+            Derived("rise_per_heat", "K/J", size=cells),
             Derived("surface_area", "m2", size=cells),
             Derived("sensor_weight", "1", size=SENSORS * cells),
         ),

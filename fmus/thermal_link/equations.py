@@ -37,9 +37,11 @@ def derive(p: Record, cells: int) -> Mapping[str, Number]:
     section = cross_section(p)
     faces = placed(section, 0, cells) + placed(section, cells - 1, cells)
     tip = placed(p.tip_heat_capacity, stretches(cells).tip_node, cells)
+    heat_capacity = p.density * p.specific_heat * section * width + tip
     return {
         "conductance": p.conductivity * section / step,
-        "heat_capacity": p.density * p.specific_heat * section * width + tip,
+        "heat_capacity": heat_capacity,
+        "rise_per_heat": 1 / heat_capacity,
         "surface_area": perimeter(p) * width + faces,
         "sensor_weight": stack(*(interpolation_weights(p, cells, s) for s in sensor_positions(p))),
     }
@@ -64,7 +66,7 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]
         + placed(at_base, base, cells)
         + placed(at_tip, tip, cells)
     )
-    return {"temperature": gain / p.heat_capacity, "heat_received": u.heat_flow}
+    return {"temperature": gain * p.rise_per_heat, "heat_received": u.heat_flow}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:

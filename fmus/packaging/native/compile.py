@@ -61,6 +61,7 @@ FLAGS = (
     "-fno-math-errno",
     "-ffp-contract=off",
     "-fvisibility=hidden",
+    "-falign-functions=64",  # where a function happens to begin is worth a tenth of the time
 )
 
 ONCE_RUN = ("starting.c",)
