@@ -225,6 +225,11 @@ class Network:
             for slave, position, wire in self._sources[k]
         ]
 
+    def arriving(self, k: int, position: int) -> Value:
+        """Give the value that one of a slave's inputs should have, from the outputs last read."""
+        wire = self.wires[k][position]
+        return wire.convert(self.outputs[wire.slave][wire.position])
+
     def write(self, k: int) -> None:
         """Set a slave's inputs from the outputs last read."""
         if self.writes[k]:

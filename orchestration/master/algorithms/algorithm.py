@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
 
 
-class Stepper(Protocol):
+class Stepper(ABC):
     """An algorithm at work on one network: it remembers what it needs from step to step.
 
     Attributes
@@ -19,9 +19,9 @@ class Stepper(Protocol):
         Sentences on what these slaves do not allow, and what is done instead.
     """
 
-    @property
-    def remarks(self) -> tuple[str, ...]: ...  # noqa: D102
+    remarks: tuple[str, ...] = ()
 
+    @abstractmethod
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves from `time` to `time + step_size` (s) and exchange their values.
 
@@ -35,8 +35,9 @@ class Stepper(Protocol):
 
     def memory(self) -> object:
         """Give what must be kept beside the slaves' states for a later continuation; may be pickled."""
+        return None
 
-    def recall(self, memory: object) -> None:
+    def recall(self, memory: object) -> None:  # noqa: B027
         """Take what `memory` gave."""
 
 
@@ -50,10 +51,13 @@ class Schedule:
         In the order of stepping.
     at_once : bool
         All step before any value is exchanged; else each value is handed on as soon as it is there.
+    again : tuple of int
+        Slaves that are read again after the exchange, which the compiled loop does not do.
     """
 
     slaves: tuple[int, ...]
     at_once: bool
+    again: tuple[int, ...] = ()
 
 
 class Algorithm(ABC):
@@ -65,15 +69,14 @@ class Algorithm(ABC):
         Each slave steps once, with inputs that are known already: too long a step may be unstable.
     repeats_steps : bool
         Steps that a slave discards are repeated in smaller parts.
-    compiles : bool
-        Every step follows one `schedule`, so that the compiled loop can do it.
     """
 
     explicit: ClassVar[bool] = False
     repeats_steps: ClassVar[bool] = False
 
     @property
-    def compiles(self) -> bool:  # noqa: D102
+    def compiles(self) -> bool:
+        """Whether every step follows one `schedule`, so that the compiled loop can do it."""
         return False
 
     @property
@@ -99,16 +102,3 @@ class Algorithm(ABC):
         InputError
             Where the slaves cannot do what the algorithm needs.
         """
-
-
-class Memoryless:
-    """A stepper that needs nothing from earlier steps and has nothing to remark."""
-
-    remarks: tuple[str, ...] = ()
-
-    def memory(self) -> object:
-        """Give nothing."""
-        return None
-
-    def recall(self, memory: object) -> None:
-        """Take nothing."""

@@ -2,90 +2,113 @@
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.loops import Group, plan
-from warmlink.orchestration.master.algorithms.signals import History, Port, derivatives, port, value_at
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.loops import plan
+from warmlink.orchestration.master.algorithms.signals import Point, continuous_inputs, derivatives, value_at
+from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network, Snapshot
-from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
+from warmlink.orchestration.master.slaves.slave import SlaveError, nominal, takes_input_derivatives
 from warmlink.orchestration.system.model import Value
 
 Vector = NDArray[np.float64]
+Sweep = Callable[[Vector], Vector]
+"""Goes back to the start of the step, steps a group with torn inputs as given, gives what they should be."""
+
+_REMEMBERED = 3
+"""Past communication points, enough for a parabola."""
 
 
-class Sweep(Protocol):
-    """One evaluation of a group's macro step: from torn input values to what the slaves answer."""
+@dataclass(frozen=True)
+class Iterated(Algorithm):
+    """Repeat each step until the inputs at its end are what the slaves answer.
 
-    def __call__(self, torn: Vector) -> Vector:
-        """Roll back, step all members, give the values that the torn inputs would take."""
+    Parameters
+    ----------
+    interpolation : int
+        Order 0, 1 or 2 of the inputs during a step.
+    tolerance : float
+        On the residual of each iterated input, as a fraction of its nominal value.
+    most : int
+        Iterations after which a step has not converged.
+    """
 
+    interpolation: int = 1
+    tolerance: float = 1e-10
+    most: int = 50
 
-class Solver(Protocol):
-    """Finds torn values that the slaves confirm."""
+    @property
+    def order(self) -> int:
+        """Order of convergence of the coupling error."""
+        return 1 + self.interpolation
 
-    def solve(self, sweep: Sweep, guess: Vector, scale: Vector) -> Vector | None:
-        """Give the values of the last sweep made, or None where it does not converge.
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network."""
+        if self.interpolation not in (0, 1, 2):
+            raise InputError(f"interpolation: order {self.interpolation} is not known; choose 0, 1 or 2")
+        return IteratedStepper(network, self)
 
-        The last call of `sweep` must be the one whose result is accepted, for it leaves the slaves in
-        that state.
+    @abstractmethod
+    def solve(
+        self, sweep: Sweep, guess: Vector, scale: Vector, kept: Vector | None
+    ) -> tuple[bool, Vector | None]:
+        """Find torn values that the slaves confirm; the last sweep made leaves the slaves in their state.
+
+        Parameters
+        ----------
+        sweep : callable
+            One evaluation of a group's step.
+        guess, scale : ndarray, shape (torn inputs,)
+            Where to begin, and the inputs' nominal values.
+        kept : ndarray or None
+            What the last step's solution gave to be kept.
+
+        Returns
+        -------
+        converged : bool
+        kept : ndarray or None
         """
 
-    def memory(self) -> object:
-        """Give what is carried from step to step."""
 
-    def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
-
-
-class SolverMaker(Protocol):
-    """Makes a solver for each group."""
-
-    def __call__(self) -> Solver:
-        """Give a new solver."""
-
-
-class IteratedStepper:
+class IteratedStepper(Stepper):
     """Steps groups of slaves one after the other, each iterated until its torn inputs agree.
 
     During a step an input follows the polynomial through its value at the end of the step (iterated) and
     those at past communication points. Order 0 holds the value of the end; a slave that takes no input
     derivatives gets the mean of the polynomial, held, which is of order two where the step resolves the
     slave's fastest mode.
-
-    Parameters
-    ----------
-    network : Network
-        With inputs set and outputs read.
-    interpolation : int
-        Order 0, 1 or 2 of the inputs during a step.
-    solver : callable
-        Makes a solver; one is made for each group of the plan.
     """
 
-    def __init__(self, network: Network, interpolation: int, solver: SolverMaker) -> None:
-        if interpolation not in (0, 1, 2):
-            raise InputError(f"interpolation: order {interpolation} is not known; choose 0, 1 or 2")
+    def __init__(self, network: Network, algorithm: Iterated) -> None:
         self.network = network
-        self.interpolation = interpolation
+        self.algorithm = algorithm
         self.plan = plan(network)
         self.remarks = self.plan.remarks
-        self.history = History(network, max(interpolation, 1) + 1)
-        self.ports = [port(network, k) for k in range(len(network.slaves))]
-        self._solvers = [solver() for _ in self.plan.groups]
-        self._scales = [self._scale(group) for group in self.plan.groups]
+        self._smooth = [continuous_inputs(network, k) for k in range(len(network.slaves))]
+        self._names = [tuple(network.writes[k][p] for p in smooth) for k, smooth in enumerate(self._smooth)]
+        self._past: list[tuple[float, list[list[Value]]]] = []  # times and inputs, newest first
+        self._kept: list[Vector | None] = [None] * len(self.plan.groups)
         self._snapshots: list[Snapshot | None] = [None] * len(self.plan.groups)
 
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves by one communication step."""
         network = self.network
-        self.history.start(time)
+        if not self._past:
+            self._remember(time)
         started = [list(outputs) for outputs in network.outputs]
-        for index in range(len(self.plan.groups)):
-            self._step_group(index, time, step_size, started)
+        for index, group in enumerate(self.plan.groups):
+            if group.torn:
+                self._converge(index, time, step_size, started)
+            for k in group.followers if group.torn else (*group.members, *group.followers):
+                self._advance(k, time, step_size, started)
         for k in self.plan.sampled:
             network.write(k)
             network.step(k, time, step_size)
@@ -94,28 +117,20 @@ class IteratedStepper:
         for group in self.plan.groups:
             for k in (*group.members, *group.followers):
                 network.write(k)
-        self.history.keep(time + step_size)
+        self._remember(time + step_size)
 
     def memory(self) -> object:
-        """Give past inputs and what the solvers carry."""
-        return self.history.memory(), [solver.memory() for solver in self._solvers]
+        """Give past inputs and what the solver carries from step to step."""
+        return [(time, [list(v) for v in values]) for time, values in self._past], list(self._kept)
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""
-        past, carried_by_solvers = cast("tuple[object, list[object]]", memory)
-        self.history.recall(past)
-        for solver, carried in zip(self._solvers, carried_by_solvers, strict=True):
-            solver.recall(carried)
+        past, kept = cast("tuple[list[tuple[float, list[list[Value]]]], list[Vector | None]]", memory)
+        self._past, self._kept = list(past), [None if each is None else np.array(each) for each in kept]
 
-    def _step_group(self, index: int, time: float, step_size: float, started: list[list[Value]]) -> None:
-        group = self.plan.groups[index]
-        if group.torn:
-            self._converge(index, time, step_size, started)
-        else:
-            for k in group.members:
-                self._advance(k, time, step_size, started)
-        for k in group.followers:
-            self._advance(k, time, step_size, started)
+    def _remember(self, time: float) -> None:
+        now = (time, [list(inputs) for inputs in self.network.inputs])
+        self._past = [now, *self._past[: _REMEMBERED - 1]]
 
     def _converge(self, index: int, time: float, step_size: float, started: list[list[Value]]) -> None:
         group, network = self.plan.groups[index], self.network
@@ -129,13 +144,21 @@ class IteratedStepper:
                 for k, state in zip(snapshot.members, snapshot.states, strict=True):
                     network.slaves[k].restore(state)
             fresh = False
-            given = dict(zip(group.torn, torn, strict=True))
+            given = dict(zip(group.torn, torn.tolist(), strict=True))
             for k in group.members:
                 self._advance(k, time, step_size, started, given)
-            return self._answer(group)
+            return np.array([network.arriving(k, position) for k, position in group.torn], float)
 
-        guess = np.array([self._guess(k, position, time, step_size) for k, position in group.torn])
-        if self._solvers[index].solve(sweep, guess, self._scales[index]) is None:
+        guess = [
+            value_at(self._points(k, position, time, _REMEMBERED), step_size) for k, position in group.torn
+        ]
+        scale = [
+            nominal(network.slaves[k].variables[network.writes[k][position]]) for k, position in group.torn
+        ]
+        converged, self._kept[index] = self.algorithm.solve(
+            sweep, np.array(guess), np.array(scale), self._kept[index]
+        )
+        if not converged:
             k, position = group.torn[0]
             raise SlaveError(
                 network.slaves[k].name,
@@ -155,66 +178,34 @@ class IteratedStepper:
         torn: dict[tuple[int, int], float] | None = None,
     ) -> None:
         """Step one slave along its input polynomials, then read it with its inputs of the end."""
-        network, at = self.network, self.ports[k]
-        values = self._held(k, at, started)
-        ends = [self._end(k, position, torn or {}) for position in at.positions]
+        network, slave, order = self.network, self.network.slaves[k], self.algorithm.interpolation
+        given = torn or {}
+        ends = {p: given[k, p] if (k, p) in given else float(network.arriving(k, p)) for p in self._smooth[k]}
+        # Continuous inputs begin as they were, others as they were sent.
+        values = [
+            self._past[0][1][k][p] if p in ends else wire.convert(started[wire.slave][wire.position])
+            for p, wire in enumerate(network.wires[k])
+        ]
+        if order == 0:
+            values = [ends.get(p, value) for p, value in enumerate(values)]
         slopes: list[tuple[float, float]] = []
-        for position, end in zip(at.positions, ends, strict=True):
-            if self.interpolation == 0:
-                values[position] = end
-                continue
-            points = self._points(k, position, time, step_size, end)
-            first, second = derivatives(points)
-            if at.varies:
+        varies = takes_input_derivatives(slave)
+        for p, end in ends.items() if order else ():
+            now, *past = self._points(k, p, time, order)
+            first, second = derivatives([now, (step_size, end), *past])
+            if varies:
                 slopes.append((first, second))
             else:
-                values[position] = points[0][1] + step_size * (first / 2 + step_size * second / 6)
+                values[p] = now[1] + step_size * (first / 2 + step_size * second / 6)
         if values:
             network.put(k, values)
-        if slopes:
-            slave = network.slaves[k]
-            slave.set_input_derivatives(at.names, 1, [first for first, _ in slopes])
-            if self.interpolation == 2:
-                slave.set_input_derivatives(at.names, 2, [second for _, second in slopes])
+        for i in range(order if slopes else 0):
+            slave.set_input_derivatives(self._names[k], i + 1, [slope[i] for slope in slopes])
         network.step(k, time, step_size)
-        if at.positions:
-            values = list(values)
-            for position, end in zip(at.positions, ends, strict=True):
-                values[position] = end
-            network.put(k, values)
+        if ends:
+            network.put(k, [ends.get(p, value) for p, value in enumerate(values)])
         network.read(k)
 
-    def _held(self, k: int, at: Port, started: list[list[Value]]) -> list[Value]:
-        """Give a slave's inputs at the start of the step: continuous ones as they were, others as sent."""
-        past = self.history.past[0][1][k]
-        smooth = set(at.positions)
-        return [
-            past[position] if position in smooth else wire.convert(started[wire.slave][wire.position])
-            for position, wire in enumerate(self.network.wires[k])
-        ]
-
-    def _end(self, k: int, position: int, torn: dict[tuple[int, int], float]) -> float:
-        if (k, position) in torn:
-            return float(torn[k, position])
-        wire = self.network.wires[k][position]
-        return float(wire.convert(self.network.outputs[wire.slave][wire.position]))
-
-    def _points(
-        self, k: int, position: int, time: float, step_size: float, end: float
-    ) -> list[tuple[float, float]]:
-        past = self.history.points(k, position, time, self.interpolation)
-        return [past[0], (step_size, end), *past[1:]]
-
-    def _guess(self, k: int, position: int, time: float, step_size: float) -> float:
-        return value_at(self.history.points(k, position, time, 3), step_size)
-
-    def _answer(self, group: Group) -> Vector:
-        network = self.network
-        wires = (network.wires[k][position] for k, position in group.torn)
-        return np.array([wire.convert(network.outputs[wire.slave][wire.position]) for wire in wires], float)
-
-    def _scale(self, group: Group) -> Vector:
-        network = self.network
-        return np.array(
-            [nominal(network.slaves[k].variables[network.writes[k][position]]) for k, position in group.torn]
-        )
+    def _points(self, k: int, position: int, now: float, count: int) -> list[Point]:
+        """Give at most `count` past values of one input, by their offset from `now`."""
+        return [(time - now, float(values[k][position])) for time, values in self._past[:count]]

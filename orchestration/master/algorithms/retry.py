@@ -49,44 +49,9 @@ class Retry(Algorithm):
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network."""
-        inner = self.inner.bind(network, points)
         smallest = points.step_size / 1024 if self.minimum_step is None else self.minimum_step
         levels = halvings(points.step_size, smallest)
-        rigid = [s.name for s in network.slaves if not s.capabilities.variable_step]
-        stuck = [*network.unable_to_restore(), *rigid]
-        return Unrepeatable(inner, stuck) if stuck else RetryStepper(network, inner, levels)
-
-
-class Unrepeatable:
-    """Steps that cannot be repeated: a discard ends the run, and the message says why."""
-
-    def __init__(self, inner: Stepper, stuck: list[str]) -> None:
-        self.inner = inner
-        self.remarks = inner.remarks
-        self._stuck = ", ".join(dict.fromkeys(stuck))
-
-    def step(self, time: float, step_size: float) -> None:
-        """Advance, or say why a smaller step was not tried."""
-        try:
-            self.inner.step(time, step_size)
-        except SlaveError as failure:
-            if failure.status not in REPEATABLE:
-                raise
-            message = (
-                f"{failure.message}; no smaller step could be tried, for {self._stuck} cannot restore its "
-                "state or change its step"
-            )
-            raise SlaveError(
-                failure.slave, failure.status, failure.time, message, failure.variable
-            ) from failure
-
-    def memory(self) -> object:
-        """Give the inner stepper's memory."""
-        return self.inner.memory()
-
-    def recall(self, memory: object) -> None:
-        """Take the inner stepper's memory."""
-        self.inner.recall(memory)
+        return RetryStepper(network, self.inner.bind(network, points), levels)
 
 
 class RetryStepper(SubSteps):
@@ -100,6 +65,8 @@ class RetryStepper(SubSteps):
         self._since: list[tuple[float, float]] = []
         self._interval = FIRST_KEYFRAME_STEPS
         self._careful = 0
+        rigid = [s.name for s in network.slaves if not s.capabilities.variable_step]
+        self._stuck = ", ".join(dict.fromkeys((*network.unable_to_restore(), *rigid)))
 
     def attempt(self, time: float, step_size: float) -> float:
         """Step; where that is not discarded, nothing was wrong with it."""
@@ -112,7 +79,7 @@ class RetryStepper(SubSteps):
             self._careful -= 1  # the parts keep their size until it is time to try a whole step
             self._in_parts(time, step_size)
             return
-        if self._keyframe is None or len(self._since) >= self._interval:
+        if not self._stuck and (self._keyframe is None or len(self._since) >= self._interval):
             reuse = None if self._keyframe is None else self._keyframe[0]
             self._interval = min(2 * self._interval, LAST_KEYFRAME_STEPS)
             self._keyframe = (self.network.snapshot(reuse=reuse), self.inner.memory())
@@ -120,7 +87,14 @@ class RetryStepper(SubSteps):
         try:
             self.inner.step(time, step_size)
         except SlaveError as failure:
-            if failure.status not in REPEATABLE or self._ticks == 1:
+            if failure.status not in REPEATABLE:
+                raise
+            if self._keyframe is None:
+                raise failure.because(
+                    f"no smaller step could be tried, for {self._stuck} cannot restore its state or change "
+                    "its step"
+                ) from failure
+            if self._ticks == 1:
                 raise
             self.back(*self._keyframe)
             for earlier in self._since:
@@ -130,7 +104,8 @@ class RetryStepper(SubSteps):
             self._careful = CAREFUL_STEPS
             self._in_parts(time, step_size)
             return
-        self._since.append((time, step_size))
+        if self._keyframe is not None:
+            self._since.append((time, step_size))
 
     def memory(self) -> object:
         """Give what decides how the next steps are done."""

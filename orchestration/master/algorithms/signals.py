@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from warmlink.orchestration.master.network import Network
-from warmlink.orchestration.master.slaves.slave import Names, Slave, takes_input_derivatives
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.master.slaves.slave import Slave
 
 Point = tuple[float, float]
 
@@ -56,23 +54,6 @@ def switching_outputs(network: Network) -> tuple[tuple[int, int], ...]:
     return tuple(found)
 
 
-@dataclass(frozen=True)
-class Port:
-    """The continuous inputs of one slave, and whether they may vary inside a step."""
-
-    slave: int
-    positions: tuple[int, ...]
-    names: Names
-    varies: bool
-
-
-def port(network: Network, k: int) -> Port:
-    """Describe the continuous inputs of a slave."""
-    positions = continuous_inputs(network, k)
-    names = tuple(network.writes[k][position] for position in positions)
-    return Port(k, positions, names, takes_input_derivatives(network.slaves[k]))
-
-
 def derivatives(points: Sequence[Point]) -> tuple[float, float]:
     """Give first and second derivative at offset 0 of the polynomial through one to three points.
 
@@ -97,35 +78,3 @@ def value_at(points: Sequence[Point], offset: float) -> float:
     """Evaluate the polynomial through one to three points."""
     first, second = derivatives(points)
     return points[0][1] + offset * (first + 0.5 * offset * second)
-
-
-class History:
-    """Inputs at past communication points, newest first; enough for polynomials of one order."""
-
-    def __init__(self, network: Network, order: int) -> None:
-        self.network = network
-        self.order = order
-        self.past: list[tuple[float, list[list[Value]]]] = []
-
-    def keep(self, time: float) -> None:
-        """Add the present inputs, those of `time`; only the newest are held."""
-        if self.order:
-            values = [list(inputs) for inputs in self.network.inputs]
-            self.past = [(time, values), *self.past[: self.order]]
-
-    def start(self, time: float) -> None:
-        """Take the inputs of the very first communication point."""
-        if not self.past:
-            self.keep(time)
-
-    def points(self, k: int, position: int, now: float, count: int) -> list[Point]:
-        """Give at most `count` past values of one input, by their offset from `now`."""
-        return [(time - now, float(values[k][position])) for time, values in self.past[:count]]
-
-    def memory(self) -> object:
-        """Give what was kept."""
-        return [(time, [list(v) for v in values]) for time, values in self.past]
-
-    def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
-        self.past = list(memory)  # type: ignore[call-overload]

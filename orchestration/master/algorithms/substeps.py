@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import ClassVar, cast
 
 from warmlink.fmus.errors import InputError
@@ -11,7 +11,6 @@ from warmlink.orchestration.master.algorithms.algorithm import Stepper
 from warmlink.orchestration.master.algorithms.signals import switching_outputs
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
-from warmlink.orchestration.system.model import Value
 
 REPEATABLE = ("discard", "not converged")
 DEEPEST = 40
@@ -41,20 +40,18 @@ def refuse_unless_repeatable(network: Network, purpose: str) -> None:
     InputError
         Naming them.
     """
+    stuck = network.unable_to_restore()
     rigid = [s.name for s in network.slaves if not s.capabilities.variable_step]
-    if network.unable_to_restore():
-        raise InputError(
-            f"{', '.join(network.unable_to_restore())}: cannot restore its state, which {purpose} needs to "
-            "repeat a step; choose a fixed step"
+    if stuck or rigid:
+        why = (
+            f"cannot restore its state, which {purpose} needs to repeat a step"
+            if stuck
+            else f"takes steps of one size only, so {purpose} cannot change them"
         )
-    if rigid:
-        raise InputError(
-            f"{', '.join(rigid)}: takes steps of one size only, so {purpose} cannot change them; "
-            "choose a fixed step"
-        )
+        raise InputError(f"{', '.join(stuck or rigid)}: {why}; choose a fixed step")
 
 
-class SubSteps(ABC):
+class SubSteps(Stepper):
     """Covers each macro step with parts whose size follows an error estimate.
 
     Parameters
@@ -80,9 +77,6 @@ class SubSteps(ABC):
         self._switching = switching_outputs(network)
 
     locates_jumps: ClassVar[bool] = True
-
-    def _switches(self) -> list[Value]:
-        return [self.network.outputs[k][position] for k, position in self._switching]
 
     @abstractmethod
     def attempt(self, time: float, step_size: float) -> float:
@@ -121,18 +115,18 @@ class SubSteps(ABC):
     def _try(self, time: float, part: float, *, last: bool) -> float:
         self._before = self.network.snapshot(reuse=self._before)
         memory = self.inner.memory()
-        switches = self._switches()
+        before = [self.network.outputs[k][position] for k, position in self._switching]
         try:
             error = self.attempt(time, part)
             # A jump inside a part is invisible to a comparison of results: halve until it is caught in the
             # smallest part, whose length then bounds how late it is seen.
-            if self.locates_jumps and self._switches() != switches:
+            if self.locates_jumps and before != [self.network.outputs[k][p] for k, p in self._switching]:
                 error = 1.0 if last else math.inf
         except SlaveError as failure:
             if failure.status not in REPEATABLE:
                 raise
             if last:
-                raise self._given_up(failure, part) from failure
+                raise failure.because(f"smaller steps were tried, down to {part:g} s") from failure
             error = math.inf
         if error > 1.0:
             if last:
@@ -146,8 +140,3 @@ class SubSteps(ABC):
             self.back(self._before, memory)
             self.network.rejected += 1
         return error
-
-    @staticmethod
-    def _given_up(failure: SlaveError, part: float) -> SlaveError:
-        message = f"{failure.message}; smaller steps were tried, down to {part:g} s"
-        return SlaveError(failure.slave, failure.status, failure.time, message, failure.variable)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -13,28 +11,28 @@ from warmlink.orchestration.master.algorithms.interface_newton import InterfaceN
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
 
-_ENTRIES: dict[str, tuple[Callable[[], Algorithm], str]] = {
-    "jacobi": (Jacobi, "all slaves step at once with held inputs, as libcosim and Ecos do it"),
+_ENTRIES: dict[str, tuple[Algorithm, str]] = {
+    "jacobi": (Jacobi(), "all slaves step at once with held inputs, as libcosim and Ecos do it"),
     "jacobi_settled": (
-        lambda: Jacobi(settled=True),
+        Jacobi(settled=True),
         "Jacobi whose outputs with direct feedthrough are read again after the exchange",
     ),
-    "gauss_seidel": (GaussSeidel, "slaves step one after the other, each with the newest values"),
+    "gauss_seidel": (GaussSeidel(), "slaves step one after the other, each with the newest values"),
     "fixed_point": (
-        FixedPoint,
+        FixedPoint(),
         "steps are repeated until inputs and outputs agree, after Anderson, inputs interpolated",
     ),
     "interface_newton": (
-        InterfaceNewton,
+        InterfaceNewton(),
         "the same by Newton's method, with step Jacobians from rollback differences",
     ),
     "error_controlled": (
-        lambda: StepDoubling(InterfaceNewton()),
+        StepDoubling(InterfaceNewton()),
         "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
     ),
 }
 
-ALGORITHMS: dict[str, Callable[[], Algorithm]] = {name: make for name, (make, _) in _ENTRIES.items()}
+ALGORITHMS = {name: made for name, (made, _) in _ENTRIES.items()}
 
 
 def algorithm(name: str) -> Algorithm:
@@ -47,7 +45,7 @@ def algorithm(name: str) -> Algorithm:
     """
     if name not in ALGORITHMS:
         raise InputError(f"master: {name!r} is not known; {instead(name, ALGORITHMS)}")
-    return ALGORITHMS[name]()
+    return ALGORITHMS[name]
 
 
 def about(name: str) -> str:

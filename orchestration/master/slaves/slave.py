@@ -57,6 +57,10 @@ class SlaveError(Exception):
         # The default would hand the finished sentence to the constructor; errors cross processes.
         return type(self), (self.slave, self.status, self.time, self.message, self.variable)
 
+    def because(self, more: str) -> SlaveError:
+        """Give the same failure with more said of it."""
+        return SlaveError(self.slave, self.status, self.time, f"{self.message}; {more}", self.variable)
+
 
 def nominal(variable: Variable) -> float:
     """Give the size by which a variable's tolerances are scaled; 1 where the slave gives none."""
