@@ -68,25 +68,10 @@ def sorted_by_type(
     names: Names,
     base_type: Callable[[Variable], tuple[str, Any] | None],
 ) -> tuple[list[Batch], list[int] | None]:
-    """Sort variables into batches, one for each base type.
+    """Sort variables into batches of one base type; also their places among the values of all batches.
 
-    Parameters
-    ----------
-    slave : str
-        The slave's name, for errors.
-    variables : mapping
-        The slave's variables by name.
-    names : tuple of str
-        Those to exchange.
-    base_type : callable
-        Gives name and ctypes type by which a variable is exchanged, or None where it cannot be.
-
-    Returns
-    -------
-    batches : list of Batch
-        Without their functions and arguments.
-    order : list of int or None
-        Places of `names` among the values of all batches; None where they follow in that order.
+    The places are None where the variables follow in that order. `base_type` gives the name and ctypes type
+    by which a variable is exchanged, or None where it cannot be.
 
     Raises
     ------

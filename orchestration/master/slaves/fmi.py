@@ -83,8 +83,7 @@ class FmiSlave(ABC):
         self.accepts_nan = accepts_nan
         self.time = 0.0
         self.log = FmuLog()
-        self._batches: dict[Names, list[Batch]] = {}
-        self._orders: dict[Names, list[int] | None] = {}
+        self._sorted: dict[Names, tuple[list[Batch], list[int] | None]] = {}
         self._worst = 0
         self.number = under_way.here.register(name)
         self._under_way = under_way.here.cells
@@ -169,10 +168,6 @@ class FmiSlave(ABC):
         """Set time derivatives of Real inputs for the next step."""
 
     @abstractmethod
-    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
-        """Give time derivatives of Real outputs."""
-
-    @abstractmethod
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` to `time + step_size`, both in s."""
 
@@ -185,20 +180,20 @@ class FmiSlave(ABC):
         """Give the values of variables."""
         values: list[Value] = []
         self._under_way[under_way.CALL] = self._exchanging
-        for batch in self._batches.get(names) or self._prepare(names):
+        batches, order = self._sorted.get(names) or self._prepare(names)
+        for batch in batches:
             status = batch.get(*batch.arguments)
             if status > 1:
                 self.fail("Get" + batch.base, status, self._only(batch))
             if batch.count == len(names):
                 return batch.values[:] if batch.plain else batch.unload()
             values += batch.unload()
-        order = self._orders[names]
         return values if order is None else [values[place] for place in order]
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables."""
         self._under_way[under_way.CALL] = self._exchanging
-        for batch in self._batches.get(names) or self._prepare(names):
+        for batch in self.batches(names):
             if batch.plain and batch.count == len(values):
                 batch.values[:] = values
             else:
@@ -206,15 +201,6 @@ class FmiSlave(ABC):
             status = batch.set(*batch.arguments)
             if status > 1:
                 self.fail("Set" + batch.base, status, self._only(batch))
-
-    def output_derivatives(
-        self, function: str, names: Names, c_order: Any, order: int, *more: int
-    ) -> list[float]:
-        """Get time derivatives of outputs."""
-        count = len(names)
-        values, orders = (c_double * count)(), (c_order * count)(*[order] * count)
-        self.call(function, self.component, self.references(names), count, orders, values, *more)
-        return values[:]
 
     def directional_derivative(self, output: str, known: str) -> float:
         """Get the derivative of an output by an input, the state held fixed."""
@@ -301,16 +287,16 @@ class FmiSlave(ABC):
             raise InputError(f"{name}: the library of {info.path.name} does not load: {error}") from error
 
     def batches(self, names: Names) -> list[Batch]:
-        """Sort a set of variables by type, once."""
-        return self._batches.get(names) or self._prepare(names)
+        """Give a set of variables sorted by type, which is done once."""
+        return (self._sorted.get(names) or self._prepare(names))[0]
 
-    def _prepare(self, names: Names) -> list[Batch]:
-        batches, self._orders[names] = sorted_by_type(self.name, self.variables, names, self.base_type)
+    def _prepare(self, names: Names) -> tuple[list[Batch], list[int] | None]:
+        batches, order = sorted_by_type(self.name, self.variables, names, self.base_type)
         for batch in batches:
             batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
             batch.arguments = self.arguments(batch)
-        self._batches[names] = batches
-        return batches
+        self._sorted[names] = batches, order
+        return batches, order
 
     def _only(self, batch: Batch) -> str | None:
         """Name the variable of a batch that has but one."""

@@ -69,10 +69,6 @@ class Fmi2Slave(FmiSlave):
         orders, numbers = (c_int * count)(*[order] * count), (c_double * count)(*values)
         self.call("SetRealInputDerivatives", self.component, self.references(names), count, orders, numbers)
 
-    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
-        """Give time derivatives of Real outputs."""
-        return self.output_derivatives("GetRealOutputDerivatives", names, c_int, order)
-
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
         self.time = time

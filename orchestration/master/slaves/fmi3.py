@@ -7,7 +7,7 @@ whenever it asks during a step, along the polynomial that the master gave.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import POINTER, byref, c_bool, c_double, c_int32, c_uint, c_uint8, cast
+from ctypes import POINTER, byref, c_bool, c_double, c_uint, c_uint8, cast
 from typing import Any, ClassVar
 
 from warmlink.orchestration.master.slaves import under_way
@@ -80,10 +80,6 @@ class Fmi3Slave(FmiSlave):
         for name, value, start in zip(names, values, self.get(names), strict=True):
             reference = self.variables[name].value_reference
             self._varying.setdefault(reference, [float(start), 0.0, 0.0])[order] = value
-
-    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
-        """Give time derivatives of Float64 outputs."""
-        return self.output_derivatives("GetOutputDerivatives", names, c_int32, order, len(names))
 
     def restore(self, state: object) -> None:
         """Return to a copied state."""

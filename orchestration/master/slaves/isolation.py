@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -16,9 +16,8 @@ from typing import Any, NoReturn
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
-from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.system.description import Capabilities, Variable
-from warmlink.orchestration.system.model import Value
 
 Opener = Callable[[], Slave]
 
@@ -79,6 +78,13 @@ class IsolatedSlave:
         self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
         self._face: _Face | None = None
         self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
+        self.exit_initialization = partial(self._ask, "exit_initialization")
+        self.get = partial(self._ask, "get")
+        self.set = partial(self._ask, "set")
+        self.set_input_derivatives = partial(self._ask, "set_input_derivatives")
+        # Copied states stay in the other process; here they are numbers.
+        self.restore, self.free = partial(self._ask, "restore"), partial(self._ask, "free")
+        self.serialize, self.deserialize = partial(self._ask, "serialize"), partial(self._ask, "deserialize")
 
     @property
     def _known(self) -> _Face:
@@ -108,59 +114,19 @@ class IsolatedSlave:
         """Variables for which NaN is a proper value."""
         return self._known.accepts_nan
 
-    def connect(self) -> None:
-        """Wait until the slave is instantiated."""
-        assert self._known is not None
-
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Set up the experiment and enter initialization mode."""
         self._time = start_time
         self._ask("enter_initialization", start_time, stop_time)
 
-    def exit_initialization(self) -> None:
-        """Leave initialization mode."""
-        self._ask("exit_initialization")
-
-    def get(self, names: Names) -> list[Value]:
-        """Give the values of variables."""
-        return self._ask("get", names)
-
-    def set(self, names: Names, values: Sequence[Value]) -> None:
-        """Set variables."""
-        self._ask("set", names, list(values))
-
-    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
-        """Set time derivatives of inputs."""
-        self._ask("set_input_derivatives", names, order, list(values))
-
-    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
-        """Give time derivatives of outputs."""
-        return self._ask("get_output_derivatives", names, order)
+    def state(self, reuse: object = None) -> object:
+        """Copy the complete state; the copy stays in the other process."""
+        return self._ask("state", reuse)
 
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
         self._time = time
         self._ask("step", time, step_size)
-
-    def state(self, reuse: object = None) -> object:
-        """Copy the complete state; the copy stays in the other process."""
-        return self._ask("state", reuse)
-
-    def restore(self, state: object) -> None:
-        """Return to a copied state."""
-        self._ask("restore", state)
-
-    def free(self, state: object) -> None:
-        """Release a copied state."""
-        self._ask("free", state)
-
-    def serialize(self) -> bytes:
-        """Give the present state as bytes."""
-        return self._ask("serialize")
-
-    def deserialize(self, data: bytes) -> None:
-        """Take a serialised state."""
-        self._ask("deserialize", data)
 
     def terminate(self) -> None:
         """End the slave and its process."""
@@ -173,8 +139,8 @@ class IsolatedSlave:
         self._failure = self._failure or SlaveError(self.name, "error", self._time, "it has been terminated")
 
     def _ask(self, method: str, *arguments: Any) -> Any:
-        if self._face is None and method != "terminate":
-            self.connect()
+        if method != "terminate":
+            assert self._known is not None
         if self._failure is not None:
             raise self._failure
         try:

@@ -43,13 +43,8 @@ class SlaveError(Exception):
     def __init__(
         self, slave: str, status: Status, time: float, message: str, variable: str | None = None
     ) -> None:
-        self.slave, self.status, self.time, self.message, self.variable = (
-            slave,
-            status,
-            time,
-            message,
-            variable,
-        )
+        self.slave, self.status, self.time = slave, status, time
+        self.message, self.variable = message, variable
         name = slave if variable is None else f"{slave}.{variable}"
         super().__init__(f"{name}: {status} at {time:.10g} s: {message}")
 
@@ -125,9 +120,6 @@ class Slave(Protocol):
 
         Setting an input's value drops its derivatives.
         """
-
-    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
-        """Give time derivatives of Real outputs at the end of the last step."""
 
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` to `time + step_size`, both in s."""

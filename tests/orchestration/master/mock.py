@@ -151,10 +151,6 @@ class MockSlave:
             held[order - 1] = value
             self.inputs.derivatives[n] = tuple(held)
 
-    def get_output_derivatives(self, names: Names, order: int) -> list[float]:
-        """Refuse: a lambda knows values alone."""
-        raise NotImplementedError(f"{self.name} gives no output derivatives")
-
     def step(self, time: float, step_size: float) -> None:
         """Advance the state; an output then sees the inputs as they stand at the end of the step."""
         self._state = self._advance(self._state, self.inputs, time, step_size)
