@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
 
@@ -71,6 +72,13 @@ def fresh_file(path: Path) -> Iterator[Path]:
         raise InputError(
             f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
         ) from None
+
+
+def write_all(file: BinaryIO, data: bytes) -> None:
+    """Write all of some bytes to a file without a buffer, which may take a part of them alone."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
 
 
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:

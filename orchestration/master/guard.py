@@ -18,15 +18,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warmlink.orchestration.master.recording.line import Line, Sketch, serve
+from warmlink.orchestration.master.recording.line import Line, serve
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
@@ -91,7 +90,8 @@ class _Guard:
     memory: int
     progress: Progress | None
     remark: Remark | None
-    _sketch: Sketch | None = None
+    _begun: Result | None = None
+    _file: Path | None = None
     _result: Result | None = None
     _ended: bool = False
     _pressed: int = 0
@@ -137,30 +137,30 @@ class _Guard:
         if kind == "fault":
             raise content
         if kind == "began":
-            self._sketch = content
+            self._begun, self._file = content
         elif kind == "progress" and self.progress is not None:
             self.progress(*content)
-        elif kind == "result" and self._sketch is not None:
-            result, rows = content
-            self._result = self._sketch.filled(result, self._values(self._sketch, rows))
+        elif kind == "result":
+            self._result = self._filled(*content)
         elif kind == "ended":
             self._ended = True
 
-    def _values(self, sketch: Sketch, rows: int) -> NDArray[np.float64]:
-        """Give the values recorded; those of the memory are this process's own from now on."""
-        if sketch.file is not None:
-            streamed: NDArray[np.float64] = np.load(sketch.file, mmap_mode="r")
-            return streamed
-        columns = len(sketch.names)
-        if rows * columns == 0:
-            return np.empty((rows, columns))
-        block = mmap.mmap(self.memory, 0, access=mmap.ACCESS_COPY)
-        return np.frombuffer(block, count=rows * columns).reshape(rows, columns)
+    def _filled(self, bare: Result, rows: int) -> Result:
+        """Give a result its values; those of the memory are this process's own from now on."""
+        columns = len(bare.table.names)
+        if self._file is not None:
+            values = np.load(self._file, mmap_mode="r")
+        elif rows * columns == 0:
+            values = np.empty((rows, columns))
+        else:
+            block = mmap.mmap(self.memory, 0, access=mmap.ACCESS_COPY)
+            values = np.frombuffer(block, count=rows * columns).reshape(rows, columns)
+        return replace(bare, table=bare.table.holding(values))
 
     def _rescued(self) -> Result:
         """Make a result of what was recorded before the other process ended."""
-        sketch, rows = self._sketch, self.status.cells[under_way.ROWS]
-        at = 0.0 if sketch is None else sketch.points.time(max(rows - 1, 0))
+        begun, rows = self._begun, self.status.cells[under_way.ROWS]
+        at = 0.0 if begun is None else begun.table.points.time(max(rows - 1, 0))
         name, call = self.status.described()
         doing = f" in {call}" if name else ""
         if self._pressed > 1:
@@ -169,14 +169,13 @@ class _Guard:
         else:
             fault = SlaveError(name or "the run", "crash", at, f"its process {self._death}{doing}")
             reason = str(fault)
-        if sketch is None or rows == 0:
+        if begun is None or rows == 0:
             raise fault or SlaveError(name or "the run", "crash", at, reason)
-        values = self._values(sketch, rows)
-        if len(values) < rows:  # those that were about to be written went with the process
-            until = f" after {sketch.points.time(len(values) - 1):g} s" if len(values) else ""
+        kept = self._filled(begun, rows)
+        if len(kept.table) < rows:  # those that were about to be written went with the process
+            until = f" after {kept.times[-1]:g} s" if len(kept.table) else ""
             reason += f"; the values{until} were not on disk yet and are lost"
-        nothing = Table((), {}, sketch.points, np.empty((0, 0)))
-        return sketch.filled(Result(nothing, "stopped", reason, fault), values)
+        return replace(kept, reason=reason, error=fault)
 
     def _reap(self, *, wait: bool = False) -> bool:
         """Tell whether the process has ended, and note how."""

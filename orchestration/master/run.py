@@ -20,10 +20,10 @@ from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.pacing import Clock, Pacing
 from warmlink.orchestration.master.recording.audit import Balance, heat_balances
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
-from warmlink.orchestration.master.recording.line import Line, Sketch
+from warmlink.orchestration.master.recording.line import Line
 from warmlink.orchestration.master.recording.recorder import Recorder, outputs_of
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.recording.stores import VALUES, Memory, Store
+from warmlink.orchestration.master.recording.stores import VALUES, Store
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.master.stepping import Progress, Run
 from warmlink.orchestration.system.model import System
@@ -121,11 +121,11 @@ def simulate(
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
         marks = fingerprint(assembly, names, points, algorithm)
         checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        store: Store = Memory(line) if checkpoints is None else checkpoints.store()
+        store = Store(line) if checkpoints is None else checkpoints.store()
         recorder = Recorder(network, names, points, store)
         if line is not None:
             file = None if long_run is None else long_run.folder / VALUES
-            line.began(Sketch(recorder.names, recorder.units, points, tuple(balances), file))
+            line.began(Result(recorder.header, "stopped", balances=tuple(balances)), file)
         if checkpoints is not None and checkpoints.found is None:
             checkpoints.forget()
         hindrance = obstacle(network, recorder) if compiled else None

@@ -11,7 +11,7 @@ from warmlink.orchestration.master.compiled.loop import CompiledLoop
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption
-from warmlink.orchestration.master.recording.audit import Balance, audit
+from warmlink.orchestration.master.recording.audit import Balance
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.recording.result import Result, Statistics
@@ -82,13 +82,12 @@ class Run:
         )
         remarks = (*self.stepper.remarks, *self._stability(failure))
         conduct = tuple(told for slave in network.slaves for told in slave.remarks)
-        table = recorder.table()
         return Result(
-            table,
+            recorder.table(),
             "completed" if failure is None else "stopped",
             None if failure is None else str(failure),
             failure if isinstance(failure, SlaveError) else None,
-            tuple(audit(table, balance) for balance in self.balances),
+            self.balances,
             (*conduct, *remarks),
             statistics,
         )

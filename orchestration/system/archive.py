@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.orchestration.files import write_all
 from warmlink.orchestration.text_files import is_file
 
 # What zipfile raises on damaged input; OSError covers seeks to places that do not exist.
@@ -251,9 +252,7 @@ def _write_member(
                 written += len(chunk)
                 _refuse_oversize(path, info, written, limits, left)
                 try:
-                    rest = memoryview(chunk)
-                    while rest:
-                        rest = rest[sink.write(rest) :]
+                    write_all(sink, chunk)
                 except OSError as fault:
                     raise _no_room(path, to.parent, fault) from None
     return written

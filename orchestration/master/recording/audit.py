@@ -29,41 +29,37 @@ class Balance:
 
 @dataclass(frozen=True)
 class Audit:
-    """How a balance came out.
-
-    Attributes
-    ----------
-    total : float
-        Delivered minus received over the run, in `unit`.
-    delivered : float
-        What was delivered over the run, in `unit`.
-    """
+    """How a balance came out over a recorded run."""
 
     balance: Balance
-    unit: str | None
-    total: float
-    delivered: float
     table: Table = field(repr=False)
+
+    @property
+    def unit(self) -> str | None:
+        """Unit of both ends."""
+        return self.table.units[self.balance.delivered]
+
+    @property
+    def delivered(self) -> float:
+        """What was delivered over the run, in `unit`."""
+        column = self.table[self.balance.delivered]
+        return float(column[-1] - column[0]) if len(column) else 0.0
+
+    @property
+    def total(self) -> float:
+        """Delivered minus received over the run, in `unit`."""
+        column = self.table[self.balance.received]
+        return self.delivered - (float(column[-1] - column[0]) if len(column) else 0.0)
 
     @property
     def per_step(self) -> NDArray[np.float64]:
         """Delivered minus received in each communication step, in `unit`, shape (steps,)."""
-        difference = self.table[self.balance.delivered] - self.table[self.balance.received]
-        return np.diff(difference)
+        return np.diff(self.table[self.balance.delivered] - self.table[self.balance.received])
 
     @property
     def largest_step(self) -> float:
         """Largest absolute difference within one step, in `unit`."""
         return float(np.max(np.abs(self.per_step), initial=0.0))
-
-
-def audit(table: Table, balance: Balance) -> Audit:
-    """Compare the two ends of a balance over a recorded run."""
-    given, taken = (
-        float(column[-1] - column[0]) if len(column) else 0.0
-        for column in (table[balance.delivered], table[balance.received])
-    )
-    return Audit(balance, table.units[balance.delivered], given - taken, given, table)
 
 
 def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) -> tuple[Balance, ...]:

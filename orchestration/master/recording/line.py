@@ -9,7 +9,7 @@ import pickle
 import signal
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NoReturn
@@ -17,38 +17,9 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.audit import Balance, audit
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.process import die_with_parent, print_to_standard_error
-
-
-@dataclass(frozen=True)
-class Sketch:
-    """What must be known of a run to make a result of its values, though nobody else is left to tell.
-
-    Attributes
-    ----------
-    names, units, points
-        Of the table.
-    balances : tuple of Balance
-        To be audited.
-    file : Path or None
-        Where values are streamed to; None where they lie in shared memory.
-    """
-
-    names: tuple[str, ...]
-    units: dict[str, str | None]
-    points: CommunicationPoints
-    balances: tuple[Balance, ...]
-    file: Path | None
-
-    def filled(self, result: Result, values: NDArray[np.float64]) -> Result:
-        """Give a result with the table that belongs to it."""
-        table = Table(self.names, self.units, self.points, values)
-        return replace(result, table=table, audits=tuple(audit(table, balance) for balance in self.balances))
 
 
 class Line:
@@ -74,9 +45,9 @@ class Line:
         block[:] = np.nan
         return block
 
-    def began(self, sketch: Sketch) -> None:
-        """Tell what the values are."""
-        self._pipe.send(("began", sketch))
+    def began(self, bare: Result, file: Path | None) -> None:
+        """Tell what the run records, and the file that its values are streamed to where it is not memory."""
+        self._pipe.send(("began", (bare, file)))
 
     def progress(self, done: int, count: int) -> None:
         """Tell how far the run is."""
@@ -84,9 +55,8 @@ class Line:
 
     def keep(self, result: Result) -> None:
         """Hand over the result; whatever happens to this process now, it is safe."""
-        rows, names = len(result.table), result.table.names
-        bare = Table(names, result.table.units, result.table.points, np.empty((0, len(names))))
-        self._pipe.send(("result", (replace(result, table=bare, audits=()), rows)))
+        none = np.empty((0, len(result.table.names)))
+        self._pipe.send(("result", (replace(result, table=result.table.holding(none)), len(result.table))))
 
 
 def serve(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.network import Network
@@ -45,6 +47,8 @@ class Recorder:
 
     Attributes
     ----------
+    header : Table
+        What is recorded, without values.
     block : ndarray, shape (rows of a block, names)
         In the variables' own units; Booleans are 0 and 1.
     rows : int
@@ -58,19 +62,19 @@ class Recorder:
     def __init__(
         self, network: Network, names: Sequence[str], points: CommunicationPoints, store: Store
     ) -> None:
-        self.names = tuple(dict.fromkeys(names))
+        names = tuple(dict.fromkeys(names))
         self.points = points
         self.rows = 0
         self._cells = under_way.here.cells
-        self.units: dict[str, str | None] = {}
+        units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
         self._network = network
-        for name in self.names:
+        for name in names:
             k, variable = network.locate(name)
             about = network.slaves[k].variables[variable]
             if about.kind in (None, "String") or about.dimensions:
                 raise InputError(f"{name}: a {about.type} cannot be recorded; choose a scalar number")
-            self.units[name] = about.unit
+            units[name] = about.unit
             read = network.reads[k]
             self.sources.append((k, variable, read.index(variable) if variable in read else None))
         self.late = [(k, name) for k, name, position in self.sources if position is None]
@@ -81,7 +85,8 @@ class Recorder:
                 self._others.append((k, tuple(self.sources[c][1] for c in columns), columns))
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
         self.store = store
-        self.block = store.open(self.names, self.units, points)
+        self.header = Table(names, units, points, np.empty((0, len(names))))
+        self.block = store.open(self.header)
         self._base = 0
 
     def take(self, point: int) -> None:
@@ -119,5 +124,4 @@ class Recorder:
 
     def table(self) -> Table:
         """Give everything recorded."""
-        values = self.store.values(self._base, self.block[: self.place(self.rows)])
-        return Table(self.names, self.units, self.points, values)
+        return self.header.holding(self.store.values(self._base, self.block[: self.place(self.rows)]))

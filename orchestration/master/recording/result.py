@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master.recording.audit import Audit
+from warmlink.orchestration.master.recording.audit import Audit, Balance
 from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
@@ -63,15 +63,15 @@ class Result:
         The failure behind it: slave, variable, status and time.
     remarks : tuple of str
         What the slaves did not allow the algorithm, and what was done instead.
-    audits : tuple of Audit
-        One for each balance.
+    balances : tuple of Balance
+        Pairs of recorded columns that should grow alike.
     """
 
     table: Table
     status: Literal["completed", "stopped"]
     reason: str | None = None
     error: SlaveError | None = None
-    audits: tuple[Audit, ...] = ()
+    balances: tuple[Balance, ...] = ()
     remarks: tuple[str, ...] = ()
     statistics: Statistics = field(default_factory=Statistics)
 
@@ -79,6 +79,11 @@ class Result:
     def times(self) -> NDArray[np.float64]:
         """Times of the communication points in s, shape (points,)."""
         return self.table.times
+
+    @property
+    def audits(self) -> tuple[Audit, ...]:
+        """How each balance came out."""
+        return tuple(Audit(balance, self.table) for balance in self.balances)
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """Give a recorded column by its full name, shape (points,)."""

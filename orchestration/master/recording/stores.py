@@ -5,15 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import fresh_file, write_all
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.line import Line
 from warmlink.orchestration.master.recording.table import Table
@@ -30,26 +31,8 @@ class StoreError(Exception):
         super().__init__(f"{path.name} cannot be written any more ({fault.strerror})")
 
 
-class Store(Protocol):
-    """Where recorded blocks go."""
-
-    def open(
-        self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
-    ) -> NDArray[np.float64]:
-        """Give a block to fill."""
-
-    def put(self, first: int, rows: NDArray[np.float64]) -> None:
-        """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
-
-    def secure(self) -> str:
-        """Have everything taken survive the process, as far as that can be had; give its digest."""
-
-    def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Take the last rows and give all, shape (rows, columns)."""
-
-
-class Memory:
-    """Keeps one block for the whole run.
+class Store:
+    """Where recorded blocks go: here into the memory, one block for the whole run.
 
     Parameters
     ----------
@@ -60,39 +43,37 @@ class Memory:
     def __init__(self, line: Line | None = None) -> None:
         self._line = line
 
-    def open(
-        self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
-    ) -> NDArray[np.float64]:
-        """Give the whole array.
+    def open(self, header: Table) -> NDArray[np.float64]:
+        """Give a block to fill with rows of a table.
 
         Raises
         ------
         InputError
             Where it is larger than a run may be in memory.
         """
-        shape = points.count + 1, len(names)
+        shape = header.points.count + 1, len(header.names)
         size = 8 * shape[0] * shape[1]
         if size > MOST_BYTES:
             raise InputError(
-                f"{points.count} steps of {len(names)} variables are {size / 1e9:.3g} GB, and a run keeps at "
+                f"{shape[0] - 1} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps at "
                 f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
                 "with --checkpoint"
             )
         return np.full(shape, np.nan) if self._line is None else self._line.block(*shape)
 
     def put(self, first: int, rows: NDArray[np.float64]) -> None:
-        """Nothing to do: the block is never full before the end."""
+        """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
 
     def secure(self) -> str:
-        """Nothing to do: the memory goes with the process, and needs no digest."""
+        """Have everything taken survive the process, as far as that can be had; give its digest."""
         return ""
 
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give what was filled."""
+        """Take the last rows and give all, shape (rows, columns)."""
         return rest
 
 
-class Folder:
+class Folder(Store):
     """Writes `values.npy` and `columns.json` into a folder, block by block.
 
     The header of `values.npy` counts the rows that were written before it was, so that the file can be
@@ -110,14 +91,13 @@ class Folder:
 
     def __init__(self, folder: Path, *, keep: int = 0, digest: str = "") -> None:
         self.folder = folder
+        self.path = folder / VALUES
         self._keep, self._expected = keep, digest
         self._digest = hashlib.sha256()
         self._file: BinaryIO | None = None
         self._columns = 0
 
-    def open(
-        self, names: Sequence[str], units: Mapping[str, str | None], points: CommunicationPoints
-    ) -> NDArray[np.float64]:
+    def open(self, header: Table) -> NDArray[np.float64]:
         """Give a block of 4096 rows.
 
         Raises
@@ -126,47 +106,42 @@ class Folder:
             Where the folder cannot be written, or does not hold the rows to keep.
         """
         about = {
-            "columns": [{"name": name, "unit": units[name]} for name in names],
-            "start_time_s": points.start_time,
-            "step_size_s": points.step_size,
-            "steps": points.count,
+            "columns": [{"name": name, "unit": header.units[name]} for name in header.names],
+            "start_time_s": header.points.start_time,
+            "step_size_s": header.points.step_size,
+            "steps": header.points.count,
         }
-        scratch = self.folder / (COLUMNS + ".new")
-        path = self.folder / VALUES
-        self._columns = len(names)
-        kept = self._header(0, write=False) + self._keep * 8 * self._columns
+        self._columns = len(header.names)
         if self._keep:
-            self._check(path, kept)
+            self._check()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
-            scratch.replace(self.folder / COLUMNS)
+            with fresh_file(self.folder / COLUMNS) as scratch:
+                scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
             # Without a buffer, which would try to write again on closing what the disk did not take.
-            self._file = path.open("r+b" if self._keep else "w+b", buffering=0)
+            self._file = self.path.open("r+b" if self._keep else "w+b", buffering=0)
             if not self._keep:
-                self._header(0, write=True)
+                write_all(self._file, self._npy_header(0))
         except OSError as fault:
-            with suppress(OSError):
-                scratch.unlink()
             raise InputError(
                 f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
             ) from None
-        return np.full((min(BLOCK_ROWS, points.count + 1), len(names)), np.nan)
+        return np.full((min(BLOCK_ROWS, header.points.count + 1), self._columns), np.nan)
 
-    def _check(self, path: Path, kept: int) -> None:
+    def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
-        if not path.exists() or path.stat().st_size < kept:
-            raise InputError(f"{path}: lacks values that the checkpoint beside it counts on; start anew")
-        with path.open("rb") as file:
-            file.seek(kept - self._keep * 8 * self._columns)
-            left = kept - file.tell()
+        left = self._place(self._keep) - self._place(0)
+        if not self.path.exists() or self.path.stat().st_size < self._place(self._keep):
+            raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
+        with self.path.open("rb") as file:
+            file.seek(self._place(0))
             while left:
                 data = file.read(min(left, 1 << 20))
                 self._digest.update(data)
                 left -= len(data)
         if self._digest.hexdigest() != self._expected:
             raise InputError(
-                f"{path}: is damaged, its values are not those that the checkpoint beside it counts on; "
+                f"{self.path}: is damaged, its values are not those that the checkpoint beside it counts on; "
                 "start anew"
             )
 
@@ -181,11 +156,12 @@ class Folder:
         assert self._file is not None
         data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
         try:
-            self._file.seek(self._header(0, write=False) + first * 8 * self._columns)
-            _write(self._file, data)
-            self._header(first + len(rows), write=True)
+            self._file.seek(self._place(first))
+            write_all(self._file, data)
+            self._file.seek(0)
+            write_all(self._file, self._npy_header(first + len(rows)))
         except OSError as fault:
-            raise StoreError(self.folder / VALUES, fault) from None
+            raise StoreError(self.path, fault) from None
         self._digest.update(data)
 
     def secure(self) -> str:
@@ -194,7 +170,7 @@ class Folder:
         try:
             os.fsync(self._file.fileno())
         except OSError as fault:
-            raise StoreError(self.folder / VALUES, fault) from None
+            raise StoreError(self.path, fault) from None
         return self._digest.hexdigest()
 
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -202,29 +178,19 @@ class Folder:
         assert self._file is not None
         with suppress(StoreError, OSError):
             self.put(first, rest)
-            self._file.truncate(self._header(0, write=False) + (first + len(rest)) * 8 * self._columns)
+            self._file.truncate(self._place(first + len(rest)))
         self._file.close()
-        return _map(self.folder / VALUES)
+        return _map(self.path)
 
-    def _header(self, rows: int, *, write: bool) -> int:
-        """Write NumPy's header, which leaves room for any number of rows; give its length."""
-        from io import BytesIO
+    def _place(self, row: int) -> int:
+        """Give where a row begins in the file."""
+        return len(self._npy_header(0)) + row * 8 * self._columns
 
-        stream = BytesIO()
-        shape = (rows, self._columns)
+    def _npy_header(self, rows: int) -> bytes:
+        """Give NumPy's header, which is of one length whatever the number of rows."""
+        stream, shape = BytesIO(), (rows, self._columns)
         np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": shape})
-        if write:
-            assert self._file is not None
-            self._file.seek(0)
-            _write(self._file, stream.getvalue())
-        return len(stream.getvalue())
-
-
-def _write(file: BinaryIO, data: bytes) -> None:
-    """Write all of it: without a buffer, a write may take a part alone."""
-    rest = memoryview(data)
-    while rest:
-        rest = rest[file.write(rest) :]
+        return stream.getvalue()
 
 
 def read_folder(folder: Path) -> Table:
@@ -238,7 +204,7 @@ def read_folder(folder: Path) -> Table:
     try:
         about = json.loads((folder / COLUMNS).read_text(encoding="utf-8"))
         values = _map(folder / VALUES)
-        names = [column["name"] for column in about["columns"]]
+        names = tuple(column["name"] for column in about["columns"])
         units = {column["name"]: column["unit"] for column in about["columns"]}
         points = CommunicationPoints(about["start_time_s"], about["step_size_s"], about["steps"])
     except (OSError, ValueError, KeyError) as error:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     import pandas
 
 
+@dataclass(frozen=True, eq=False)
 class Table:
     """Values at the first communication points of a run; a file on disk may stand behind them.
 
@@ -29,18 +32,14 @@ class Table:
         In those units.
     """
 
-    def __init__(
-        self,
-        names: Sequence[str],
-        units: Mapping[str, str | None],
-        points: CommunicationPoints,
-        values: NDArray[np.float64],
-    ) -> None:
-        self.names = tuple(names)
-        self.units = dict(units)
-        self.points = points
-        self.values = values
-        self._column = {name: column for column, name in enumerate(self.names)}
+    names: tuple[str, ...]
+    units: Mapping[str, str | None]
+    points: CommunicationPoints
+    values: NDArray[np.float64] = field(repr=False)
+
+    @cached_property
+    def _column(self) -> dict[str, int]:
+        return {name: column for column, name in enumerate(self.names)}
 
     @property
     def times(self) -> NDArray[np.float64]:
@@ -60,9 +59,13 @@ class Table:
             raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
         return self.values[:, self._column[name]]
 
+    def holding(self, values: NDArray[np.float64]) -> Table:
+        """Give the same columns with other values."""
+        return replace(self, values=values)
+
     def head(self, rows: int) -> Table:
         """Give the first rows."""
-        return Table(self.names, self.units, self.points, self.values[:rows])
+        return self.holding(self.values[:rows])
 
     def heading(self, name: str) -> str:
         """Give a column's heading, as `link.elongation [m]`."""
