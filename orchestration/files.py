@@ -61,17 +61,27 @@ def fresh_file(path: Path) -> Iterator[Path]:
     InputError
         If the file cannot be written, as where the folder is read-only or the disk is full.
     """
-    scratch = path.with_name(f".writing-{path.name}")
     try:
-        yield scratch
-        scratch.replace(path)
+        with whole_file(path) as scratch:
+            yield scratch
     except OSError as fault:
-        with suppress(OSError):
-            scratch.unlink(missing_ok=True)
         reason = fault.strerror or fault
         raise InputError(
             f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
         ) from None
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
+    scratch = path.with_name(f".writing-{path.name}")
+    try:
+        yield scratch
+        scratch.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            scratch.unlink(missing_ok=True)
+        raise
 
 
 def write_all(file: BinaryIO, data: bytes) -> None:

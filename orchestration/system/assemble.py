@@ -17,7 +17,7 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.units import QuantityError, Unit, conversion
+from warmlink.orchestration.system.units import Unit, fitting
 
 _OUTGOING = ("output", "calculatedParameter", "local", "constant")
 
@@ -143,12 +143,8 @@ def _needed(
         )
     if explicit or unit is None or target_unit is None:
         return 1.0, 0.0
-    try:
-        found = conversion(unit, target_unit, giving.relative and taking.relative)
-    except QuantityError as fault:
-        raise InputError(f"{between}: {fault}; connect variables of one quantity") from None
-    except InputError as fault:
-        raise InputError(f"{between}: {fault}") from None
+    difference = giving.relative and taking.relative
+    found = fitting(unit, target_unit, difference, between, "connect variables of one quantity")
     return found.factor, found.offset
 
 

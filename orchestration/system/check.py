@@ -6,11 +6,10 @@ import math
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.model import ConnectorType, Value
-from warmlink.orchestration.system.model_info import FMI3_TYPES, ModelInfo, Variable
+from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model_info import TYPES, ModelInfo, Variable
 from warmlink.orchestration.system.units import Unit
 
-_SSP_TYPES: dict[str, ConnectorType] = {"Real": "Real", "Integer": "Integer", **FMI3_TYPES}
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "Real": (float, int),
     "Integer": (int,),
@@ -58,7 +57,7 @@ def check_type(variable: Variable, declared: str | None, where: str) -> None:
     """Refuse a connector whose type, in SSP's words, is not its variable's."""
     if declared is None:
         return
-    kind = _SSP_TYPES.get(declared)
+    kind = TYPES.get(declared)
     # Real and Integer are the words of SSP 1.0 for whatever width FMI 3.0 gives.
     exact = declared not in ("Real", "Integer") and variable.type not in ("Real", "Integer")
     if kind != variable.kind or (exact and declared != variable.type):

@@ -15,13 +15,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
-from warmlink.orchestration.system.model_info import (
-    FMI2_TYPES,
-    FMI3_TYPES,
-    Capabilities,
-    ModelInfo,
-    Variable,
-)
+from warmlink.orchestration.system.model_info import TYPES, Capabilities, ModelInfo, Variable
 from warmlink.orchestration.system.units import Unit, read_unit
 from warmlink.orchestration.system.xml import (
     any_number,
@@ -33,6 +27,17 @@ from warmlink.orchestration.system.xml import (
     required,
 )
 from warmlink.orchestration.text_files import is_file
+
+# The attribute that tells each capability, in FMI 2.0 and in 3.0; one of them may not know it.
+_FLAGS = {
+    "variable_step": ("canHandleVariableCommunicationStepSize", "canHandleVariableCommunicationStepSize"),
+    "once_per_process": ("canBeInstantiatedOnlyOncePerProcess", "canBeInstantiatedOnlyOncePerProcess"),
+    "get_set_state": ("canGetAndSetFMUstate", "canGetAndSetFMUState"),
+    "serialize_state": ("canSerializeFMUstate", "canSerializeFMUState"),
+    "directional_derivatives": ("providesDirectionalDerivative", "providesDirectionalDerivatives"),
+    "interpolate_inputs": ("canInterpolateInputs", "canInterpolateInputs"),
+    "intermediate_update": ("providesIntermediateUpdate", "providesIntermediateUpdate"),
+}
 
 
 def read_description(fmu: Path) -> ModelInfo:
@@ -75,8 +80,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
             "export the model for co-simulation"
         )
     variables, by_key = _read_variables(root, major, where)
-    outputs = _unknowns(root, major, "Output", by_key, where)
-    experiment = root.find("DefaultExperiment")
+    outputs = _outputs(root, major, by_key, where)
     return ModelInfo(
         path=fmu,
         fmi_version=f"{major}.0",
@@ -87,10 +91,8 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         variables=variables,
         outputs=tuple(outputs),
         dependencies=outputs,
-        initial_unknowns=_unknowns(root, major, "InitialUnknown", by_key, where),
         capabilities=_capabilities(slave, major, where),
-        default_experiment=_experiment(experiment, where),
-        tolerance=None if experiment is None else optional_number(experiment, "tolerance", where),
+        default_experiment=_experiment(root.find("DefaultExperiment"), where),
         units=_units(root, where),
     )
 
@@ -111,35 +113,8 @@ def _experiment(element: Any, where: str) -> DefaultExperiment:
 
 
 def _capabilities(slave: Any, major: int, where: str) -> Capabilities:
-    def flag(name: str) -> bool:
-        return boolean(slave, name, where, default=False)
-
-    common = Capabilities(
-        variable_step=flag("canHandleVariableCommunicationStepSize"),
-        needs_execution_tool=flag("needsExecutionTool"),
-        once_per_process=flag("canBeInstantiatedOnlyOncePerProcess"),
-        max_output_derivative_order=optional_integer(slave, "maxOutputDerivativeOrder", where) or 0,
-    )
-    if major == 2:
-        return replace(
-            common,
-            get_set_state=flag("canGetAndSetFMUstate"),
-            serialize_state=flag("canSerializeFMUstate"),
-            directional_derivatives=flag("providesDirectionalDerivative"),
-            interpolate_inputs=flag("canInterpolateInputs"),
-            own_memory_functions=flag("canNotUseMemoryManagementFunctions"),
-            asynchronous=flag("canRunAsynchronuously"),
-        )
-    return replace(
-        common,
-        get_set_state=flag("canGetAndSetFMUState"),
-        serialize_state=flag("canSerializeFMUState"),
-        directional_derivatives=flag("providesDirectionalDerivatives"),
-        adjoint_derivatives=flag("providesAdjointDerivatives"),
-        event_mode=flag("hasEventMode"),
-        early_return=flag("mightReturnEarlyFromDoStep"),
-        intermediate_update=flag("providesIntermediateUpdate"),
-        fixed_internal_step_size=optional_number(slave, "fixedInternalStepSize", where),
+    return Capabilities(
+        **{name: boolean(slave, words[major - 2], where, default=False) for name, words in _FLAGS.items()}
     )
 
 
@@ -150,7 +125,7 @@ def _read_variables(root: Any, major: int, where: str) -> tuple[dict[str, Variab
     by_key: dict[int, str] = {}
     elements = root.find("ModelVariables")
     for index, element in enumerate(() if elements is None else elements, start=1):
-        variable = (_fmi2_variable if major == 2 else _fmi3_variable)(element, types, where)
+        variable = _variable(element, types, major, where)
         names = [variable.name, *(required(a, "name", where) for a in element.iterfind("Alias"))]
         for name in names:
             if name in variables:
@@ -171,24 +146,12 @@ def _declared_types(root: Any, major: int) -> dict[str, Any]:
     return {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.get("name")}
 
 
-def _fmi2_variable(element: Any, types: dict[str, Any], where: str) -> Variable:
-    typed = next((child for child in element if child.tag in FMI2_TYPES), None)
+def _variable(element: Any, types: dict[str, Any], major: int, where: str) -> Variable:
     name = required(element, "name", where)
+    typed = element if major == 3 else next((child for child in element if child.tag in TYPES), None)
     if typed is None:
         raise InputError(f"{where}: the variable {name} has no type")
-    return _variable(element, typed, typed.tag, FMI2_TYPES[typed.tag], types, where)
-
-
-def _fmi3_variable(element: Any, types: dict[str, Any], where: str) -> Variable:
-    variable = _variable(element, element, element.tag, FMI3_TYPES.get(element.tag), types, where)
-    sizes = [optional_integer(d, "start", where) or 0 for d in element.iterfind("Dimension")]
-    return replace(variable, dimensions=tuple(sizes))
-
-
-def _variable(
-    element: Any, typed: Any, fmi_type: str, kind: ConnectorType | None, types: dict[str, Any], where: str
-) -> Variable:
-    name = required(element, "name", where)
+    kind = TYPES.get(typed.tag)
     where = f"{where}: {name}"
     declared_name = typed.get("declaredType")
     declared = types.get(declared_name)
@@ -201,25 +164,25 @@ def _variable(
 
     causality = element.get("causality", "local")
     real = kind == "Real"
-    variability = element.get("variability") or _default_variability(fmi_type, real, causality)
-    array = element.find("Dimension") is not None
+    variability = element.get("variability") or _default_variability(typed.tag, real, causality)
+    sizes = tuple(optional_integer(d, "start", where) or 0 for d in element.iterfind("Dimension"))
     return Variable(
         name=name,
         value_reference=_reference(required(element, "valueReference", where), where),
-        type=fmi_type,
+        type=typed.tag,
         kind=kind,
         causality=causality,
         variability=variability,
         initial=element.get("initial") or _default_initial(causality, variability),
         unit=(attribute("unit") or None) if real else None,
-        display_unit=(attribute("displayUnit") or None) if real else None,
-        start=None if array else _start(element, typed, kind, where),
+        start=None if sizes else _start(element, typed, kind, where),
         min=_bound(attribute("min"), kind, where),
         max=_bound(attribute("max"), kind, where),
         nominal=_bound(attribute("nominal"), kind, where),
         relative=real and attribute("relativeQuantity") in ("true", "1"),
         description=element.get("description", ""),
         items=_items(declared, where) if kind == "Enumeration" else {},
+        dimensions=sizes,
     )
 
 
@@ -282,11 +245,9 @@ def _default_initial(causality: str, variability: str) -> str | None:
     return "calculated"
 
 
-def _unknowns(
-    root: Any, major: int, element: str, by_key: dict[int, str], where: str
-) -> dict[str, tuple[str, ...] | None]:
-    """Give what each unknown depends on, by name; None where no dependencies are declared."""
-    path, key = (f"{element}s/Unknown", "index") if major == 2 else (element, "valueReference")
+def _outputs(root: Any, major: int, by_key: dict[int, str], where: str) -> dict[str, tuple[str, ...] | None]:
+    """Give what each output depends on, by name; None where no dependencies are declared."""
+    path, key = ("Outputs/Unknown", "index") if major == 2 else ("Output", "valueReference")
 
     def name(text: str) -> str:
         reference = integer(text, where)

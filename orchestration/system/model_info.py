@@ -8,14 +8,9 @@ from pathlib import Path
 from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
 from warmlink.orchestration.system.units import Unit
 
-FMI2_TYPES: dict[str, ConnectorType] = {
+TYPES: dict[str, ConnectorType] = {
     "Real": "Real",
     "Integer": "Integer",
-    "Boolean": "Boolean",
-    "String": "String",
-    "Enumeration": "Enumeration",
-}
-FMI3_TYPES: dict[str, ConnectorType] = {
     "Float32": "Real",
     "Float64": "Real",
     "Int8": "Integer",
@@ -30,6 +25,7 @@ FMI3_TYPES: dict[str, ConnectorType] = {
     "String": "String",
     "Enumeration": "Enumeration",
 }
+"""Those of connectors by the words of FMI 2.0, FMI 3.0 and SSP."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +40,7 @@ class Variable:
         The five types that connectors know; None for those that cannot be connected (Binary, Clock).
     causality, variability, initial
         With the standard's defaults filled in; `initial` is None where none applies.
-    unit, display_unit
+    unit
         From the variable or from its declared type.
     start
         As given, converted to a Python value; an Enumeration's is its integer.
@@ -66,7 +62,6 @@ class Variable:
     variability: str
     initial: str | None = None
     unit: str | None = None
-    display_unit: str | None = None
     start: Value | None = None
     min: float | None = None
     max: float | None = None
@@ -84,23 +79,15 @@ class Variable:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a co-simulation slave says it can do; False or 0 where its FMI version has no such flag."""
+    """What a co-simulation slave says it can do; False where its FMI version has no such flag."""
 
     variable_step: bool = False
     get_set_state: bool = False
     serialize_state: bool = False
     directional_derivatives: bool = False
-    adjoint_derivatives: bool = False
     interpolate_inputs: bool = False
-    max_output_derivative_order: int = 0
-    needs_execution_tool: bool = False
     once_per_process: bool = False
-    own_memory_functions: bool = False
-    asynchronous: bool = False
-    event_mode: bool = False
-    early_return: bool = False
     intermediate_update: bool = False
-    fixed_internal_step_size: float | None = None
 
 
 @dataclass(frozen=True)
@@ -121,10 +108,6 @@ class ModelInfo:
         Names, in the order of ModelStructure.
     dependencies
         For each output the names it depends on; None where the FMU declares nothing, which means all.
-    initial_unknowns
-        As `dependencies`, for what is computed at initialization.
-    tolerance
-        Relative tolerance of the default experiment.
     """
 
     path: Path
@@ -136,10 +119,8 @@ class ModelInfo:
     variables: dict[str, Variable]
     outputs: tuple[str, ...]
     dependencies: dict[str, tuple[str, ...] | None]
-    initial_unknowns: dict[str, tuple[str, ...] | None]
     capabilities: Capabilities
     default_experiment: DefaultExperiment
-    tolerance: float | None
     units: dict[str, Unit]
 
     def with_causality(self, causality: str) -> tuple[str, ...]:

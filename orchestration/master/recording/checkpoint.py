@@ -7,12 +7,13 @@ import io
 import os
 import pickle
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -126,17 +127,13 @@ class Checkpoints:
             stepper.memory(),
             (network.steps, network.rejected, sweeps),
         )
-        scratch = self.path.with_suffix(".new")
         data = pickle.dumps(vars(kept))
         try:
-            with scratch.open("wb") as file:
+            with whole_file(self.path) as scratch, scratch.open("wb") as file:
                 file.write(_HEAD + hashlib.sha256(data).digest() + data)
                 file.flush()
                 os.fsync(file.fileno())
-            scratch.replace(self.path)
         except OSError as fault:
-            with suppress(OSError):
-                scratch.unlink(missing_ok=True)
             raise StoreError(self.path, fault) from None
 
     def forget(self) -> None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.units import Conversion, QuantityError, Unit, conversion
+from warmlink.orchestration.system.units import Conversion, Unit, fitting
 
 NOTHING_YET = Conversion()
 
@@ -55,18 +54,10 @@ class Carried:
         """
         so_far = self.so_far
         if self.unit is not None and unit is not None and not suppress:
-            step = self._conversion(self.unit, unit)
+            step = fitting(self.unit, unit, self.difference, self.where, self.remedy)
             so_far = so_far.then(step.factor, step.offset)
         if transformation is not None:
             so_far = so_far.then(transformation.factor, transformation.offset)
             # What is transformed is in the unit of the connector it reaches, or in none that is known.
             return replace(self, unit=unit, so_far=so_far)
         return replace(self, unit=unit or self.unit, so_far=so_far)
-
-    def _conversion(self, unit: Unit, to: Unit) -> Conversion:
-        try:
-            return conversion(unit, to, self.difference)
-        except QuantityError as fault:
-            raise InputError(f"{self.where}: {fault}; {self.remedy}") from None
-        except InputError as fault:
-            raise InputError(f"{self.where}: {fault}") from None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.ssp.elements import (
     children,
@@ -104,23 +103,9 @@ def write_ssv(
     units
         Definitions of units that are named without exponents; others are read from their names.
     """
-    root = parameter_set_element(name, values, units or {})
-    write_whole(path, to_bytes(root))
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name and rename it, so that nothing half-written is ever seen."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, scratch = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        # mkstemp makes private files; these are for sharing.
-        Path(scratch).chmod(0o644)
-        Path(scratch).replace(path)
-    except BaseException:
-        Path(scratch).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as scratch:
+        scratch.write_bytes(to_bytes(parameter_set_element(name, values, units or {})))
 
 
 def parameter_set(root: Any, where: str) -> tuple[Parameter, ...]:
