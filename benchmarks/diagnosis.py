@@ -14,7 +14,7 @@ import typer
 
 from benchmarks.command import positive_share, start
 from benchmarks.hidden_effects import KINDS, Trial, trial
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 FULL = {
     "single": 400,

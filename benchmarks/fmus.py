@@ -17,7 +17,7 @@ from benchmarks.command import start
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.python.fmu import build_python_fmus
-from warmlink.orchestration.command_line.console import answer, answer_json
+from warmlink.orchestration.console import answer, answer_json
 
 _LOOP = Path(__file__).with_suffix(".c")
 _NATIVE_STEPS, _PYTHON_STEPS = 50_000, 300

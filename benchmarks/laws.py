@@ -14,7 +14,7 @@ import typer
 from benchmarks.command import positive_share, start
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json, progress_bar
 from warmlink.orchestration.scenarios.duties.duty_files import library
 
 if TYPE_CHECKING:

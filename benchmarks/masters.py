@@ -20,14 +20,12 @@ from benchmarks.hosts.__main__ import MARK
 from benchmarks.trivial_fmu import build_trivial_fmu
 from benchmarks.whole_run import bench_whole_run
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import catalogue
-from warmlink.orchestration.command_line.console import answer, answer_json, remark
+from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, ParameterSet, System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 
 ELONGATION = "link.elongation"
@@ -164,9 +162,8 @@ def _cases(extent: Extent, work: Path) -> Iterator[Case]:
     yield _case(trivial, f"three trivial FMUs of C, {extent.trivial_steps} steps", "c.y", work)
     truth = elongation_without_coupling_error(extent.cell_steps)
     for kind in FMU_KINDS:
-        law = catalogue.controller("lag")
-        files = FmuStore(kind).files(WARMUP_CELL.components_with(law.name).values())
-        cell = load_scenario("windshield_wiper").system(files, law)
+        wiper = load_scenario("windshield_wiper")
+        cell = wiper.system(wiper.files(FmuStore(kind)))
         cell = _lasting(cell, extent.cell_steps)
         folder = work / kind
         folder.mkdir()

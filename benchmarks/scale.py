@@ -13,8 +13,8 @@ from warmlink.fmus.arm_kinematics.equations import AXES as SHIFT_AXES
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.setup import OBSERVER
-from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.command_line.console import answer, answer_json
+from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.compiled.loop import prepare
@@ -87,8 +87,8 @@ def bench_scale(counts: Sequence[int] = AXES, axis_steps: int = AXIS_STEPS) -> I
     shift = load_scenario(SHIFT)
     steps, store = round(shift.stop_time), FmuStore("native")
     for what, name in (("8 h shift, no controller", NO_CONTROLLER), ("8 h shift, observers", OBSERVER)):
-        law = controller(name)
-        system = replace(shift, controller=name).system(store.files(shift.setup.kinds([law])), law)
+        scenario = replace(shift, controller=shipped(name))
+        system = scenario.system(scenario.files(store))
         yield _timed(what, system, SHIFT_AXES, steps, 2)
 
 

@@ -14,15 +14,15 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.command_line.console import answer, answer_json, remark
+from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.mismatch import draw
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.mismatch import draw
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place_medium")
@@ -54,13 +54,12 @@ class StudyTime:
 
 def cases_of(hours: float, controller: str) -> list[Case]:
     """Runs of at least so many closed-loop hours, each with thermal parameters of its own."""
-    law = catalogue.controller(controller)
+    law = catalogue.shipped(controller)
     duties = [load_scenario(name) for name in DUTY_CYCLES]
     rounds = math.ceil(hours / (sum(duty.stop_time for duty in duties) / 3600))
     return [
         case_of(
-            draw(seed).applied(replace(duty, controller=controller), law),
-            law,
+            draw(seed).applied(replace(duty, controller=law)),
             (controller, duty.name, f"draw_{seed}"),
         )
         for seed in range(1, rounds + 1)

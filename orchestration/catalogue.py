@@ -2,14 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 
+if TYPE_CHECKING:
+    from warmlink.orchestration.fmu_store import FmuStore
+
 CONTROLLERS = "warmlink.controllers"
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller that warmlink ships: what people call it, and its component."""
+
+    name: str
+    component: Component
+
+    @property
+    def kinds(self) -> set[str]:
+        """Names of warmlink's components that it needs."""
+        return {self.component.name}
+
+    def files(self, store: FmuStore) -> dict[str, Path]:
+        """Files of FMUs that it brings along, by the component's name."""
+        return {}
 
 
 @cache
@@ -44,3 +67,8 @@ def controller(name: str) -> Component:
     if name not in controllers():
         raise InputError(f"{name}: no such controller; {instead(name, controllers())}")
     return controllers()[name]
+
+
+def shipped(name: str) -> Controller:
+    """Controller with its name; raises as `controller`."""
+    return Controller(name, controller(name))

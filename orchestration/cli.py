@@ -17,15 +17,13 @@ from warmlink.orchestration.command_line import (
     diagnose,
     hide,
     reproduce,
-    running,
+    run,
     schema,
     simulate,
-    studying,
-    sweep,
-    tune,
 )
 from warmlink.orchestration.command_line import list as list_
-from warmlink.orchestration.command_line.console import BAD_INPUT, FAILED, INTERRUPTED
+from warmlink.orchestration.command_line.studies import compare, sweep, tune
+from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 app = typer.Typer(
@@ -37,10 +35,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS: dict[str, Callable[..., None]] = {
-    "run": running.run,
+    "run": run.run,
     "build": build.build,
     "simulate": simulate.simulate,
-    "compare": studying.compare,
+    "compare": compare.compare,
     "tune": tune.tune,
     "sweep": sweep.sweep,
     "design": design.design,

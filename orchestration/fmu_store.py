@@ -15,6 +15,7 @@ from typing import Literal
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.orchestration.catalogue import entries
 
@@ -62,6 +63,16 @@ class FmuStore:
         from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
         build_native_fmus(missing, self.folder)
+
+
+def kind_named(name: str | None) -> FmuKind | None:
+    """Kind of FMU by its name, None unasked; raises InputError where there is none of that name."""
+    for kind in FMU_KINDS:
+        if kind == name:
+            return kind
+    if name is not None:
+        raise InputError(f"--fmus {name}: no such kind; {instead(name, FMU_KINDS)}")
+    return None
 
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:

@@ -19,6 +19,7 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.text_files import is_file
 
@@ -31,26 +32,28 @@ _OF_COMPONENT = "from {package}.law import {attribute} as COMPONENT\n"
 
 
 @dataclass(frozen=True)
-class OwnLaw:
-    """A law from somebody's file.
+class OwnLaw(Controller):
+    """A law from somebody's file, called in tables as it is in the file.
 
     Attributes
     ----------
     place : the file and the name in it, as given
-    name : what it is called in tables: the name in the file
-    entry : its component and where that is declared
+    module : where its component is declared
     digest : of the file
     """
 
     place: str
-    name: str
-    entry: Entry
+    module: str
     digest: str
 
     @property
-    def component(self) -> Component:
-        """The law's component."""
-        return self.entry.component
+    def kinds(self) -> set[str]:
+        """None: warmlink has no such component."""
+        return set()
+
+    def files(self, store: FmuStore) -> dict[str, Path]:
+        """Its FMU; raises as `fmu`."""
+        return {self.component.name: self.fmu(store)}
 
     def fmu(self, store: FmuStore) -> Path:
         """File of the law's FMU of the store's kind, built where it is missing.
@@ -60,6 +63,7 @@ class OwnLaw:
         InputError
             If the law does not become one.
         """
+        entry = Entry(self.component, self.module)
         folder = store.folder / "own" / self.digest
         path = folder / f"{self.component.name}.fmu"
         if is_file(path):
@@ -69,10 +73,10 @@ class OwnLaw:
                 _check_symbolic(self.component)
                 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
-                return build_native_fmus([self.entry], folder)[0]
+                return build_native_fmus([entry], folder)[0]
             from warmlink.fmus.packaging.python.fmu import build_python_fmu
 
-            return build_python_fmu(self.entry, folder)
+            return build_python_fmu(entry, folder)
         except InputError:
             raise
         except Exception as fault:
@@ -83,9 +87,16 @@ class OwnLaw:
             ) from fault
 
 
-def is_own_law(name: str) -> bool:
-    """Whether a controller's name is a place in somebody's file, as `my_law.py:MyLaw`."""
-    return Path(name.rpartition(":")[0] or name).suffix == ".py"
+def controller_named(name: str) -> Controller:
+    """Controller that warmlink ships, by its name, or a law of one's own, as `my_law.py:MyLaw`.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name, or as `load_own_law`.
+    """
+    own = Path(name.rpartition(":")[0] or name).suffix == ".py"
+    return load_own_law(name) if own else shipped(name)
 
 
 def load_own_law(place: str) -> OwnLaw:
@@ -111,7 +122,7 @@ def load_own_law(place: str) -> OwnLaw:
             _import(package, source, attribute, place)
     component = sys.modules[module].COMPONENT
     _check(component, place)
-    return OwnLaw(place, attribute, Entry(component, module), digest)
+    return OwnLaw(attribute, component, place, module, digest)
 
 
 def _import(package: str, source: bytes, attribute: str, place: str) -> None:

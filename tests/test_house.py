@@ -75,7 +75,7 @@ def test_what_a_component_is_knows_nothing_of_fmus() -> None:
 
 BELOW = {
     "orchestration/system": ("orchestration.master", "orchestration.check"),
-    "orchestration/master": ("orchestration.check", "orchestration.scenarios", "orchestration.commands"),
+    "orchestration/master": ("orchestration.check", "orchestration.scenarios"),
     "orchestration/master/slaves": ("master.algorithms", "master.compiled", "master.recording", "master.run"),
     "orchestration/master/algorithms": ("master.compiled", "master.recording", "master.run"),
     "orchestration/master/recording": ("master.compiled", "master.run", "master.stepping"),

@@ -28,11 +28,10 @@ from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.load import load_scenario
-from warmlink.orchestration.scenarios.overrides import start_values
-from warmlink.orchestration.scenarios.parameter_files import parameters_of
+from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
 from warmlink.orchestration.scenarios.setup import CELL
-from warmlink.orchestration.studies import mismatch
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, System
@@ -154,8 +153,7 @@ def _run_model(path: Path) -> None:
 
 
 def _set_up(path: Path) -> None:
-    scenario = load_scenario(str(path))
-    scenario.values(catalogue.controller(scenario.controller))
+    load_scenario(str(path)).values()
 
 
 def _parameters(path: Path) -> None:
@@ -164,8 +162,7 @@ def _parameters(path: Path) -> None:
 
 
 def _mismatched(path: Path) -> None:
-    law = catalogue.controller("none")
-    mismatch.load(str(path)).applied(load_scenario("windshield_wiper"), law).values(law)
+    mismatch.load(str(path)).applied(load_scenario("windshield_wiper")).values()
 
 
 XML, TOML, CSV = (

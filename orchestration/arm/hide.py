@@ -108,9 +108,8 @@ def _run(scenario: Scenario, store: FmuStore) -> Result:
     record = [f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names]
     record.append(f"{axis_name(1)}.duty.ambient_temperature")
     # No compensator acts on the plant, and what it corrects is not asked for.
-    law = catalogue.controller(NO_CONTROLLER)
-    scenario = replace(scenario, controller=NO_CONTROLLER)
-    system = scenario.system(store.files(sorted(scenario.setup.kinds([law]))), law)
+    scenario = replace(scenario, controller=catalogue.shipped(NO_CONTROLLER))
+    system = scenario.system(scenario.files(store))
     # By Jacobi a step goes by what the duty cycle says at its beginning, as the row there says it.
     stop, step = scenario.stop_time, scenario.step_size
     result = guarded(lambda line: simulate(system, stop, step, Jacobi(), record=record, line=line))

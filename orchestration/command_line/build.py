@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import answer, answer_json, counted, progress_bar
 from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import answer, answer_json, counted, progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,8 +68,7 @@ def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
     from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
     from warmlink.orchestration.system.write import write_ssp
 
-    law, arm = controller(SHOWN_CONTROLLER).name, load_scenario(SHOWN_ARM_SCENARIO)
-    observer = controller(arm.controller)
+    law, arm = controller(SHOWN_CONTROLLER), load_scenario(SHOWN_ARM_SCENARIO)
     components = list(entries().values())
     built: list[Path] = []
     if kind != "native":
@@ -77,17 +76,17 @@ def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out)
-        joined = (WARMUP_CELL.joined(law), arm.joined(observer))
+        joined = (WARMUP_CELL.joined(law), arm.joined())
         built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out)
     fmus = {path.stem: path for path in built}
     for blueprint in SHIPPED.values():
         path = out / f"{blueprint.name}.ssp"
-        write_ssp(blueprint.system(fmus, law, blueprint.shown_drive), path)
+        write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), path)
         built.append(path)
         if blueprint.ports:
             built.append(out / f"{blueprint.name}-ports.ssp")
-            write_ssp(blueprint.system(fmus, law), built[-1], blueprint.ports)
-    return built + write_arm(arm.system(fmus, observer), out)
+            write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
+    return built + write_arm(arm.system(fmus), out)
 
 
 def _build_native(components: Sequence[Entry], platforms: str | None, out: Path) -> list[Path]:

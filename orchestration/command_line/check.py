@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:

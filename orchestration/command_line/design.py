@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,8 +10,8 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
-from warmlink.orchestration.command_line.console import answer, answer_json, remark
 from warmlink.orchestration.command_line.options import Json, Set
+from warmlink.orchestration.console import answer, answer_json, remark
 
 if TYPE_CHECKING:
     from warmlink.controllers.design.plant import Network, Plant
@@ -64,7 +63,7 @@ def design(
     from warmlink.controllers.design.shipped import PLANT_FACTS
     from warmlink.fmus.component import SHORTEST_SAMPLE_TIME
     from warmlink.fmus.names import instead
-    from warmlink.orchestration.commands.run import settings_given
+    from warmlink.orchestration.command_line.options import settings_given
     from warmlink.orchestration.scenarios.quantity import positive
     from warmlink.orchestration.studies.design import write_design
 
@@ -120,12 +119,10 @@ def _plant(system: str, law: str, given: dict[str, str]) -> Plant | Network:
 
     if not system.endswith(".toml"):
         return with_values(_cell(system), given)
-    from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.scenarios.changes import changed
     from warmlink.orchestration.scenarios.load import load_scenario
 
-    scenario = load_scenario(system)
-    parameters = {**scenario.parameters, **given}
-    return network_of(replace(scenario, controller=law, parameters=parameters), controller(law))
+    return network_of(changed(load_scenario(system), controller=law, parameters=given))
 
 
 def _cell(system: str) -> Plant:

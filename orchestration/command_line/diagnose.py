@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import answer, answer_json, remark, spinner
 from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import answer, answer_json, remark, spinner
 
 NO_CONTROLLER = "none"
 
@@ -69,7 +69,7 @@ def _diagnose_cell(
     paths: list[Path], assumed: list[str], settings: list[str], folder: Path, json: bool
 ) -> None:
     from warmlink.orchestration.catalogue import controller
-    from warmlink.orchestration.commands.run import settings_given
+    from warmlink.orchestration.command_line.options import settings_given
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import diagnose as find

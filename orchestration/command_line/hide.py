@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import answer, remark
+from warmlink.orchestration.console import answer, remark
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.practice.hide import Noise
@@ -108,5 +108,5 @@ def _hide_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int, 
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 
-    fmus = store(None, sorted(arm().kinds([controller(NO_CONTROLLER)])), remark)
+    fmus = store(None, sorted({*arm().kinds, controller(NO_CONTROLLER).name}), remark)
     write_csv(hide_in_arm(effects, axis, fmus, noise=noise, seed=seed), out)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from warmlink.orchestration.command_line.console import answer_json, print_table
 from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import answer_json, print_table
 
 
 def list_(json: Json = False) -> None:
@@ -23,8 +23,9 @@ def _known() -> dict[str, dict[str, str]]:
     from warmlink.orchestration.catalogue import components, controllers
     from warmlink.orchestration.diagnosis.practice.effects import about_effects
     from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
+    from warmlink.orchestration.scenarios import mismatch
     from warmlink.orchestration.scenarios.load import load_scenario, scenario_names
-    from warmlink.orchestration.studies import mismatch, study
+    from warmlink.orchestration.studies import study
     from warmlink.orchestration.system.shipped import SHIPPED
 
     return {

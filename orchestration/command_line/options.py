@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from warmlink.fmus.errors import InputError
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.scenarios.overrides import StartValueSet
 
 
 def scenarios(incomplete: str) -> list[str]:
@@ -25,7 +30,7 @@ def controllers(incomplete: str) -> list[str]:
 
 def mismatches(incomplete: str) -> list[str]:
     """Mismatches that warmlink ships."""
-    from warmlink.orchestration.studies.mismatch import names as known
+    from warmlink.orchestration.scenarios.mismatch import names as known
 
     return _beginning(incomplete, known())
 
@@ -42,6 +47,33 @@ def studies(incomplete: str) -> list[str]:
     from warmlink.orchestration.studies.study import names as known
 
     return _beginning(incomplete, known())
+
+
+def settings_given(settings: Iterable[str]) -> dict[str, str]:
+    """Start values by name, as `--set` has them; raises InputError where one has no value."""
+    parameters = {}
+    for setting in settings:
+        variable, equals, value = setting.partition("=")
+        if not equals or not variable.strip():
+            missing = "no name" if equals else "no value"
+            raise InputError(f'--set {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
+        parameters[variable.strip()] = value.strip()
+    return parameters
+
+
+def sets_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> list[StartValueSet]:
+    """Start values of each `--parameters` and of each `--set`, which come last."""
+    from warmlink.orchestration.scenarios.overrides import StartValueSet, parameters_of
+
+    sets = [StartValueSet(f"--parameters {path}", parameters_of(path)) for path in files or ()]
+    return [*sets, *(StartValueSet(f"--set {each}", settings_given([each])) for each in settings or ())]
+
+
+def listed(text: str | None) -> list[str] | None:
+    """Names with commas between them, each once; None where none were asked for."""
+    if text is None:
+        return None
+    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 
 def _beginning(incomplete: str, known: Iterable[str]) -> list[str]:

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
 from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 
 def reproduce(

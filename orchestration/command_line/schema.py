@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.console import answer_json
+from warmlink.orchestration.console import answer_json
 
 
 def schema(
@@ -33,7 +33,7 @@ def kinds() -> dict[str, type[Any]]:
     """The table that each kind of file is read into."""
     from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
-    from warmlink.orchestration.studies.mismatch import MismatchFile
+    from warmlink.orchestration.scenarios.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile
 
     return {"duty": DutyFile, "study": StudyFile, "mismatch": MismatchFile, "experiment": ExperimentFile}

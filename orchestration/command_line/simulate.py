@@ -12,7 +12,8 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.console import (
+from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import (
     FAILED,
     answer,
     answer_json,
@@ -20,7 +21,6 @@ from warmlink.orchestration.command_line.console import (
     progress_bar,
     remark,
 )
-from warmlink.orchestration.command_line.options import Json
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.compiled.loop import Stepping

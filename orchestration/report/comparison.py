@@ -8,10 +8,10 @@ from typing import Any
 
 from warmlink.orchestration.report.figures import heat_map
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.scenarios import mismatch as mismatches
+from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.compare import Comparison, Row
-from warmlink.orchestration.studies.mismatch import NOMINAL
 
 _MAP_TEXT = "Largest error in µm, and the share of the uncompensated one that was removed. {}"
 _WON_TEXT = (

@@ -38,7 +38,7 @@ def _dimension(label: str, values: Sequence[float]) -> dict[str, Any]:
 def about(study: Study) -> Table:
     """What was asked for."""
     rows = [
-        ("controller", study.controller),
+        ("controller", study.controller.name),
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
         ("mismatches", ", ".join(mismatch.name for mismatch in study.mismatches)),
         ("objective", study.objective.title),

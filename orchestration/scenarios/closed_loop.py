@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.fmus.component import Component
-from warmlink.orchestration import catalogue
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms.table import algorithm
@@ -26,19 +24,21 @@ from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
 
+if TYPE_CHECKING:
+    import pandas
+
 Progress = Callable[[float], None]
 """Called with the share of the work that is done, 0 to 1."""
 
 
-@dataclass(frozen=True)
-class ClosedLoop:
+@dataclass(frozen=True, repr=False)
+class ClosedLoop(Answer):
     """What a scenario came to, with a controller and without.
 
     No controller acts on what it corrects, so the one run also tells the error without any.
 
     Attributes
     ----------
-    controller : its name
     result : the run
     coupling_error_um : bound on what the finite communication step costs the plant, by a run with half of
         it; None where one of the two stopped early
@@ -48,7 +48,6 @@ class ClosedLoop:
     """
 
     scenario: Scenario
-    controller: str
     fmus: FmuKind
     result: Result
     coupling_error_um: float | None
@@ -56,6 +55,11 @@ class ClosedLoop:
     advice: str | None
     ideal: bool
     wall_seconds: float
+
+    @property
+    def controller(self) -> str:
+        """Name of the controller."""
+        return self.scenario.controller.name
 
     @property
     def time(self) -> Series:
@@ -100,6 +104,38 @@ class ClosedLoop:
         told = (*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None)
         return tuple(each for each in told if each)
 
+    def to_frame(self) -> pandas.DataFrame:
+        """Time series of every recorded variable, with units in the column names."""
+        return self.result.to_frame()
+
+    def summary(self) -> str:
+        """What the run came to, in a few lines."""
+        before, after, removed = self.uncompensated, self.metrics, self.reduction_percent
+        coupling = "unknown" if self.coupling_error_um is None else f"±{self.coupling_error_um:.2g} µm"
+        within = f"within ±{1e6 * self.scenario.tolerance:g} µm from"
+        rows = [
+            ("", NO_CONTROLLER, self.controller, ""),
+            (
+                "largest error",
+                f"{before.max_abs_um:.1f} µm",
+                f"{after.max_abs_um:.1f} µm",
+                "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}",
+            ),
+            (within, _settled(before), _settled(after), ""),
+            ("coupling error", coupling, coupling, ""),
+        ]
+        done, whole = float(self.time[-1]), _duration(self.scenario.stop_time)
+        head = (
+            self.scenario.name,
+            *self.scenario.mismatches,
+            whole if done >= self.scenario.stop_time else f"{_duration(done)} of {whole}",
+            f"{self.fmus} FMUs",
+            f"{self.scenario.step_size:g} s steps",
+            self.scenario.master,
+        )
+        lines = [f"{a:<20}{b:>14}{c:>15}     {d}".rstrip() for a, b, c, d in rows]
+        return "\n".join([" · ".join(head), *lines, *(f"note  {text}" for text in self.remarks)])
+
     def to_dict(self) -> dict[str, Any]:
         """What stands in `metrics.json`."""
         detail = self.scenario.setup.detail
@@ -129,6 +165,18 @@ class ClosedLoop:
         }
 
 
+def _settled(metrics: ErrorMetrics) -> str:
+    if metrics.time_to_tolerance_s is None:
+        return "never"
+    return "start" if metrics.time_to_tolerance_s == 0 else _duration(metrics.time_to_tolerance_s)
+
+
+def _duration(seconds: float) -> str:
+    if seconds >= 3600:
+        return f"{seconds / 3600:.3g} h"
+    return f"{seconds / 60:.3g} min" if seconds >= 60 else f"{seconds:.3g} s"
+
+
 IDEAL = (
     "the thermometers are perfect and the cell is just the one that the law was designed for, which no real "
     "one is; add --mismatch thermal_high or --mismatch noisy_sensors, say"
@@ -146,40 +194,30 @@ def discretisation_um(result: Result) -> float:
     return 1e6 * float(np.max(np.abs(estimates), initial=0.0))
 
 
-def run_scenario(
-    scenario: Scenario,
-    controller: str,
-    store: FmuStore,
-    progress: Progress | None = None,
-    own: OwnLaw | None = None,
-) -> ClosedLoop:
-    """Run a scenario with a controller, and once more at half the step.
+def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None = None) -> ClosedLoop:
+    """Run a scenario with its controller, and once more at half the step.
 
     Ctrl-C ends it in order: what was computed up to there is kept.
 
     Parameters
     ----------
     scenario : what to run
-    controller : name of a shipped one, or what to call one's own
     store : where the FMUs are
     progress : called with the share of the work that is done
-    own : a law of one's own, in the controller's place
 
     Raises
     ------
     InputError
-        If the scenario names a controller, parameter, unit or master that does not exist, or a value that
+        If the scenario names a parameter, unit or master that does not exist, or a value that
         a component refuses.
     SlaveError
         If the run did not get to a first value.
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
-    law = catalogue.controller(controller) if own is None else own.component
-    scenario = replace(scenario, controller=controller)
     setup = scenario.setup
-    system = scenario.system(files_for(setup, law, store, own), law)
-    told, ideal = (None, False) if own else judged(scenario, law)
+    system = scenario.system(scenario.files(store))
+    told, ideal = judged(scenario)
     chosen = algorithm(scenario.master)
     stop, step = scenario.stop_time, scenario.step_size
     with temporary_folder() as home:
@@ -212,7 +250,6 @@ def run_scenario(
             cut_short = cut_short and f"{cut_short} in the run at half the step"
     return ClosedLoop(
         scenario=scenario,
-        controller=controller,
         fmus=store.kind,
         result=result,
         coupling_error_um=coupling,
@@ -230,22 +267,16 @@ def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float
     return 1e6 * largest if np.isfinite(largest) else None
 
 
-def judged(scenario: Scenario, law: Component) -> tuple[str | None, bool]:
+def judged(scenario: Scenario) -> tuple[str | None, bool]:
     """What to do where the controller was not made for the system, and whether all is as it was made for."""
-    name, setup = scenario.controller, scenario.setup
-    if name == NO_CONTROLLER:
+    name, setup = scenario.controller.name, scenario.setup
+    if name == NO_CONTROLLER or isinstance(scenario.controller, OwnLaw):
         return None, False
     if scenario.design is None:
         return f"{name} has no design for {setup.name}; it runs with the parameters that it ships with", False
     if setup.name != CELL.name:
         return None, False
-    declared = setup.declared(law)
+    declared = scenario.declared
     believed = scenario.parameters if scenario.believed is None else scenario.believed
     perfect = scenario.in_use.noise is None
     return advice(name, declared, believed), perfect and is_ideal(name, declared, scenario.parameters)
-
-
-def files_for(setup: Setup, law: Component, store: FmuStore, own: OwnLaw | None) -> dict[str, Path]:
-    """Files of the FMUs that a system needs from us, by the component's name."""
-    files = store.files(sorted(setup.kinds([law]) - ({law.name} if own else set())))
-    return files if own is None else {**files, law.name: own.fmu(store)}

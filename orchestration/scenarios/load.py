@@ -18,6 +18,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.arm.library import PROGRAMS, program_names
+from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty, Segment
 from warmlink.orchestration.scenarios.own_system import own_setup
@@ -85,8 +87,8 @@ def load_scenario(name: str) -> Scenario:
         If there is none of that name, or the file does not hold a scenario.
     """
     path = Path(name)
-    for shipped, folder in ((_shipped(), LIBRARY), (program_names(), PROGRAMS)):
-        if name in shipped:
+    for known, folder in ((_shipped(), LIBRARY), (program_names(), PROGRAMS)):
+        if name in known:
             return read_scenario(name, read_text(folder / f"{name}.toml", ""))
     if path.suffix == ".toml":
         return read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
@@ -125,7 +127,7 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         about=text_entry(table, "about", scenario.duty.reason, name),
         step_size=positive(table.get("step_size", scenario.step_size), "s", f"{name}: step_size"),
         master=text_entry(table, "master", scenario.master, name),
-        controller=text_entry(table, "controller", scenario.controller, name),
+        controller=controller_named(text_entry(table, "controller", scenario.controller.name, name)),
         tolerance=positive(table.get("tolerance", scenario.tolerance), "m", f"{name}: tolerance"),
         parameters=written_parameters(name, table),
         sensors=_sensors(name, table.get("sensors", {})),
@@ -144,7 +146,7 @@ def _setup(name: str, table: Mapping[str, Any], folder: Path) -> tuple[Setup, Sc
     if system == ARM:
         from warmlink.orchestration.arm.setup import arm
 
-        return arm(), replace(default, controller=ARM_CONTROLLER, tolerance=ARM_TOLERANCE)
+        return arm(), replace(default, controller=shipped(ARM_CONTROLLER), tolerance=ARM_TOLERANCE)
     if system.endswith(".ssp"):
         return own_setup(folder / system, table.get("roles", {}), name), default
     raise InputError(f"{name}: system: {instead(system, (CELL.name, ARM), 'or give the path of an SSP')}")

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 
 @dataclass(frozen=True)
@@ -87,3 +90,21 @@ def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> 
     values = [float(chosen.get(name, start or 0.0)) for name, start in starts.items()]
     for sentence in limits.problems(component, instance, values):
         raise InputError(sentence)
+
+
+def parameters_of(path: Path) -> dict[str, float]:
+    """Start values in SI units by `instance.variable`; names without an instance are the compensator's.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds a value that is no number.
+    """
+    found = {}
+    for name, parameter in read_ssv(path).items():
+        full = name if "." in name else f"{COMPENSATOR}.{name}"
+        value, unit = parameter.value, parameter.unit
+        if isinstance(value, str):
+            raise InputError(f"{path.name}: {name}: {value!r} is not a number; leave it out of the file")
+        found[full] = float(value) if unit is None else unit.factor * float(value) + unit.offset
+    return found

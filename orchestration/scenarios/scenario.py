@@ -9,10 +9,13 @@ from typing import Protocol
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import Controller, shipped
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.extent import MOST_POINTS, check_extent
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, StartValues, merged
 from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.shipped import Blueprint
 
 DEFAULT_SCENARIO = "windshield_wiper"
 DEFAULT_TOLERANCE = 5e-6
@@ -59,6 +62,7 @@ class Scenario:
     Attributes
     ----------
     parameters : start values as written, `"2 W/K"` under `motor.joint_conductance`
+    controller : the law of all controllers of the system
     sensors : what the controllers go by; what is None there is the system's
     mismatches : names of those that change the parameters
     believed : the parameters without them, which is what a law may know; None where there are none
@@ -71,7 +75,7 @@ class Scenario:
     setup: Setup = CELL
     step_size: float = DEFAULT_STEP
     master: str = DEFAULT_MASTER
-    controller: str = DEFAULT_CONTROLLER
+    controller: Controller = field(default_factory=lambda: shipped(DEFAULT_CONTROLLER))
     tolerance: float = DEFAULT_TOLERANCE
     parameters: dict[str, str | float] = field(default_factory=dict)
     sensors: Sensors = AS_THEY_ARE
@@ -97,14 +101,35 @@ class Scenario:
         """Parameters of the controllers for this system; None where it has no design of the law."""
         if self.setup.designs is None:
             return {}
-        return self.setup.designs(self.controller, self.in_use)
+        return self.setup.designs(self.controller.name, self.in_use)
 
     @property
     def _most_points(self) -> int:
         """Communication points that fit in memory: fewer where a controller takes several instances."""
         return MOST_POINTS // max(1, len(self.setup.controllers))
 
-    def values(self, law: Component) -> dict[str, dict[str, Value]]:
+    @property
+    def kinds(self) -> set[str]:
+        """Names of warmlink's components that the system needs."""
+        return self.setup.kinds | self.controller.kinds
+
+    @property
+    def declared(self) -> dict[str, Component]:
+        """Declaration behind each instance that is one of ours."""
+        return self.setup.declared(self.controller.component)
+
+    def files(self, store: FmuStore) -> dict[str, Path]:
+        """Files of all FMUs of the system by the component's name; built where they are missing.
+
+        Raises
+        ------
+        InputError
+            If one cannot be built.
+        """
+        files = store.files(sorted(self.kinds))
+        return {**files, **self.setup.foreign, **self.controller.files(store)}
+
+    def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
 
         Raises
@@ -115,25 +140,27 @@ class Scenario:
         """
         check_extent(self.name, self.stop_time, self.step_size, self._most_points)
         noise = self.in_use.noise
-        declared = self.setup.declared(law)
         chosen = merged(
             self.setup.values,
             {} if noise is None else self.setup.noisy(noise),
             self.design or {},
-            start_values(self.parameters, declared, self.name),
+            start_values(self.parameters, self.declared, self.name),
             self.duty.start_values(),
         )
         for instance in self.setup.controllers:
-            if "tolerance" in law.p.index:
+            if "tolerance" in self.controller.component.p.index:
                 chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
 
-    def system(self, fmus: Mapping[str, Path], law: Component) -> System:
-        """System with its FMUs; raises as `values`."""
-        blueprint = replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
-        return blueprint.system({**self.setup.foreign, **fmus}, law.name, self.values(law))
+    @property
+    def _blueprint(self) -> Blueprint:
+        return replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
 
-    def joined(self, law: Component) -> Component:
+    def system(self, fmus: Mapping[str, Path]) -> System:
+        """System with its FMUs, as `files` gives them; raises as `values`."""
+        return self._blueprint.system(fmus, self.controller.component.name, self.values())
+
+    def joined(self) -> Component:
         """The same as one component.
 
         Raises
@@ -146,5 +173,4 @@ class Scenario:
                 f"{self.setup.name}: holds FMUs of others ({', '.join(self.setup.foreign)}), whose equations "
                 "nobody knows; run it by the master"
             )
-        blueprint = replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
-        return blueprint.joined(law.name, self.values(law))
+        return self._blueprint.joined(self.controller.component, self.values())

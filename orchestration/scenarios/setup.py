@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -95,10 +95,10 @@ class Setup:
         """What the controllers correct by."""
         return tuple(f"{instance}.correction" for instance in self.controllers)
 
-    def kinds(self, laws: Iterable[Component]) -> set[str]:
-        """Names of our components that the system needs with any of the laws."""
-        found = {kind for law in laws for kind in self.blueprint.components_with(law.name).values()}
-        return found - self.foreign.keys()
+    @property
+    def kinds(self) -> set[str]:
+        """Names of our components that the system needs, its controllers apart."""
+        return {kind for kind in self.blueprint.components.values() if kind} - self.foreign.keys()
 
     def declared(self, law: Component) -> dict[str, Component]:
         """Declaration behind each instance that is one of ours."""

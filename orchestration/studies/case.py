@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.component import Component
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result
@@ -106,9 +105,7 @@ def failed(reason: str) -> Outcome:
     return Outcome(nan, nan, nan, None, nan, nan, nan, nan, None, reason)
 
 
-def case_of(
-    scenario: Scenario, controller: Component, label: tuple[str, ...], *, with_budget: bool = False
-) -> Case:
+def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = False) -> Case:
     """The run that a scenario describes, with its start values checked.
 
     Raises
@@ -122,8 +119,8 @@ def case_of(
     return Case(
         label=label,
         setup=replace(scenario.setup, designs=None, detail=None),
-        law=controller.name,
-        values=scenario.values(controller),
+        law=scenario.controller.component.name,
+        values=scenario.values(),
         stop_time=scenario.stop_time,
         step_size=scenario.step_size,
         master=scenario.master,

@@ -6,14 +6,24 @@ import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.catalogue import Controller, shipped
+from warmlink.orchestration.own_law import controller_named
+from warmlink.orchestration.scenarios.load import load_scenario, names_on
+from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
+from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
+from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
+from warmlink.orchestration.studies.given import assigned
 
 COLUMNS = (
     "controller",
@@ -26,6 +36,20 @@ COLUMNS = (
     "equal_within_um",
 )
 """Columns of `compare.csv`."""
+
+DEFAULT_MISMATCHES = (
+    NOMINAL,
+    "thermal_high",
+    "thermal_low",
+    "insulated",
+    "ventilated",
+    "draw_1",
+    "draw_2",
+    "noisy_sensors",
+    "camera_absent",
+)
+SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
+"""Systems whose scenarios are compared unasked, each with the mismatches taken then."""
 
 Progress = Callable[[float], None]
 
@@ -92,6 +116,23 @@ class Comparison:
         rows = [self.row(controller, duty_cycle, m) for m in others]
         return max(rows, key=lambda row: (row.outcome.stopped is not None, row.outcome.max_abs_um))
 
+    def records(self) -> list[dict[str, Any]]:
+        """Every row with its figures by name, as JSON has them."""
+        return [
+            {
+                "controller": row.controller,
+                "duty_cycle": row.duty_cycle,
+                "mismatch": row.mismatch,
+                **row.outcome.to_dict(),
+                "removed_percent": row.removed_percent,
+                "equal_within_um": row.equal_within_um,
+                "productive_minutes_won": row.minutes_won if row.minutes_won == row.minutes_won else None,
+                "equal_to_best": self.equal_to_best(row),
+                "defeated": row.controller != NO_CONTROLLER and row.defeated,
+            }
+            for row in self.rows.values()
+        ]
+
     def equal_to_best(self, row: Row) -> bool:
         """Whether no other controller does better in the same run by more than the error budget."""
         scores = [self.row(c, row.duty_cycle, row.mismatch).outcome.max_abs_um for c in self.controllers]
@@ -99,41 +140,117 @@ class Comparison:
         return bool(known) and row.outcome.max_abs_um - min(known) <= (row.equal_within_um or 0.0)
 
 
+@dataclass(frozen=True)
+class Plan:
+    """What is compared: every duty cycle with every controller, under every mismatch."""
+
+    scenarios: tuple[Scenario, ...]
+    mismatches: tuple[Mismatch, ...]
+
+    @property
+    def laws(self) -> dict[str, Component]:
+        """Component of each controller by its name."""
+        return {each.controller.name: each.controller.component for each in self.scenarios}
+
+    @property
+    def cases(self) -> list[Case]:
+        """The runs in the order of the rows, every start value checked.
+
+        The error budget of the elongation depends on the plant alone, so `none` finds it for all.
+
+        Raises
+        ------
+        InputError
+            If a scenario or mismatch names what does not exist, or a component refuses a value.
+        """
+        cases = []
+        alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
+        for scenario in self.scenarios:
+            name = scenario.controller.name
+            for mismatch in self.mismatches:
+                needed = alone or mismatch.name == NOMINAL or mismatch.touches_plant
+                label = (name, scenario.name, mismatch.name)
+                budget = name == NO_CONTROLLER and needed
+                cases.append(case_of(mismatch.applied(scenario), label, with_budget=budget))
+        return cases
+
+
 def plan(
-    controllers: Mapping[str, Component],
+    controllers: Sequence[Controller],
     duties: Sequence[Scenario],
     mismatches: Sequence[Mismatch],
-    given: Mapping[str, Mapping[str, str | float]] | None = None,
-) -> list[Case]:
-    """The runs of a comparison, in the order of its rows, every start value checked.
-
-    The error budget of the elongation depends on the plant alone, so `none` finds it for all.
+    sets: Sequence[StartValueSet] = (),
+) -> Plan:
+    """What to compare, `none` before all other controllers.
 
     Parameters
     ----------
-    controllers : component of each law by its name
-    duties, mismatches : each of the one with each of the other
-    given : other start values by the law's name; a mismatch comes on top
+    controllers, duties, mismatches : each with each
+    sets : other start values, for the controllers that have them; a mismatch comes on top
 
     Raises
     ------
     InputError
-        If a scenario or mismatch names what does not exist, or a component refuses a value.
+        If two have one name, which a table could not tell apart, no controller has what is set, or one has no
+        design for the system.
     """
-    cases = []
-    alone = NOMINAL not in {mismatch.name for mismatch in mismatches}
-    for name, law in controllers.items():
-        for duty in duties:
-            parameters = {**duty.parameters, **(given or {}).get(name, {})}
-            plain = replace(duty, controller=name, parameters=parameters)
-            if plain.design is None:
-                raise InputError(f"{name}: has no design for {duty.setup.name}; leave it out")
-            for mismatch in mismatches:
-                scenario = mismatch.applied(plain, law)
-                needed = alone or mismatch.name == NOMINAL or mismatch.touches_plant
-                budget = name == NO_CONTROLLER and needed
-                cases.append(case_of(scenario, law, (name, duty.name, mismatch.name), with_budget=budget))
-    return cases
+    laws = [shipped(NO_CONTROLLER), *(law for law in controllers if law.name != NO_CONTROLLER)]
+    _distinct(laws, "controllers")
+    _distinct(duties, "duty cycles")
+    _distinct(mismatches, "mismatches")
+    given = assigned(sets, {law.name: law.component for law in laws})
+    scenarios = [
+        replace(duty, controller=law, parameters={**duty.parameters, **given[law.name]})
+        for law in laws
+        for duty in duties
+    ]
+    for each in scenarios:
+        if each.design is None:
+            raise InputError(f"{each.controller.name}: has no design for {each.setup.name}; leave it out")
+    return Plan(tuple(scenarios), tuple(mismatches))
+
+
+def plan_on(
+    system: str = CELL.name,
+    controllers: Sequence[str] | None = None,
+    duty_cycles: Sequence[str] | None = None,
+    mismatches: Sequence[str] | None = None,
+    sets: Sequence[StartValueSet] = (),
+) -> Plan:
+    """What to compare, by names and files; what is None is all that is usual for the system.
+
+    Raises
+    ------
+    InputError
+        If there is none of a name, or as `plan`.
+    """
+    if system not in SYSTEMS:
+        raise InputError(f"--system {system}: no such system to compare on; {instead(system, SYSTEMS)}")
+    if controllers is None:
+        controllers = designed_for(system)
+    duty_cycles = names_on(system) if duty_cycles is None else duty_cycles
+    mismatches = SYSTEMS[system] if mismatches is None else mismatches
+    for option, names, example in (
+        ("--duty-cycles", duty_cycles, "windshield_wiper,stop_and_go"),
+        ("--mismatch", mismatches, "nominal,thermal_high"),
+    ):
+        if not names:
+            raise InputError(f"{option}: names none; give some, as {option} {example}")
+    return plan(
+        [controller_named(name) for name in dict.fromkeys(controllers)],
+        [load_scenario(name) for name in duty_cycles],
+        [load_mismatch(name) for name in mismatches],
+        sets,
+    )
+
+
+def designed_for(system: str) -> list[str]:
+    """Controllers to compare where none are named: all, or those that have a design for the system."""
+    if system != ARM:
+        return list(catalogue.controllers())
+    from warmlink.orchestration.arm.setup import DESIGNED
+
+    return list(DESIGNED)
 
 
 def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) -> Comparison:
@@ -177,19 +294,8 @@ def write_csv(comparison: Comparison, path: Path) -> None:
             )
 
 
-def chosen_controllers(names: Sequence[str]) -> dict[str, Component]:
-    """Controllers by name, with none before all others.
-
-    Raises
-    ------
-    InputError
-        If there is none of a name.
-    """
-    return {name: catalogue.controller(name) for name in dict.fromkeys((NO_CONTROLLER, *names))}
-
-
-def distinct(names: Sequence[str], what: str) -> None:
-    """Refuse two things of one name, which one table could not tell apart."""
+def _distinct(held: Sequence[Controller | Scenario | Mismatch], what: str) -> None:
+    names = [each.name for each in held]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(f"{twice[0]}: two {what} of that name; rename one")

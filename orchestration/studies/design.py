@@ -34,7 +34,7 @@ def plant_of(system: System) -> Plant:
     return Plant(motor=_differing(system, MOTOR), link=_differing(system, LINK))
 
 
-def network_of(scenario: Scenario, law: Component) -> Network:
+def network_of(scenario: Scenario) -> Network:
     """Motors and links of a scenario's system, and what its controller sees of them.
 
     Raises
@@ -44,7 +44,7 @@ def network_of(scenario: Scenario, law: Component) -> Network:
         of what they grow by.
     """
     setup = scenario.setup
-    declared = setup.declared(law)
+    declared = scenario.declared
     motors, links = setup.called("motor"), setup.called("link")
     if not motors or not links:
         raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
@@ -52,7 +52,7 @@ def network_of(scenario: Scenario, law: Component) -> Network:
     wires = {target: source for source, target in setup.blueprint.wires}
     among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
     joined = join(setup.name, {name: declared[name] for name in plant}, among)
-    values = scenario.values(law)
+    values = scenario.values()
     given = {
         f"{name}.{variable}": float(value)
         for name in plant

@@ -38,20 +38,19 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration import catalogue
+from warmlink.orchestration.catalogue import Controller
 from warmlink.orchestration.master.algorithms.table import algorithm
-from warmlink.orchestration.own_law import OwnLaw, is_own_law, load_own_law
+from warmlink.orchestration.own_law import controller_named
+from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import TABLE, read_table
-from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.studies.objective import Constraint, Gathered
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
@@ -128,9 +127,7 @@ class Study:
 
     name: str
     title: str
-    controller: str
-    law: Component
-    own: OwnLaw | None
+    controller: Controller
     scenarios: tuple[Scenario, ...]
     mismatches: tuple[Mismatch, ...]
     seed: int
@@ -150,23 +147,12 @@ class Study:
         """
         return [
             case_of(
-                mismatch.applied(replace(duty, parameters={**duty.parameters, **point}), self.law),
-                self.law,
+                mismatch.applied(replace(duty, parameters={**duty.parameters, **point})),
                 (label, duty.name, mismatch.name),
             )
             for duty in self.scenarios
             for mismatch in self.mismatches
         ]
-
-    @property
-    def kinds(self) -> set[str]:
-        """Components of ours that the runs need."""
-        return {kind for scenario in self.scenarios for kind in scenario.setup.kinds([self.law])}
-
-    @property
-    def foreign(self) -> dict[str, Path]:
-        """FMUs of others that they need, by the component's name."""
-        return {name: path for scenario in self.scenarios for name, path in scenario.setup.foreign.items()}
 
     @property
     def runs(self) -> list[tuple[str, str]]:
@@ -179,6 +165,14 @@ class Study:
         if all(axis.holds_shipped for axis in self.axes):
             return {axis.name: axis.shipped for axis in self.axes}
         return None
+
+    def lasting(self, trials: int | None) -> Study:
+        """The same with another number of trials; raises InputError where that is none."""
+        if trials is None:
+            return self
+        if trials < 1:
+            raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
+        return replace(self, tune=replace(self.tune, trials=trials))
 
     def lines(self, point: Point) -> list[str]:
         """A point in lines for the terminal."""
@@ -221,17 +215,13 @@ def load_study(name: str) -> Study:
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     """Study from the tables of its file; files that it names are looked for in `folder` too."""
     file = read_table(StudyFile, given, name)
-    own = load_own_law(_beside(file.controller, folder)) if is_own_law(file.controller) else None
-    law = catalogue.controller(file.controller) if own is None else own.component
-    controller = file.controller if own is None else own.name
+    controller = controller_named(_beside(file.controller, folder))
     scenarios = tuple(_scenario(_beside(each, folder), file, controller) for each in file.duty_cycles)
-    declared = scenarios[0].setup.declared(law)
+    declared = scenarios[0].declared
     study = Study(
         name=name,
         title=name if file.title is None else file.title,
         controller=controller,
-        law=law,
-        own=own,
         scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
@@ -245,7 +235,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     return study
 
 
-def _scenario(duty: str, file: StudyFile, controller: str) -> Scenario:
+def _scenario(duty: str, file: StudyFile, controller: Controller) -> Scenario:
     scenario = load_scenario(duty)
     if file.master is not None:
         algorithm(file.master)

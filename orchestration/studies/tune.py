@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.points import Evaluation, Judged, best, evaluate, latin_hypercube
 from warmlink.orchestration.studies.storage import EXCESS, REASON, Storage, distributions, internal
@@ -20,6 +21,7 @@ from warmlink.orchestration.studies.study import Point, Study
 
 if TYPE_CHECKING:
     import optuna
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,68 @@ class Trial(Judged):
         return {"number": self.number, **super().to_dict()}
 
 
+@dataclass(frozen=True, repr=False)
+class Tuned(Answer):
+    """A study with all its trials by number."""
+
+    study: Study
+    trials: list[Trial]
+
+    @property
+    def best(self) -> Trial | None:
+        """The trial with the smallest objective that keeps every constraint; None where there is none."""
+        return best(self.trials)
+
+    def summary(self) -> str:
+        """What came of the study, in a few lines."""
+        study, trials, winner = self.study, self.trials, self.best
+        poisoned = [trial for trial in trials if trial.reason is not None]
+        unfit = sum(trial.reason is None and not trial.feasible for trial in trials)
+        runs = len(study.runs)
+        lines = [f"{study.title} · {study.controller.name} · {len(trials)} trials of {runs} runs"]
+        if winner is None:
+            lines.append("no trial keeps every constraint")
+        else:
+            first = trials[0]
+            shipped = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
+            lines.append(f"{study.objective.title}: {winner.objective:.4g} at best{shipped}")
+            lines += study.lines(winner.point)
+        if unfit:
+            lines.append(f"{unfit} trials break a constraint")
+        if poisoned:
+            count, reason = len(poisoned), poisoned[0].reason
+            lines.append(f"{count} trials gave no objective, the first because of: {reason}")
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "study": self.study.name,
+            "objective": self.study.objective.title,
+            "best": None if self.best is None else self.best.to_dict(),
+            "units": {axis.name: axis.unit for axis in self.study.axes},
+            "trials": [trial.to_dict() for trial in self.trials],
+        }
+
+    def to_frame(self) -> pandas.DataFrame:
+        """A row for each trial, as in `trials.csv`."""
+        import pandas
+
+        excesses = [f"{c.metric} above {c.at_most:g}" for c in self.study.constraints]
+        rows = [
+            {
+                "number": trial.number,
+                **{axis.heading: trial.point[axis.name] for axis in self.study.axes},
+                "objective": trial.objective if trial.reason is None else None,
+                "feasible": int(trial.feasible),
+                **dict(zip(excesses, trial.excess or [None] * len(excesses), strict=True)),
+                "reason": trial.reason,
+            }
+            for trial in self.trials
+        ]
+        return pandas.DataFrame(rows)
+
+
 SPREAD = 16
 """Trials before the sampler goes by results: two batches of 8, which hold the 10 that Optuna asks for."""
 
@@ -40,8 +104,8 @@ Progress = Callable[[int, Trial | None], None]
 """Called with the number of trials done and the best so far."""
 
 
-def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -> list[Trial]:
-    """Go on with a study until it has its trials; gives them all by number.
+def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -> Tuned:
+    """Go on with a study until it has its trials.
 
     Raises
     ------
@@ -65,7 +129,7 @@ def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -
         chooser.tell(batch)
         trials += batch
         progress(len(trials), best(trials))
-    return trials
+    return Tuned(study, trials)
 
 
 def _run(

@@ -64,7 +64,7 @@ class Blueprint:
         return replace(self, components=components, wires=wires)
 
     def joined(
-        self, controller: str | None = None, values: Mapping[str, Mapping[str, Value]] | None = None
+        self, controller: Component | None = None, values: Mapping[str, Mapping[str, Value]] | None = None
     ) -> Component:
         """The system as one component.
 
@@ -73,8 +73,8 @@ class Blueprint:
         controller : component of the compensator, where the system has one
         values : start values by instance and variable, in SI units
         """
-        kinds = catalogue.components()
-        parts = {name: kinds[kind] for name, kind in self.components_with(controller).items()}
+        kinds = catalogue.components() | ({} if controller is None else {"": controller})
+        parts = {name: kinds[kind] for name, kind in self.components.items()}
         joined = join(self.name, parts, self.wires, self.about)
         given = {f"{key}.{name}": float(v) for key, of in (values or {}).items() for name, v in of.items()}
         return replace(

@@ -74,7 +74,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("cell") / "cell.ssp"
-    values = load_scenario("windshield_wiper").values(law)
+    values = load_scenario("windshield_wiper").values()
     write_ssp(WARMUP_CELL.system(files, law.name, values), path)
     return path
 

@@ -31,7 +31,7 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     folder = tmp_path_factory.mktemp("run") / "out"
     with pytest.MonkeyPatch.context() as patch:
         printed: list[str] = []
-        patch.setattr("warmlink.orchestration.commands.run.answer", printed.append)
+        patch.setattr("warmlink.orchestration.command_line.run.answer", printed.append)
         assert run(["run", "--out", str(folder)], patch) == 0
     return "\n".join(printed), folder
 

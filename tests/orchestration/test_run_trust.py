@@ -202,7 +202,7 @@ def pressing(share: float, times: int) -> Callable[[str], object]:
 def test_ctrl_c_keeps_what_was_computed(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.commands.run.progress_bar", pressing(0.1, times))
+    monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.1, times))
     code, printed = warmlink("run", "--stop", "20 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "of 20 min" in printed
@@ -222,7 +222,7 @@ def test_ctrl_c_keeps_what_was_computed(
 def test_ctrl_c_in_the_second_run_costs_the_coupling_error_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.commands.run.progress_bar", pressing(0.6, 1))
+    monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.6, 1))
     code, printed = warmlink("run", "--stop", "20 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "in the run at half the step" in printed

@@ -17,16 +17,17 @@ from warmlink.orchestration.arm.error_map import workspace
 from warmlink.orchestration.arm.figures import ArmErrors
 from warmlink.orchestration.arm.library import program_names
 from warmlink.orchestration.arm.pose import sensitivities
-from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.arm.setup import DESIGNED
+from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenario
 from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
-from warmlink.orchestration.studies import mismatch
-from warmlink.orchestration.studies.compare import chosen_controllers, plan, run_comparison, write_csv
+from warmlink.orchestration.studies.compare import plan, run_comparison, write_csv
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 
@@ -43,7 +44,7 @@ def outcome(fmu_store: FmuStore) -> ClosedLoop:
     """An hour of the fastest program, with the thermometers where they tell least."""
     scenario = shortened("six_axis_iso_9283", HOUR)
     scenario = replace(scenario, sensors=Sensors(used=("base",)), step_size=2.0)
-    return run_scenario(scenario, "observer", fmu_store)
+    return run_scenario(scenario, fmu_store)
 
 
 @pytest.mark.parametrize("name", program_names())
@@ -52,9 +53,9 @@ def test_observers_remove_nine_tenths_in_every_program(name: str, fmu_store: Fmu
 
     In steps of 10 s, in which the observers still sample each second.
     """
-    scenario, law = load_scenario(name), controller("observer")
+    scenario = load_scenario(name)
     record = [f"kinematics.{each}" for each in ("error_norm", "uncompensated_error_norm")]
-    system = scenario.system(fmu_store.files(scenario.setup.kinds([law])), law)
+    system = scenario.system(scenario.files(fmu_store))
     result = simulate(system, scenario.stop_time, 10.0, GaussSeidel(), record=record)
     assert result.status == "completed"
     before, after = (float(result[each].max()) for each in reversed(record))
@@ -119,9 +120,8 @@ def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> 
 
 
 def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
-    law = controller("none")
-    scenario = replace(load_scenario("six_axis_shift"), controller="none")
-    changed = mismatch.load("losses_high").applied(scenario, law).parameters
+    scenario = replace(load_scenario("six_axis_shift"), controller=shipped("none"))
+    changed = mismatch.load("losses_high").applied(scenario).parameters
     scaled = [name for name in changed if name.startswith("axis4.motor")]
     assert scaled
     factors = mismatch.load("losses_high").scale
@@ -129,19 +129,19 @@ def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
         own = arm_values()["axis4.motor"].get(name.rpartition(".")[2])
         if own is not None:
             assert changed[name] == pytest.approx(factors[name.removeprefix("axis4.")] * float(own))
-    assert mismatch.load("nominal").applied(scenario, law).parameters == {}
+    assert mismatch.load("nominal").applied(scenario).parameters == {}
 
 
 @pytest.fixture(scope="module")
 def comparison_files(fmu_store: FmuStore) -> FmuSet:
-    laws = chosen_controllers(["observer"]).values()
-    kinds = load_scenario("six_axis_iso_9283").setup.kinds(laws)
-    return FmuSet.read(fmu_store.kind, fmu_store.files(sorted(kinds)))
+    scenario = load_scenario("six_axis_iso_9283")
+    files = [replace(scenario, controller=shipped(name)).files(fmu_store) for name in ("none", "observer")]
+    return FmuSet.read(fmu_store.kind, files[0] | files[1])
 
 
 def test_a_comparison_has_a_row_for_each_controller(comparison_files: FmuSet, tmp_path: Path) -> None:
-    laws = chosen_controllers(["observer"])
-    cases = plan(laws, [shortened("six_axis_iso_9283", 600.0)], [mismatch.load("nominal")])
+    duties = [shortened("six_axis_iso_9283", 600.0)]
+    cases = plan([shipped("observer")], duties, [mismatch.load("nominal")]).cases
     with LocalWorkers(comparison_files, 1) as workers:
         comparison = run_comparison(cases, workers, lambda share: None)
     rows = list(comparison.rows.values())
@@ -201,7 +201,13 @@ def test_a_file_of_one_s_own_is_a_scenario_of_the_arm() -> None:
         '[[pose]]\nhold = "10 s"\npoint = ["450 mm", "0 mm", "150 mm"]\npitch = "-90 deg"\n'
     )
     scenario = read_scenario("mine", text)
-    assert (scenario.in_use, scenario.controller) == (Sensors(0.1, ("base",)), "observer")
+    assert (scenario.in_use, scenario.controller.name) == (Sensors(0.1, ("base",)), "observer")
     assert scenario.tolerance == pytest.approx(20e-6)
     with pytest.raises(InputError, match=r"sensors\.used: 'sky' is not measured"):
         read_scenario("mine", text.replace('"base"', '"sky"'))
+
+
+@pytest.mark.parametrize("name", DESIGNED)
+def test_a_scenario_is_designed_for_the_law_that_it_runs_with(name: str) -> None:
+    joined = replace(load_scenario("six_axis_shift"), controller=shipped(name)).joined()
+    assert "axis6.compensator.correction" in joined.y.names

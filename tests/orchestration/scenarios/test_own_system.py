@@ -11,7 +11,6 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
-from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
 from warmlink.orchestration.system.assemble import component, connect
@@ -140,7 +139,7 @@ def test_an_observer_designed_for_the_chain_knows_both_links(warmlink: Warmlink)
 
 def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:
     scenario = load_scenario("chain.toml")
-    joined = scenario.joined(controller("lag"))
+    joined = scenario.joined()
     assert {"motor2.winding_temperature", "link1.elongation"} <= {*joined.x.names, *joined.y.names}
     start = joined.start_values()[0][joined.p.index["motor2.neighbour_conductance"]]
     assert start == 0.3

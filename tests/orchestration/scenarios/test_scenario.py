@@ -6,7 +6,6 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.load import load_scenario, read_scenario, scenario_names
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.quantity import quantity
@@ -177,8 +176,8 @@ def test_a_run_that_is_too_long_is_refused_but_not_the_duty_cycle(
     duty = replace(load_scenario("windshield_wiper").duty, stop_time=change.get("stop_time", 3600.0))
     scenario = Scenario("mine", "", "", duty, step_size=change.get("step_size", 1.0))
     with pytest.raises(InputError, match=sentence):
-        scenario.values(catalogue.controller("none"))
-    replace(scenario, duty=replace(duty, stop_time=2.0)).values(catalogue.controller("none"))
+        scenario.values()
+    replace(scenario, duty=replace(duty, stop_time=2.0)).values()
 
 
 @pytest.mark.parametrize(

@@ -5,18 +5,19 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.commands.compare_table import table
+from warmlink.orchestration.command_line.studies.compare_table import table
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.closed_loop import run_scenario
 from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet
-from warmlink.orchestration.studies import mismatch as mismatches
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.compare import (
     COLUMNS,
     Comparison,
-    chosen_controllers,
     plan,
     run_comparison,
     write_csv,
@@ -24,7 +25,6 @@ from warmlink.orchestration.studies.compare import (
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.given import assigned, told
-from warmlink.orchestration.studies.mismatch import Mismatch
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
@@ -33,7 +33,7 @@ from .conftest import Here
 
 def cases(folder: Path, *wrong: str) -> list[Case]:
     duties = [load_scenario(str(folder / name)) for name in ("work.toml", "pause.toml")]
-    return plan(chosen_controllers(["lag"]), duties, [mismatches.load(name) for name in wrong])
+    return plan([shipped("lag")], duties, [mismatches.load(name) for name in wrong]).cases
 
 
 def comparison(folder: Path, fmus: FmuSet, *wrong: str) -> Comparison:
@@ -42,7 +42,7 @@ def comparison(folder: Path, fmus: FmuSet, *wrong: str) -> Comparison:
 
 def test_figures_are_those_of_warmlink_run(folder: Path, fmus: FmuSet) -> None:
     row = comparison(folder, fmus, "nominal").row("lag", "work")
-    outcome = run_scenario(load_scenario(str(folder / "work.toml")), "lag", FmuStore(fmus.kind))
+    outcome = run_scenario(load_scenario(str(folder / "work.toml")), FmuStore(fmus.kind))
     assert row.outcome.max_abs_um == outcome.metrics.max_abs_um
     assert row.outcome.p95_abs_um == outcome.metrics.p95_abs_um
     assert row.outcome.time_to_tolerance_s == outcome.metrics.time_to_tolerance_s
@@ -144,7 +144,7 @@ def test_the_command_writes_table_and_report(
 
 
 def test_start_values_go_to_the_controllers_that_have_them(folder: Path) -> None:
-    laws = chosen_controllers(["lag", "observer"])
+    laws = {name: controller(name) for name in ("none", "lag", "observer")}
     sets = [
         StartValueSet("--set a", {"link.length": "34 cm"}),
         StartValueSet("--set b", {"compensator.gain": "5 um/W"}),
@@ -167,7 +167,8 @@ def test_start_values_go_to_the_controllers_that_have_them(folder: Path) -> None
     ]
     duties = [load_scenario(str(folder / "work.toml"))]
     wrong = [Mismatch("longer", "", {"link.length": 1.1})]
-    cases = {case.label[0]: case.values for case in plan(laws, duties, wrong, values)}
+    planned = plan([shipped("lag"), shipped("observer")], duties, wrong, sets)
+    cases = {case.label[0]: case.values for case in planned.cases}
     assert cases["none"]["link"]["length"] == pytest.approx(0.385)
     assert cases["lag"]["compensator"]["gain"] == pytest.approx(5e-6)
     assert cases["observer"]["compensator"]["sample_time"] == 2.0
@@ -182,7 +183,7 @@ def test_start_values_go_to_the_controllers_that_have_them(folder: Path) -> None
 )
 def test_start_values_that_no_controller_has_are_refused(name: str, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
-        assigned([StartValueSet("--set x", {name: 1.0})], chosen_controllers(["lag"]))
+        assigned([StartValueSet("--set x", {name: 1.0})], {"lag": controller("lag")})
 
 
 def test_the_command_takes_parameter_sets(

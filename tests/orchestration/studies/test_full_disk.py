@@ -15,7 +15,7 @@ import sqlalchemy
 
 from warmlink.fmus.errors import NoRoomError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.commands import study as commands_study
+from warmlink.orchestration.studies import at_work
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
@@ -146,7 +146,7 @@ def run(
     text = (folder / "study.toml").read_text()
     (folder / "study.toml").write_text(text.replace("points = 3", "points = 2"))
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(commands_study, "LocalWorkers", Formula)
+    monkeypatch.setattr(at_work, "LocalWorkers", Formula)
 
     def given(arguments: list[str]) -> tuple[int, str]:
         monkeypatch.setattr("sys.argv", ["warmlink", *arguments])

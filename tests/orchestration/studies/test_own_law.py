@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,7 @@ def outcome(kind: FmuKind, folder: Path, fmus: FmuSet, tmp_path: Path) -> Outcom
     files = dict(fmus.files() if fmus.kind == kind else FmuStore(kind).files(set(fmus.contents)))
     files["MyLaw"] = law.fmu(FmuStore(kind, tmp_path))
     scenario = load_scenario(str(folder / "work.toml"))
-    return run_case(case_of(scenario, law.component, ("MyLaw", "work", "nominal")), files)
+    return run_case(case_of(replace(scenario, controller=law), ("MyLaw", "work", "nominal")), files)
 
 
 def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
@@ -38,7 +39,9 @@ def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
     assert native.stopped is None
     assert native.max_abs_um == pytest.approx(python.max_abs_um, rel=1e-9)
     none = run_case(
-        case_of(load_scenario(str(folder / "work.toml")), load_own_law(EXAMPLE).component, ("", "", "")),
+        case_of(
+            replace(load_scenario(str(folder / "work.toml")), controller=load_own_law(EXAMPLE)), ("", "", "")
+        ),
         {**fmus.files(), "MyLaw": load_own_law(EXAMPLE).fmu(FmuStore("native", tmp_path))},
     )
     assert none.max_abs_um == native.max_abs_um
@@ -129,3 +132,8 @@ def test_states_need_an_update() -> None:
 
     with pytest.raises(InputError, match="has states, but no update"):
         component_of(Forgetful)
+
+
+def test_a_system_with_a_law_of_one_s_own_joins_into_one_component(folder: Path) -> None:
+    scenario = replace(load_scenario(str(folder / "work.toml")), controller=load_own_law(EXAMPLE))
+    assert "compensator.correction" in scenario.joined().y.names

@@ -84,7 +84,7 @@ def test_tuning_ends_well_below_a_sweep_of_as_many_runs(
 ) -> None:
     study = replace(load_study("lag_law"), seed=seed)
     storage = Storage(study, "fmus", default_url(tmp_path))
-    trials = tune(study, followed, storage, lambda done, leader: None)
+    trials = tune(study, followed, storage, lambda done, leader: None).trials
     swept = sweep(study, points_of(study), followed, lambda done: None)
     assert len(trials) == len(swept)
     winner = best(trials)

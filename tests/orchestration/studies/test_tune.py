@@ -51,7 +51,7 @@ class Formula:
 
 def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Trial]:
     storage = Storage(study, fmus, default_url(folder))
-    return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None)
+    return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None).trials
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ class Deadly(Case):
 def short(folder: Path) -> Case:
     scenario = load_scenario(str(folder / "work.toml"))
     return case_of(
-        replace(scenario, step_size=10.0), catalogue.controller("none"), ("none", "work", "nominal")
+        replace(scenario, step_size=10.0, controller=catalogue.shipped("none")), ("none", "work", "nominal")
     )
 
 

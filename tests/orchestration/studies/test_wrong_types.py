@@ -10,12 +10,11 @@ import pytest
 from benchmarks.fuzz.mutate import changed, entry_at, ways_into
 from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS
 from warmlink.orchestration.scenarios.load import load_scenario, of_tables, read_scenario
-from warmlink.orchestration.studies import mismatch as mismatches
-from warmlink.orchestration.studies.mismatch import Mismatch
+from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.studies.study import load_study, read_study
 from warmlink.orchestration.text_files import read_toml
 
@@ -53,9 +52,8 @@ def study(given: dict[str, Any], folder: Path) -> None:
 
 
 def mismatch(given: dict[str, Any], folder: Path) -> None:
-    law = catalogue.controller("none")
     found: Mismatch = mismatches.parsed(given, "mine")
-    found.applied(load_scenario("windshield_wiper"), law).values(law)
+    found.applied(load_scenario("windshield_wiper")).values()
 
 
 def duty(given: dict[str, Any], folder: Path) -> None:
@@ -64,7 +62,7 @@ def duty(given: dict[str, Any], folder: Path) -> None:
 
 
 def scenario(given: dict[str, Any], folder: Path) -> None:
-    of_tables("mine", given).values(catalogue.controller("none"))
+    of_tables("mine", given).values()
 
 
 FILES: dict[str, tuple[dict[str, Any], Callable[[dict[str, Any], Path], None]]] = {

@@ -15,7 +15,7 @@ from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.plant import demand, plant
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.setup import arm
-from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
@@ -44,7 +44,7 @@ def alone(fmu: Path) -> System:
 
 @pytest.fixture(scope="module")
 def cells(tmp_path_factory: pytest.TempPathFactory) -> dict[FmiVersion, Path]:
-    joined = WARMUP_CELL.joined(LAW, {"duty": DUTY})
+    joined = WARMUP_CELL.joined(controller("lag"), {"duty": DUTY})
     folder = tmp_path_factory.mktemp("joined")
     versions: tuple[FmiVersion, ...] = ("2.0", "3.0")
     return {v: build_native_fmus([Entry(joined, HOME)], folder / v, v)[0] for v in versions}
@@ -119,16 +119,16 @@ def test_other_masters_run_it(
 def test_an_arm_is_one_fmu(tmp_path: Path) -> None:
     """Of two axes: six take a compiler half a minute, and `warmlink build` makes them."""
     count = 2
-    scenario, law = load_scenario("six_axis_shift"), controller("lag")
+    scenario = load_scenario("six_axis_shift")
     assert isinstance(scenario.duty, Program)
     program = replace(scenario.duty, axes=count)
-    scenario = replace(scenario, controller="lag", setup=arm(count), duty=program)
-    (fmu,) = build_native_fmus([Entry(scenario.joined(law), HOME)], tmp_path)
+    scenario = replace(scenario, controller=shipped("lag"), setup=arm(count), duty=program)
+    (fmu,) = build_native_fmus([Entry(scenario.joined(), HOME)], tmp_path)
     found = check_fmu(fmu, cases=["runs its default experiment", "state restore is bit-identical"])
     assert not [each for each in found if each.verdict == "fail"]
     names = [f"axis{i}.link.elongation" for i in range(1, count + 1)]
     whole = simulate(alone(fmu), STOP, 1.0)
-    system = scenario.system(FmuStore("native").files(scenario.setup.kinds([law])), law)
+    system = scenario.system(scenario.files(FmuStore("native")))
     coupled = simulate(system, STOP, 1.0, GaussSeidel())
     bounds = estimate_coupling_error(
         lambda until, half: simulate(system, until, half, GaussSeidel(), record=names), coupled, 1.0, 1, names

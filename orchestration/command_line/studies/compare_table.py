@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies.compare import Comparison, Row
-from warmlink.orchestration.studies.mismatch import NOMINAL
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -10,6 +11,20 @@ from typing import Any
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C."""
+
+
+class Answer:
+    """A result that says itself what it came to, on a terminal and in a notebook."""
+
+    def summary(self) -> str:
+        """What it came to, in a few lines."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.summary())}</pre>"
 
 
 def answer(text: str) -> None:

@@ -5,19 +5,18 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.load import load_scenario
-from warmlink.orchestration.studies import mismatch as mismatches
-from warmlink.orchestration.studies.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
+from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
 
-LAW = catalogue.controller("none")
-IDLE = replace(load_scenario("windshield_wiper"), controller="none")
+IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("none"))
 
 
 @pytest.mark.parametrize("name", [*mismatches.names(), "draw_1", "draw_12"])
 def test_every_mismatch_gives_values_that_the_components_take(name: str) -> None:
     mismatch = mismatches.load(name)
-    changed = mismatch.applied(IDLE, LAW)
-    changed.values(LAW)
+    changed = mismatch.applied(IDLE)
+    changed.values()
     assert mismatch.about
     assert bool(changed.parameters) == (name != "nominal")
     assert changed.mismatches == (name,)
@@ -46,7 +45,7 @@ def test_draws_repeat_differ_and_keep_within_their_bounds() -> None:
 def test_a_factor_acts_on_the_scenarios_value_where_it_gives_one() -> None:
     mismatch = Mismatch("mine", "", {"motor.joint_conductance": 2.0, "link.length": 1.5})
     given = replace(IDLE, parameters={"motor.joint_conductance": "3 W/K"})
-    applied = mismatch.applied(given, LAW).parameters
+    applied = mismatch.applied(given).parameters
     assert applied["motor.joint_conductance"] == 6.0
     assert applied["link.length"] == pytest.approx(1.5 * 0.3302)
 
@@ -79,7 +78,7 @@ def test_a_bad_mismatch_is_refused_in_one_sentence(content: str, sentence: str, 
     path = tmp_path / "mine.toml"
     path.write_text(content)
     with pytest.raises(InputError, match=sentence) as refusal:
-        mismatches.load(str(path)).applied(IDLE, LAW).values(LAW)
+        mismatches.load(str(path)).applied(IDLE).values()
     assert "\n" not in str(refusal.value)
 
 

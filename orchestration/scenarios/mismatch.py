@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.entries import Number, Text, Value
@@ -66,7 +65,7 @@ class Mismatch:
         named = (name.split(".")[:-1] for name in (*self.scale, *self.parameters))
         return any(part in PLANT for parts in named for part in parts)
 
-    def applied(self, scenario: Scenario, law: Component) -> Scenario:
+    def applied(self, scenario: Scenario) -> Scenario:
         """Scenario with this mismatch on top, which the law does not know of.
 
         What concerns the warm-up cell's motor concerns every motor of another system, and so on; factors act
@@ -79,7 +78,7 @@ class Mismatch:
         """
         where = f"mismatch {self.name}"
         setup = scenario.setup
-        components = setup.declared(law)
+        components = scenario.declared
         changed = dict(scenario.parameters)
         changed |= {full: value for name, value in self.parameters.items() for full in _meant(name, setup)}
         for full, factor in ((f, factor) for name, factor in self.scale.items() for f in _meant(name, setup)):

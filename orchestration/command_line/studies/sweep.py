@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
 from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report, Scheduler, StudyFile
+from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.points import Evaluation
@@ -30,7 +30,9 @@ def sweep(
     `points` for each parameter, or `kind = "latin_hypercube"` with the number of `points` in all. Writes
     sweep.parquet, one row for each run, and report.html. After an interruption the same command continues.
     """
-    from warmlink.orchestration.commands.study import interruptible, means, results
+    from warmlink.orchestration.command_line.studies.in_order import interruptible, results
+    from warmlink.orchestration.fmu_store import kind_named
+    from warmlink.orchestration.studies.at_work import Means, at_work
     from warmlink.orchestration.studies.points import best
     from warmlink.orchestration.studies.study import load_study
     from warmlink.orchestration.studies.sweep import points_of, write_parquet
@@ -38,11 +40,10 @@ def sweep(
 
     asked = load_study(study)
     points = points_of(asked)
-    folder = out or Path("out") / asked.name / "sweep"
-    own = () if asked.own is None else (asked.own,)
-    with interruptible(), means(asked.kinds, asked.foreign, own, fmus, scheduler, jobs, folder) as given:
+    folder, means = out or Path("out") / asked.name / "sweep", Means(kind_named(fmus), jobs, scheduler)
+    with interruptible(), at_work(asked.scenarios, means, folder) as work:
         with progress_bar(asked.title) as progress:
-            found = sweep_study(asked, points, given.workers, lambda done: progress(done / len(points)))
+            found = sweep_study(asked, points, work.workers, lambda done: progress(done / len(points)))
         with results(folder) as target:
             write_parquet(asked, found, target / "sweep.parquet")
             if report:
@@ -59,7 +60,7 @@ def sweep(
 
 
 def _answer(study: Study, found: list[Evaluation], leader: Evaluation | None) -> str:
-    lines = [f"{study.title} · {study.controller} · {len(found)} points of {len(study.runs)} runs"]
+    lines = [f"{study.title} · {study.controller.name} · {len(found)} points of {len(study.runs)} runs"]
     if leader is not None:
         objectives = [evaluation.objective for evaluation in found if evaluation.reason is None]
         smallest = f"{leader.objective:.4g}, point {found.index(leader)}"

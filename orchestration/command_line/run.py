@@ -1,0 +1,116 @@
+"""`warmlink run`: a scenario in closed loop, its answer, its files."""
+
+from __future__ import annotations
+
+import json as json_text
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line.options import Fmus, Json, Parameters, Report, Set
+from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.scenarios.closed_loop import ClosedLoop
+
+
+def run(
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            help="Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
+            autocompletion=options.scenarios,
+        ),
+    ] = "windshield_wiper",
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            help="Controller to hold against none, or a law of your own, as `my_law.py:MyLaw`. "
+            "Default: the scenario's.",
+            autocompletion=options.controllers,
+        ),
+    ] = None,
+    fmus: Fmus = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SCENARIO.")] = None,
+    set_: Set = None,
+    parameters: Parameters = None,
+    mismatch: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="How the cell differs from what the controller may know of it: `thermal_high`, "
+            "`noisy_sensors`, `draw_1` and so on (`warmlink list`), or a TOML file. Repeatable, one on "
+            "top of the other.",
+            autocompletion=options.mismatches,
+        ),
+    ] = None,
+    step: Annotated[str | None, typer.Option(help='Communication step size, as "1 s".')] = None,
+    stop: Annotated[str | None, typer.Option(help='Stop time, as "2 h".')] = None,
+    master: Annotated[
+        str | None, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
+    ] = None,
+    report: Report = True,
+    json: Json = False,
+) -> None:
+    """Run a scenario with a controller and without, and say how far off the tool point is.
+
+    Writes metrics.json, results.csv, results.parquet and report.html. Ctrl-C ends the run early and keeps
+    what was computed, as does an FMU that fails (exit code 1).
+    """
+    from warmlink.orchestration.files import fresh_folder
+    from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.master.pacing import Interruption
+    from warmlink.orchestration.scenarios.changes import changed
+    from warmlink.orchestration.scenarios.closed_loop import run_scenario
+    from warmlink.orchestration.scenarios.load import load_scenario
+
+    sets = options.sets_given(parameters, set_)
+    asked = changed(
+        load_scenario(scenario),
+        controller=controller,
+        parameters={name: value for each in sets for name, value in each.values.items()},
+        mismatches=mismatch or (),
+        step=step,
+        stop=stop,
+        master=master,
+    )
+    built = store(kind_named(fmus), sorted(asked.kinds), remark)
+    folder = out or Path("out") / asked.name
+    with fresh_folder(folder) as target:
+        with progress_bar(asked.title) as progress:
+            outcome = run_scenario(asked, built, progress)
+        if outcome.time.size == 0:
+            remark(f"{outcome.cut_short}; there are no results")
+            raise SystemExit(FAILED)
+        with Interruption():  # a Ctrl-C now does not cost what was computed
+            lost = _write(outcome, target, report)
+    if json:
+        answer_json(outcome.to_dict())
+    else:
+        answer(outcome.summary())
+        answer(f"report  {folder / 'report.html'}" if report else f"results  {folder}")
+    if lost is not None:
+        remark(f"{folder}: {lost}")
+    if outcome.cut_short is not None:
+        remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
+        remark("the figures are of that part alone")
+    if lost is not None or outcome.cut_short is not None:
+        raise SystemExit(FAILED)
+
+
+def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
+    """Write what came of the run; give what could not be written and why."""
+    from warmlink.orchestration.files import write_files
+    from warmlink.orchestration.report.series import series_writers
+
+    metrics = json_text.dumps(outcome.to_dict(), indent=2) + "\n"
+    writers = {
+        "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
+        **series_writers(outcome.result),
+    }
+    if report:
+        from warmlink.orchestration.report.closed_loop import write_report
+
+        writers["report.html"] = lambda path: write_report(outcome, path)
+    return write_files(target, writers)

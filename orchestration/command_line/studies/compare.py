@@ -1,0 +1,102 @@
+"""`warmlink compare`: controllers x duty cycles x mismatches in one table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Parameters, Report, Set
+from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
+
+
+def compare(
+    controllers: Annotated[
+        str | None, typer.Option(help="Controllers, as `lag,observer`. Default: all (`warmlink list`).")
+    ] = None,
+    duty_cycles: Annotated[
+        str | None,
+        typer.Option(
+            help="Duty cycles by name, or TOML or CSV files of your own, with commas between. Default: all."
+        ),
+    ] = None,
+    mismatch: Annotated[
+        str | None,
+        typer.Option(
+            help="How the cell differs from what the laws believe: `nominal`, `thermal_high`, `thermal_low`, "
+            "`insulated`, `ventilated`, `losses_high`, `losses_low`, `noisy_sensors`, `camera_absent`, "
+            "`draw_1`, `draw_2` and so on (the number is the seed), or TOML files. Default: nine of them."
+        ),
+    ] = None,
+    with_: Annotated[
+        list[str] | None,
+        typer.Option("--with", help="A law of your own, as `my_law.py:MyLaw`. Repeatable."),
+    ] = None,
+    parameters: Parameters = None,
+    set_: Set = None,
+    fmus: Fmus = None,
+    system: Annotated[
+        str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, whose duty cycles are its programs.")
+    ] = "WarmupCell",
+    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
+    jobs: Jobs = 2,
+    report: Report = True,
+    json: Json = False,
+) -> None:
+    """Hold controllers against each other and against none, over duty cycles and mismatches.
+
+    What is set of the compensator goes to the controllers that have it; mismatches come on top of it all.
+    Writes compare.csv and report.html. Interrupted or killed, the same command goes on. Differences within
+    the error budget count as equal; where a duty cycle defeats a law, the table says so.
+
+    Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
+    """
+    from warmlink.orchestration.command_line.studies.compare_table import print_table
+    from warmlink.orchestration.command_line.studies.in_order import interruptible, results
+    from warmlink.orchestration.fmu_store import kind_named
+    from warmlink.orchestration.studies.at_work import Means, at_work
+    from warmlink.orchestration.studies.compare import (
+        SYSTEMS,
+        designed_for,
+        plan_on,
+        run_comparison,
+        write_csv,
+    )
+    from warmlink.orchestration.studies.given import told
+
+    sets = options.sets_given(parameters, set_)
+    laws = options.listed(controllers)
+    if with_ and system in SYSTEMS:
+        laws = [*(designed_for(system) if laws is None else laws), *with_]
+    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets)
+    for each in sets:
+        sentence = told(each, plan.laws)
+        if sentence is not None:
+            remark(sentence)
+    cases = plan.cases
+    folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
+    with interruptible(), at_work(plan.scenarios, Means(kind_named(fmus), jobs), folder) as work:
+        with progress_bar(f"{len(cases)} runs") as progress:
+            comparison = run_comparison(cases, work.workers, progress)
+        with results(folder) as target:
+            write_csv(comparison, target / "compare.csv")
+            if report:
+                from warmlink.orchestration.report.comparison import write_report
+
+                write_report(comparison, target / "report.html")
+    if json:
+        answer_json(comparison.records())
+    else:
+        print_table(comparison)
+        answer(f"table   {folder / 'compare.csv'}")
+        if report:
+            answer(f"report  {folder / 'report.html'}")
+    stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
+    for row in stopped[:3]:
+        remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
+    if len(stopped) > 3:
+        remark(f"{len(stopped) - 3} more runs stopped early")
+    if stopped:
+        raise SystemExit(FAILED)

@@ -1,0 +1,58 @@
+"""What `compare`, `tune` and `sweep` share: what Ctrl-C does, and where results go."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import INTERRUPTED, remark
+from warmlink.orchestration.files import fresh_folder
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Ctrl-C ends the command in order; pressed again meanwhile, it ends the process at once.
+
+    Workers end with the process.
+    """
+
+    def first(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        raise KeyboardInterrupt
+
+    in_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGINT, first) if in_main else None
+    try:
+        yield
+    except KeyboardInterrupt:
+        remark("interrupted; what is finished is kept, the same command goes on")
+        raise SystemExit(INTERRUPTED) from None
+    finally:
+        if in_main:
+            signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def results(folder: Path) -> Iterator[Path]:
+    """Folder to write the results of finished runs into; its files move to `folder` when all are written.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written; the sentence says that the runs are kept.
+    """
+    kept = "every finished run is kept, and the same command writes the results"
+    try:
+        with fresh_folder(folder) as target:
+            yield target
+    except OSError as fault:
+        raise InputError(
+            f"{folder}: the results cannot be written ({fault.strerror or fault}); make room: {kept}"
+        ) from None
+    except InputError as fault:
+        raise InputError(f"{fault}; {kept}") from None

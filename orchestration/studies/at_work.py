@@ -1,0 +1,80 @@
+"""What a comparison, a tuning study and a sweep run with: FMUs, and workers that keep what they finish."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import remark
+from warmlink.orchestration.files import locked_folder
+from warmlink.orchestration.fmu_store import FmuKind, store
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies.cores.local import LocalWorkers, check_jobs
+from warmlink.orchestration.studies.cores.workers import DEFAULT_JOBS, Workers
+from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.ledger import FILE, Ledger
+
+
+@dataclass(frozen=True)
+class Means:
+    """Kind of FMU, processes that run at once, or in their place a Dask scheduler, `tcp://10.0.0.1:8786`."""
+
+    fmus: FmuKind | None = None
+    jobs: int = DEFAULT_JOBS
+    scheduler: str | None = None
+
+
+@dataclass(frozen=True)
+class AtWork:
+    """Workers, and the FMUs that they run."""
+
+    fmus: FmuSet
+    workers: Workers
+
+
+@contextmanager
+def at_work(scenarios: Sequence[Scenario], means: Means, folder: Path) -> Iterator[AtWork]:
+    """FMUs of the scenarios, and workers that keep what they finish in a folder, which is theirs alone.
+
+    What was empty before is so again where no run was finished.
+
+    Raises
+    ------
+    InputError
+        If there are no workers to be had, the folder cannot be written, or another study is at work in it.
+    """
+    if means.scheduler is None:
+        check_jobs(means.jobs)
+    with locked_folder(folder):
+        fresh = not any(folder.iterdir())
+        try:
+            built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
+            files = {name: path for each in scenarios for name, path in each.files(built).items()}
+            fmus = FmuSet.read(built.kind, files)
+            with _workers(fmus, means) as workers:
+                yield AtWork(fmus, Ledger(folder, fmus.digest, workers, remark))
+        except InputError:
+            if fresh and not (folder / FILE).exists():
+                _clear(folder)
+            raise
+
+
+@contextmanager
+def _workers(fmus: FmuSet, means: Means) -> Iterator[Workers]:
+    if means.scheduler is not None:
+        from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
+
+        with ClusterWorkers(fmus, means.scheduler) as cluster:
+            yield cluster
+        return
+    with LocalWorkers(fmus, means.jobs) as local:
+        yield local
+
+
+def _clear(folder: Path) -> None:
+    for path in folder.iterdir():
+        if path.is_file():
+            path.unlink()
