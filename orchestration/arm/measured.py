@@ -19,8 +19,9 @@ from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
-from warmlink.orchestration.diagnosis.data.measured import Column, Run, read_run
+from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, rig
+from warmlink.orchestration.diagnosis.data.table import Column
 from warmlink.orchestration.text_files import is_file, measured_text
 
 RIG = "WarmupCell"

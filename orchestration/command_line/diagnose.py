@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.options import Json
-from warmlink.orchestration.console import answer, answer_json, remark, spinner
+from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
 NO_CONTROLLER = "none"
 
@@ -20,8 +24,8 @@ def diagnose(
     data: Annotated[
         list[Path],
         typer.Argument(
-            help="Runs (CSV) of one warm-up cell, judged together; a run of the six-axis arm; or an "
-            "experiment (TOML)."
+            help="Runs of one warm-up cell, judged together, as a logger or a spreadsheet writes them (CSV, "
+            "text, Parquet, Excel); a run of the six-axis arm; or an experiment (TOML)."
         ),
     ],
     assume: Annotated[
@@ -38,6 +42,37 @@ def diagnose(
             help='Parameter that is known to differ, as --set "link.length=800 mm". Repeatable.',
         ),
     ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            help="Scenario (TOML) of the cell as it is known: its [parameters] are where one begins."
+        ),
+    ] = None,
+    noise: Annotated[
+        list[str] | None,
+        typer.Option(help='Noise of a column, 1 sigma, as --noise "tip_temperature=0.1 K". Repeatable.'),
+    ] = None,
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Unit that a header lacks: --unit "T_base=degC" for one column, --unit degC for all of that '
+            'quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.'
+        ),
+    ] = None,
+    map_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--map",
+            help='What a column is, as --map "T_base=base_temperature"; --map "T9=" leaves it out. '
+            "Repeatable.",
+        ),
+    ] = None,
+    decimal: Annotated[
+        str, typer.Option(help="Decimal mark, `comma` or `point`, where the file leaves it open.")
+    ] = "",
+    check: Annotated[
+        bool, typer.Option("--check", help="Show what is understood of the files, and stop.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for results. Default: out/RUN, out/RUN+NEXT for two.")
     ] = None,
@@ -52,33 +87,81 @@ def diagnose(
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
-    if not whole_arm:
-        _diagnose_cell(data, assume or [], set_ or [], folder, json)
+    told = Told(assume or [], set_ or [], scenario, noise or [], unit or [], map_ or [], decimal)
+    if check:
+        _show(data, bool(whole_arm), told, json)
+    elif not whole_arm:
+        _diagnose_cell(data, told, folder, json)
     elif len(data) > 1:
         raise InputError(f"{whole_arm[0]}: a run of the whole arm stands alone; diagnose it by itself")
-    elif assume or set_:
+    elif told != Told():
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
-            "leave --assume and --set out"
+            "leave out all options but --out, --check and --json"
         )
     else:
         _diagnose_arm(data[0], folder, json)
 
 
-def _diagnose_cell(
-    paths: list[Path], assumed: list[str], settings: list[str], folder: Path, json: bool
-) -> None:
+@dataclass(frozen=True)
+class Told:
+    """What the command line says of the measurements, as it was typed."""
+
+    assumed: list[str] = field(default_factory=list)
+    settings: list[str] = field(default_factory=list)
+    scenario: str | None = None
+    noise: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    decimal: str = ""
+
+    def experiment(self, paths: list[Path]) -> Experiment:
+        """What a diagnosis works on."""
+        from warmlink.orchestration.command_line.options import settings_given
+        from warmlink.orchestration.diagnosis.data.columns import said
+        from warmlink.orchestration.diagnosis.data.nominal import parameters_of, with_noise
+        from warmlink.orchestration.diagnosis.diagnose import read
+
+        settings = parameters_of(self.scenario) if self.scenario else {}
+        settings |= settings_given(self.settings)
+        experiment = read(paths, self.assumed, settings, said(self.units, self.names, self.decimal))
+        return with_noise(experiment, settings_given(self.noise, "--noise"))
+
+
+def _show(paths: list[Path], whole_arm: bool, told: Told, json: bool) -> None:
+    """What is understood of the files."""
+    from rich.markup import escape
+
+    from warmlink.orchestration.arm.measured import arm_experiments
+    from warmlink.orchestration.diagnosis.data import understood
+
+    experiments = list(arm_experiments(paths[0]).values()) if whole_arm else [told.experiment(paths)]
+    found = [understood.understood(experiment) for experiment in experiments]
+    if json:
+        answer_json(found if whole_arm else found[0])
+        return
+    headings = ("column", "is", "unit", "cells", "least", "largest")
+    for each in found:
+        for run in each["runs"]:
+            answer(understood.in_words(run))
+            rows = [[escape(cell) for cell in row] for row in understood.table(run)]
+            print_table("", headings, rows, texts=3, width=120)
+        for text in each["remarks"]:
+            answer(f"- {text}")
+
+
+def _diagnose_cell(paths: list[Path], told: Told, folder: Path, json: bool) -> None:
     from warmlink.orchestration.catalogue import controller
-    from warmlink.orchestration.command_line.options import settings_given
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
-    from warmlink.orchestration.diagnosis.diagnose import diagnose as find
+    from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
     from warmlink.orchestration.system.shipped import SHIPPED
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
-        found = find(*paths, assumed=assumed, settings=settings_given(settings), progress=progress)
+        progress("reading")
+        found = diagnose_experiment(told.experiment(paths), progress)
     for each in found.experiment.remarks:
         remark(each)
     _give(json_content(found, SSV, SSP) if json else summary(found))

@@ -49,14 +49,14 @@ def studies(incomplete: str) -> list[str]:
     return _beginning(incomplete, known())
 
 
-def settings_given(settings: Iterable[str]) -> dict[str, str]:
-    """Start values by name, as `--set` has them; raises InputError where one has no value."""
+def settings_given(settings: Iterable[str], option: str = "--set") -> dict[str, str]:
+    """Values by name, as `--set` has them; raises InputError where one has no value."""
     parameters = {}
     for setting in settings:
         variable, equals, value = setting.partition("=")
         if not equals or not variable.strip():
             missing = "no name" if equals else "no value"
-            raise InputError(f'--set {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
+            raise InputError(f'{option} {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
         parameters[variable.strip()] = value.strip()
     return parameters
 

@@ -6,16 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.measured import Column, Run, read_run
+from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+from warmlink.orchestration.diagnosis.data.table import Column
 from warmlink.orchestration.diagnosis.data.values import to_si
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
@@ -134,44 +139,49 @@ class Experiment:
     remarks: tuple[str, ...] = ()
 
 
-def read_experiment(path: Path) -> Experiment:
-    """Read an experiment file, or a bare CSV file as a run of the warm-up cell.
+def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
+    """Read an experiment file, or bare measurements as a run of the warm-up cell.
+
+    Parameters
+    ----------
+    source : path of an experiment (TOML) or of a file of measurements, or these as a DataFrame
+    told : units and names of columns that the user gave
 
     Raises
     ------
     InputError
         What does not fit, with file, row and column or with the table and key.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".toml":
-        return _bare(path)
-    if not is_file(path):
-        raise InputError(f"{path}: there is no such file; give the path of a .csv or .toml file")
-    return _Reader(path).experiment()
+    if not isinstance(source, Path) or source.suffix.lower() != ".toml":
+        return _bare(source, told)
+    if not is_file(source):
+        raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
+    return _Reader(source, told).experiment()
 
 
-def _bare(path: Path) -> Experiment:
+def _bare(source: Path | pd.DataFrame, told: Said) -> Experiment:
     system = rig("WarmupCell")
-    run, columns = read_run(path, system)
+    run, columns = read_run(source, system, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
-    return Experiment(path.stem, system, (replace(run, fit_until=until),), columns)
+    return Experiment(run.name, system, (replace(run, fit_until=until),), columns)
 
 
-def read_runs(paths: Sequence[Path]) -> Experiment:
-    """Read one experiment, or several bare CSV files as runs of one warm-up cell.
+def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
+    """Read one experiment, or several bare files of measurements as runs of one warm-up cell.
 
     Raises
     ------
     InputError
         What does not fit; an experiment file among several; a run that is given twice.
     """
-    for path in paths:
-        if len(paths) > 1 and path.suffix.lower() == ".toml":
+    for path in sources:
+        if len(sources) > 1 and isinstance(path, Path) and path.suffix.lower() == ".toml":
             raise InputError(
                 f"{path}: an experiment file stands alone; give further runs in it, each as a [[run]]"
             )
-    experiments = [read_experiment(path) for path in paths]
-    for (one, first), (other, second) in combinations(zip(paths, experiments, strict=True), 2):
+    experiments = [read_experiment(source, told) for source in sources]
+    names = [source if isinstance(source, Path) else "a DataFrame" for source in sources]
+    for (one, first), (other, second) in combinations(zip(names, experiments, strict=True), 2):
         if first.runs[0].like(second.runs[0]):
             raise InputError(f"{other}: the same readings as in {one}; give each run once")
     return together(experiments)
@@ -201,7 +211,8 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
 class _Reader:
     """Reads what an experiment file says of the variables of its system."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, told: Said) -> None:
+        self.told = told
         self.name, self.folder = path.name, path.parent
         self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
         self.rig = rig(self.file.system)
@@ -232,7 +243,9 @@ class _Reader:
         )
 
     def _run(self, table: RunTable, where: str) -> tuple[Run, tuple[Column, ...]]:
-        run, columns = read_run(self.folder / table.data, self.rig, self.file.channels, self.file.covariates)
+        run, columns = read_run(
+            self.folder / table.data, self.rig, self.file.channels, self.file.covariates, self.told
+        )
         known = self._known(table.known, f"{where}.known")
         return replace(
             run, labels=table.labels, known=known, heldout=table.heldout, adapt=table.adapt

@@ -48,7 +48,9 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
         runs.append(replace(run, inputs={**run.inputs, **constant}))
     experiment = replace(experiment, runs=tuple(runs))
     _refuse_undriven(experiment)
-    return replace(experiment, remarks=(*experiment.remarks, *_absent(experiment), *_unused(experiment)))
+    cells = [remark for run in experiment.runs for remark in run.remarks]
+    remarks = (*experiment.remarks, *cells, *_absent(experiment), *_unused(experiment))
+    return replace(experiment, remarks=remarks)
 
 
 def _assumption(experiment: Experiment, text: str) -> tuple[str, float]:
@@ -125,7 +127,7 @@ def _unused(experiment: Experiment) -> list[str]:
     headers = list(dict.fromkeys(header for run in experiment.runs for header in run.unused))
     if not headers:
         return []
-    return [f"not used: {_few(headers)}; name under [channels] what a column is"]
+    return [f'not used: {_few(headers)}; say what a column is with --map "COLUMN=base_temperature"']
 
 
 def _few(names: Sequence[str]) -> str:

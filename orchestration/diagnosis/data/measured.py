@@ -1,4 +1,4 @@
-"""A measured run from a CSV file: which column is which input or output."""
+"""A measured run: its inputs, its readings, and what was understood of its file."""
 
 from __future__ import annotations
 
@@ -11,21 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.table import (
-    FEWEST_ROWS,
-    TIME,
-    column,
-    held,
-    is_time,
-    read_table,
-    refuse_implausible,
-    refuse_undefined,
-    require,
-    times,
-)
+from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
+from warmlink.orchestration.diagnosis.data.columns import Assignment, Place, Said
+from warmlink.orchestration.diagnosis.data.headings import TIME
+from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
+from warmlink.orchestration.diagnosis.data.table import Column, held, refuse_undefined, signal
 from warmlink.orchestration.diagnosis.data.values import is_discrete, is_temperature
-from warmlink.orchestration.scenarios.quantity import heading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,13 +29,7 @@ MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of the file that is used: its name, its unit as people read it, and the variable it is."""
-
-    name: str
-    unit: str
-    variable: str
+NOTHING_SAID = Said()
 
 
 @dataclass(frozen=True)
@@ -62,6 +47,9 @@ class Run:
     fit_until : s; rows from here on are held out
     adapt : s; the opening part of a held-out run from which its own unknowns may be estimated
     unused : headers of columns that nothing is made of
+    remarks : on cells that were taken for missing values
+    columns : that were used, inputs first
+    form : how the file is written, and what its times are
     """
 
     name: str
@@ -75,6 +63,9 @@ class Run:
     fit_until: float = np.inf
     adapt: float = 0.0
     unused: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    columns: tuple[Column, ...] = ()
+    form: str = ""
 
     @property
     def fitted(self) -> NDArray[np.bool_]:
@@ -114,20 +105,22 @@ class Run:
 
 
 def read_run(
-    path: Path,
+    source: Path | pd.DataFrame,
     rig: Rig,
     channels: Mapping[str, str] | None = None,
     covariates: Mapping[str, str] | None = None,
+    told: Said = NOTHING_SAID,
 ) -> tuple[Run, tuple[Column, ...]]:
     """Read a run.
 
     Parameters
     ----------
-    path : the CSV file
+    source : a file as loggers and spreadsheets write them, or a DataFrame
     rig : the system it was measured on
     channels : variable by column header, beside the columns that the rig names; without any, a column that
-        the rig does not name is refused
+        may be what the run lacks is refused
     covariates : input by header of a column that only causes may use
+    told : units and names of columns that the user gave
 
     Returns
     -------
@@ -139,40 +132,58 @@ def read_run(
     InputError
         The file, a header or a cell does not fit.
     """
-    table = read_table(path)
-    time = times(path, table)
-    inputs: dict[str, Vector] = {}
-    readings: dict[str, Vector] = {}
-    extra: dict[str, Vector] = {}
-    columns: list[Column] = []
+    sheet = read_sheet(source, told.decimal, [h for h, name in told.names.items() if name == TIME])
+    extra = covariates or {}
+    assigned = Assignment(sheet, rig, told, {**(channels or {}), **extra})
+    place, date = assigned.time()
+    time, taken = times(sheet, place.column, place.unit, None if date is None else date.column)
+    kinds: dict[str, dict[str, Vector]] = {"input": {}, "reading": {}, "covariate": {}}
+    columns: dict[str, list[Column]] = {kind: [] for kind in kinds}
+    remarks: list[str] = []
     discrete: list[str] = []
-    wanted = _wanted(path, table, rig, channels or {}, covariates or {})
-    for header, variable in wanted.items():
-        scalar = rig.scalar(variable, f"{path.name}: column {header!r}")
-        values, unit = column(path, table, header, scalar.variable.unit, is_temperature(scalar))
-        if variable in rig.externals:
-            if is_discrete(scalar):
-                refuse_undefined(path, header, values, scalar)
-                discrete.append(variable)
-            inputs[variable] = held(path, header, values, empty_is_off=variable.endswith("pad_temperature"))
-        elif scalar.start is None:
-            refuse_implausible(path, header, values, scalar.variable.unit)
-            readings[variable] = values
-            columns.append(Column(heading(header)[0], unit, variable))
-        else:
-            raise InputError(
-                f"{path.name}: column {header!r}: {variable} is neither an input nor an output; "
-                "give a constant under [known]"
-            )
-    for header, variable in (covariates or {}).items():
-        require(path, table, header)
-        values, _ = column(path, table, header, "K", True)
-        extra[variable] = held(path, header, values, empty_is_off=False)
-    _refuse_empty(path, readings)
-    used = {*wanted, *(covariates or {})}
-    unused = tuple(h for h in map(str, table.columns) if h not in used and not is_time(h))
-    run = Run(path.stem, time, inputs, readings, extra, unused=unused)
-    return condensed(run, discrete), tuple(columns)
+    for place in assigned.signals():
+        kind = "covariate" if place.variable in extra.values() else _kind(sheet, place, rig)
+        scalar = rig.variables.get(place.variable)
+        found = (
+            signal(sheet, place, "K", True)
+            if scalar is None
+            else signal(sheet, place, scalar.variable.unit, is_temperature(scalar))
+        )
+        values = found.values
+        if scalar is not None and kind == "input" and is_discrete(scalar):
+            refuse_undefined(sheet, place, values, scalar)
+            discrete.append(place.variable)
+        if kind != "reading":
+            values = held(sheet, place, found, place.variable.endswith("pad_temperature"))
+        kinds[kind][place.variable] = values
+        columns[kind].append(found.column)
+        remarks += found.remarks
+    _refuse_empty(sheet.name, kinds["reading"])
+    run = Run(
+        source.stem if isinstance(source, Path) else "data",
+        time,
+        kinds["input"],
+        kinds["reading"],
+        kinds["covariate"],
+        unused=assigned.unused,
+        remarks=tuple(remarks),
+        columns=tuple(each for kind in columns.values() for each in kind),
+        form=f"{sheet.form}; times as {taken}",
+    )
+    return condensed(run, discrete), tuple(columns["reading"])
+
+
+def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
+    """Whether a column is an input or a reading; raises InputError where it is a parameter."""
+    scalar = rig.scalar(place.variable, sheet.of(place.column))
+    if place.variable in rig.externals:
+        return "input"
+    if scalar.start is None:
+        return "reading"
+    raise InputError(
+        f"{sheet.of(place.column)}: {place.variable} is neither an input nor an output; "
+        "give a constant under [known]"
+    )
 
 
 def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> Run:
@@ -205,43 +216,16 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     )
 
 
-def _wanted(
-    path: Path, table: pd.DataFrame, rig: Rig, channels: Mapping[str, str], covariates: Mapping[str, str]
-) -> Mapping[str, str]:
-    """Variable by header, from the experiment's channels and from the rig's names of columns."""
-    for header in channels:
-        require(path, table, header)
-    wanted = dict(channels)
-    for header in map(str, table.columns):
-        name, unit = heading(header)
-        if header in channels or header in covariates or is_time(header):
-            continue
-        if unit is None and (name in rig.columns or not channels):
-            raise InputError(
-                f"{path.name}: column {header!r} has no unit; head it as `name [unit]`, e.g. 'time [s]'"
-            )
-        if name not in rig.columns and not channels:
-            raise InputError(
-                f"{path.name}: column {header!r} is not known; "
-                f"{instead(name, (TIME, *rig.columns), 'or name it in an experiment file')}"
-            )
-        if name in rig.columns and rig.columns[name] not in channels.values():
-            wanted[header] = rig.columns[name]
-    headers = list(wanted)
-    for i, (header, variable) in enumerate(wanted.items()):
-        other = next((h for h in headers[:i] if wanted[h] == variable), None)
-        if other is not None:
-            raise InputError(f"{path.name}: columns {other!r} and {header!r} are both {variable}; keep one")
-    return wanted
-
-
-def _refuse_empty(path: Path, readings: Mapping[str, Vector]) -> None:
+def _refuse_empty(name: str, readings: Mapping[str, Vector]) -> None:
     if not readings:
-        raise InputError(f"{path.name}: no measured column; give at least one temperature or the elongation")
+        raise InputError(
+            f"{name}: no measured column; give at least one temperature or the elongation, and say which it "
+            'is with --map "T_base=base_temperature"'
+        )
     most = max(int(np.isfinite(values).sum()) for values in readings.values())
     if most < FEWEST_ROWS:
         raise InputError(
-            f"{path.name}: its measured columns hold at most {most} values; at least {FEWEST_ROWS} are needed"
+            f"{name}: its measured columns hold at most {most} values; at least {FEWEST_ROWS} are needed"
         )
 
 

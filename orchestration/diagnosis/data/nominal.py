@@ -1,4 +1,4 @@
-"""The nominal system that a diagnosis starts from: what is known of it, and other start values."""
+"""The nominal system that a diagnosis starts from: what is known of it, and of the noise."""
 
 from __future__ import annotations
 
@@ -8,7 +8,42 @@ from dataclasses import replace
 from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.diagnosis.data.values import to_si
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_value
+from warmlink.orchestration.scenarios.setup import CELL
+
+
+def parameters_of(scenario: str) -> dict[str, str]:
+    """Values with units, by variable, that a scenario gives for parameters of the cell's motor and link.
+
+    Raises
+    ------
+    InputError
+        There is no such scenario, or it is one of another system.
+    """
+    loaded = load_scenario(scenario)
+    if loaded.setup is not CELL:
+        raise InputError(
+            f"--scenario {scenario}: is of another system than the warm-up cell; give an experiment (TOML)"
+        )
+    plant = rig("WarmupCell").parameters
+    return {name: str(value) for name, value in loaded.parameters.items() if name in plant}
+
+
+def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
+    """Put in the noise of columns or variables, 1 sigma with its unit; raises InputError where it is none."""
+    noise = dict(experiment.noise)
+    for name, text in given.items():
+        variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
+        variable = experiment.rig.columns.get(variable, variable)
+        where = f"--noise {name}={text}"
+        value = to_si(text, experiment.rig.scalar(variable, where), where, difference=True)
+        if not value > 0:
+            raise InputError(f"{where}: is not a standard deviation above 0")
+        noise[variable] = value
+    return replace(experiment, noise=noise)
 
 
 def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experiment:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.table import FEWEST_ROWS
 from warmlink.orchestration.diagnosis.data.thinning import SHORTEST
 from warmlink.orchestration.diagnosis.fit.noise import FEWEST
 from warmlink.orchestration.diagnosis.fit.problem import Problem

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.table import MOST_DAYS
+from warmlink.orchestration.diagnosis.data.clock import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file

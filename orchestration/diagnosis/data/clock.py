@@ -1,0 +1,212 @@
+"""Times in seconds from the first row: numbers, dates as loggers write them, a clock over midnight."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.headings import conversion_to
+from warmlink.orchestration.diagnosis.data.layout import NUMBER
+from warmlink.orchestration.diagnosis.data.numbers import cell_shown, numbers
+from warmlink.orchestration.diagnosis.data.sheet import Sheet
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Vector = NDArray[np.float64]
+
+FEWEST_ROWS = 20
+"""Rows with a reading; fewer say nothing about noise."""
+
+MOST_DAYS = 100.0
+"""That a run may last; each step of a longer one would have to be simulated."""
+
+DAY = 86400.0
+_EPOCHS = {"s": (1e9, 4e9), "ms": (1e12, 4e12), "us": (1e15, 4e15)}
+"""Counts since 1970 that mean the years from 2001 to 2096, by unit."""
+
+_CLOCK = re.compile(r"\d+:\d\d(:\d\d(\.\d+)?)?")
+_STAMP = re.compile(
+    r"(?P<date>[\w./-]*?\d[\w./-]*|\d+ \w+ \d+|\w+ \d+,? \d+)(?P<between>T|,? +)(?P<clock>\d+:.*)"
+)
+_DATES = (
+    (r"\d{4}([-/.])\d+\1\d+", ("%Y-%m-%d",)),
+    (r"\d+\.\d+\.\d{4}", ("%d.%m.%Y",)),
+    (r"\d+\.\d+\.\d{2}", ("%d.%m.%y",)),
+    (r"\d+([-/])\d+\1\d{4}", ("%d-%m-%Y", "%m-%d-%Y")),
+    (r"\d+([-/])\d+\1\d{2}", ("%d-%m-%y", "%m-%d-%y", "%y-%m-%d")),
+    (r"\d+([- ])[A-Za-z]{3}\1\d{4}", ("%d-%b-%Y",)),
+)
+"""Dates by their look, each with the orders of day, month and year that it may have."""
+
+
+def times(sheet: Sheet, column: int, unit: str | None, date: int | None = None) -> tuple[Vector, str]:
+    """Seconds from the first row, and what the column was taken for.
+
+    Parameters
+    ----------
+    sheet : columns of cells
+    column : place of the times
+    unit : of the numbers, or the form of the dates as `%d/%m/%Y %H:%M:%S`; None where nothing says it
+    date : place of a column of dates where `column` has the time of the day alone
+
+    Raises
+    ------
+    InputError
+        A time is missing or cannot be read, times do not increase, or a date may mean two days.
+    """
+    cells: Any = sheet.cells[column]
+    kind = cells.dtype.kind
+    if kind in "mM":
+        values, taken = _seconds(cells), "date" if kind == "M" else "duration"
+    elif kind in "iufb" or _mostly_numbers(cells):
+        values, taken = _counted(sheet, column, unit)
+    else:
+        text = cells.astype(str).where(cells.notna(), "").str.strip()
+        if date is not None:
+            text = sheet.cells[date].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
+        values, taken = _stamped(sheet, column, text, unit)
+    return _checked(sheet, column, values), taken
+
+
+def _mostly_numbers(cells: Any) -> bool:
+    filled = cells.dropna().astype(str).str.strip().head(200)
+    return filled.map(lambda cell: bool(NUMBER.fullmatch(cell))).mean() > 0.5
+
+
+def _seconds(cells: Any) -> Vector:
+    """Seconds from the first filled cell of dates or durations, NaN where there is none."""
+    found = (cells - cells.dropna().iloc[0]) if cells.notna().any() else cells
+    return np.asarray(found.dt.total_seconds(), dtype=np.float64)
+
+
+def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Vector, str]:
+    found = numbers(sheet, column)
+    if found.lost.size:
+        row = int(found.lost[0])
+        raise InputError(
+            f"{sheet.at(row, column)}: {cell_shown(sheet, row, column)} is no time; "
+            "correct it or remove the row"
+        )
+    if unit is None:
+        middle = float(np.nanmedian(found.values)) if np.isfinite(found.values).any() else 0.0
+        unit = next((u for u, (low, high) in _EPOCHS.items() if low <= middle <= high), None)
+        if unit is None:
+            name = sheet.headers[column]
+            raise InputError(
+                f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit \"{name}=s\""
+            )
+        factor = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[unit]
+        return found.values * factor, f"{unit} since 1970"
+    conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)
+    return conversion.factor * found.values, unit
+
+
+def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Vector, str]:
+    """Seconds of written dates or times of the day."""
+    empty = np.flatnonzero(text.to_numpy() == "")
+    if empty.size:
+        raise InputError(f"{sheet.at(empty[0], column)}: the time is missing")
+    if form is not None and "%" in form:
+        return _by_forms(sheet, column, text, [form])
+    text = text.str.replace(r"(:\d\d),(\d+)", r"\1.\2", regex=True)
+    first = str(text.iloc[0])
+    if _CLOCK.fullmatch(first):
+        return _of_clock(sheet, column, text)
+    stamp = _STAMP.fullmatch(first)
+    look = stamp["date"] if stamp else first
+    orders = next((orders for pattern, orders in _DATES if re.fullmatch(pattern, look)), None)
+    if orders is None or stamp is None:
+        raise InputError(
+            f"{sheet.at(0, column)}: {first!r} is no date with a time that can be read; write it as "
+            '2026-11-22 08:59:31, or give its form, as --unit "time=%d/%m/%Y %H:%M:%S"'
+        )
+    clock = stamp["clock"]
+    if orders[0] == "%Y-%m-%d" and not re.search(r"[AaPp]\.?[Mm]", clock):
+        text = text.str.replace(r"^(\d{4})[/.](\d+)[/.](\d+)", r"\1-\2-\3", regex=True)
+        return _by_forms(sheet, column, text, ["ISO8601"])
+    if "." not in look:
+        text = text.str.replace(r"^(\w+)[-/ ](\w+)[-/ ]", r"\1-\2-", regex=True)
+    hours = "%I:%M:%S" if clock[-1] in "Mm" else "%H:%M:%S"
+    hours = hours.removesuffix(":%S") if clock.count(":") == 1 else hours
+    hours += " %p" if clock[-1] in "Mm" else ""
+    return _by_forms(sheet, column, text, [f"{order}{stamp['between']}{hours}" for order in orders])
+
+
+def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> tuple[Vector, str]:
+    """Seconds by the one form that all rows have, or by forms that all give the same seconds.
+
+    Raises
+    ------
+    InputError
+        A row has none of the forms, or two forms give different seconds.
+    """
+    import pandas as pd
+
+    found: dict[str, Vector] = {}
+    worst = 0
+    for form in forms:
+        iso = form == "ISO8601"
+        stamps = pd.to_datetime(text, format=form, errors="coerce", utc=iso)
+        if not iso and "%f" not in form:
+            stamps = stamps.fillna(pd.to_datetime(text, format=form.replace("%S", "%S.%f"), errors="coerce"))
+        lacking = np.flatnonzero(stamps.isna().to_numpy())
+        worst = max(worst, int(lacking[0])) if lacking.size else worst
+        if not lacking.size:
+            found[form] = _seconds(stamps)
+    if not found:
+        raise InputError(
+            f"{sheet.at(worst, column)}: {text.iloc[worst]!r} is not of the form of the rows before; "
+            "correct it"
+        )
+    (form, values), *others = found.items()
+    if any(not np.array_equal(values, other) for _, other in others):
+        name = sheet.headers[column]
+        raise InputError(
+            f"{sheet.at(0, column)}: {text.iloc[0]!r} may begin with the day or the month, which gives other "
+            f'times; say which, as --unit "{name}={form.replace("-", "/")}", or write dates as 2026-11-22'
+        )
+    return values, f"date {form.replace('%', '')}" if form != "ISO8601" else "date"
+
+
+def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Vector, str]:
+    """Seconds of HH:MM:SS, going on after midnight."""
+    import pandas as pd
+
+    wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool))
+    if wrong.size:
+        cell = text.iloc[wrong[0]]
+        raise InputError(
+            f"{sheet.at(wrong[0], column)}: {cell!r} is not of the form HH:MM:SS; write it so, or give its "
+            f'form, as --unit "{sheet.headers[column]}=%H:%M"'
+        )
+    values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)
+    midnights = np.diff(values, prepend=values[0]) < -DAY / 2
+    return values + DAY * np.cumsum(midnights), "HH:MM:SS"
+
+
+def _checked(sheet: Sheet, column: int, values: Vector) -> Vector:
+    """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
+    empty = np.flatnonzero(~np.isfinite(values))
+    if empty.size:
+        raise InputError(f"{sheet.at(empty[0], column)}: the time is missing; give it or remove the row")
+    back = np.flatnonzero(np.diff(values) <= 0)
+    if back.size:
+        row = int(back[0]) + 1
+        raise InputError(
+            f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
+            "increase, so sort the rows, and give fractions of a second where rows come faster"
+        )
+    if values.size < FEWEST_ROWS:
+        raise InputError(f"{sheet.name}: only {values.size} rows; a diagnosis needs at least {FEWEST_ROWS}")
+    days = (values[-1] - values[0]) / DAY
+    if not days <= MOST_DAYS:
+        raise InputError(
+            f"{sheet.of(column)}: the run lasts {days:.4g} days; at most {MOST_DAYS:g} can be simulated, so "
+            "correct the unit or give a part of it"
+        )
+    return values - values[0]

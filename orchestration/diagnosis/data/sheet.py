@@ -1,0 +1,240 @@
+"""A file of measurements, or a DataFrame, as columns of cells under their headers, whatever a logger adds.
+
+pandas reads the cells. What is found here is where they begin and how they are written: separator, decimal
+mark, header, row of units, comments.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.diagnosis.data.headings import is_unit
+from warmlink.orchestration.diagnosis.data.layout import (
+    SEPARATORS,
+    decimal_of,
+    headers_of,
+    most_common,
+    separator_of,
+    split,
+)
+from warmlink.orchestration.text_files import is_file, measured_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DECIMALS = {"point": ".", "comma": ","}
+
+_COMMENTS = ("#", "%", "//")
+_COMMENT_LINE = re.compile(rf"(?m)^(?:{'|'.join(_COMMENTS)})[^\r\n]*")
+_EXCEL = (".xlsx", ".xlsm", ".xls", ".ods")
+_SAMPLED = 200
+"""Lines at the beginning, and lines from all over the file, by which one tells how it is written."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Columns of cells.
+
+    Attributes
+    ----------
+    name : of the file, for sentences
+    headers : of the columns, as written
+    units : of the columns, from a row of their own; None where there is none
+    cells : column i under header i; the index is the line of the file, or the row of a DataFrame from 1
+    decimal : "point", "comma", or "" where no cell tells
+    said : whether the user said which
+    form : how it is written, in a few words
+    """
+
+    name: str
+    headers: Sequence[str]
+    units: Sequence[str | None]
+    cells: pd.DataFrame
+    decimal: str
+    said: bool
+    form: str
+
+    def at(self, row: int, column: int) -> str:
+        """Where a cell stands, for a sentence."""
+        return f"{self.name}: row {self.cells.index[row]}, column {self.headers[column]!r}"
+
+    def of(self, column: int) -> str:
+        """Which column it is, for a sentence."""
+        return f"{self.name}: column {self.headers[column]!r}"
+
+
+def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[str] = ()) -> Sheet:
+    """Read a text file, a workbook, a Parquet file or a DataFrame.
+
+    Parameters
+    ----------
+    source : path of the file, or the table itself
+    decimal : "point" or "comma" where the user says so
+    names : headers that the user named, by which the header row is known
+
+    Raises
+    ------
+    InputError
+        There is no such file, no header, or rows that do not fit under it.
+    """
+    if decimal and decimal not in DECIMALS:
+        raise InputError(f"--decimal {decimal}: {instead(decimal, DECIMALS)}")
+    if not isinstance(source, Path):
+        return _of_frame(source, "the DataFrame", decimal, "DataFrame")
+    if not is_file(source):
+        raise InputError(f"{source}: there is no such file; give the path of a file of measurements")
+    suffix = source.suffix.lower()
+    if suffix in (".parquet", ".pq"):
+        return _of_frame(_parquet(source), source.name, decimal, "Parquet")
+    if suffix in _EXCEL:
+        return _of_workbook(source, decimal, names)
+    return _of_text(measured_text(source), source.name, decimal, names)
+
+
+def _of_frame(frame: pd.DataFrame, name: str, decimal: str, form: str) -> Sheet:
+    if frame.index.name is not None or frame.index.dtype.kind in "mM":
+        frame = frame.rename_axis(index=frame.index.name or "time").reset_index()
+    headers = [_flat(header) for header in frame.columns]
+    cells = frame.set_axis(range(len(headers)), axis=1)
+    cells.index = range(1, len(cells) + 1)
+    return Sheet(
+        name, headers, [None] * len(headers), cells, decimal or decimal_of(_texts(cells)), bool(decimal), form
+    )
+
+
+def _flat(header: object) -> str:
+    """Header of a column; of two levels the second is its unit."""
+    parts = [str(part).strip() for part in header] if isinstance(header, tuple) else [str(header)]
+    return f"{parts[0]} [{parts[1]}]" if len(parts) == 2 and is_unit(parts[1]) else " ".join(parts).strip()
+
+
+def _parquet(path: Path) -> pd.DataFrame:
+    import pandas as pd
+    import pyarrow
+
+    try:
+        return pd.read_parquet(path)
+    except (OSError, ValueError, pyarrow.ArrowException) as fault:
+        raise InputError(f"{path.name}: cannot be read as Parquet ({_last(fault)}); save it anew") from None
+
+
+def _of_workbook(path: Path, decimal: str, names: Sequence[str]) -> Sheet:
+    import pandas as pd
+
+    try:
+        sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object)
+    except ImportError as fault:
+        raise InputError(f"{path.name}: {_last(fault)}; install that, or save the sheet as CSV") from None
+    except Exception as fault:  # damaged archives and sheets raise many kinds
+        raise InputError(f"{path.name}: cannot be read ({_last(fault)}); save the sheet as CSV") from None
+    filled = {title: table for title, table in sheets.items() if not table.empty}
+    if len(filled) != 1:
+        raise InputError(f"{path.name}: has {len(filled)} sheets with cells; keep one, or save one as CSV")
+    table = next(iter(filled.values()))
+    rows = [["" if pd.isna(cell) else str(cell) for cell in row] for row in table.head(_SAMPLED).to_numpy()]
+    headers, units, first = headers_of(path.name, dict(enumerate(rows)), table.shape[1], names)
+    cells = table.iloc[first:].infer_objects().dropna(how="all")
+    cells.index += 1
+    headers, units, cells = _fitted(path.name, headers, units, cells, "")
+    return Sheet(
+        path.name, headers, units, cells, decimal or decimal_of(_texts(cells)), bool(decimal), "workbook"
+    )
+
+
+def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
+    import pandas as pd
+
+    comments: list[str] = []
+    if any(f"\n{mark}" in f"\n{text}" for mark in _COMMENTS):
+        comments = [found[0] for found in _COMMENT_LINE.finditer(text)]
+        text = _COMMENT_LINE.sub("", text)  # left blank, so that rows keep their numbers
+    said = re.match(rf'"?sep=([{"".join(SEPARATORS)}])"?(?=[\r\n])', text)
+    text = text[: said.start()] + text[said.end() :] if said else text
+    head = re.split(r"\r\n|\n|\r", text[:100_000])[: 2 * _SAMPLED]
+    sample = [line for line in (*head[_SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
+    separator, width = (said[1], 0) if said else separator_of(name, sample)
+    width = width or most_common([len(split(line, separator)) for line in sample])
+    rows = {i: split(line, separator) for i, line in enumerate(head) if line.strip()}
+    commented = [split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
+    headers, units, first = headers_of(name, rows, width, names, commented)
+    mark = decimal or decimal_of([cell for line in sample for cell in split(line, separator)])
+    try:
+        cells = pd.read_csv(
+            StringIO(text),
+            sep=r"\s+" if separator == " " else separator,
+            header=None,
+            names=range(max(width, len(headers)) + 1),  # one more, to see what stands beyond the headers
+            index_col=False,
+            skiprows=first,
+            skip_blank_lines=False,
+            skipinitialspace=True,
+            keep_default_na=False,  # a word is counted, not passed over
+            na_values=[""],
+            decimal=DECIMALS.get(mark, "."),
+            low_memory=False,
+        )
+    except ValueError as fault:  # pandas' own faults are of this kind
+        raise InputError(
+            f"{name}: cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
+        ) from None
+    cells.index += first + 1
+    headers, units, cells = _fitted(name, headers, units, cells.dropna(how="all"), separator)
+    if separator == " " and cells.iloc[:, -1].hasnans:
+        short = cells.index[cells.iloc[:, -1].isna()][0]
+        raise InputError(
+            f"{name}: row {short} has fewer cells than there are headers, and between spaces an empty cell "
+            "is not seen; write NaN in it, or separate cells by semicolons"
+        )
+    words = [f"separated by {SEPARATORS.get(separator, repr(separator))}"]
+    words += [f"decimal {mark}"] if mark else []
+    words += [f"{len(comments)} comment line{'s' * (len(comments) > 1)}"] if comments else []
+    words += ["a row of units"] if any(units) else []
+    return Sheet(name, headers, units, cells, mark, bool(decimal), ", ".join(words))
+
+
+def _spread(text: str) -> list[str]:
+    """Whole lines from all over a long text."""
+    found = []
+    for i in range(_SAMPLED if len(text) > 100_000 else 0):
+        begin = text.find("\n", i * len(text) // _SAMPLED) + 1
+        found.append(text[begin : text.find("\n", begin)].rstrip("\r"))
+    return found
+
+
+def _fitted(
+    name: str, headers: list[str], units: list[str | None], cells: pd.DataFrame, separator: str
+) -> tuple[list[str], list[str | None], pd.DataFrame]:
+    """Headers and cells without empty columns at the end; raises InputError where cells have no header."""
+    while headers and not headers[-1]:
+        headers, units = headers[:-1], units[:-1]
+    beyond = cells.iloc[:, len(headers) :].dropna(how="all")
+    if not beyond.empty:
+        raise InputError(
+            f"{name}: row {beyond.index[0]} has more cells than there are headers ({len(headers)}); "
+            f"{_remedy(separator)}"
+        )
+    return headers, units, cells.iloc[:, : len(headers)].set_axis(range(len(headers)), axis=1)
+
+
+def _remedy(separator: str) -> str:
+    if separator == ",":
+        return "give every column a header; where commas are decimal marks too, separate cells by semicolons"
+    return "give every column a header and every row the same cells"
+
+
+def _texts(cells: pd.DataFrame) -> list[str]:
+    """Cells that are text, at the beginning of a table and all over it."""
+    some = cells.iloc[:: max(len(cells) // _SAMPLED, 1)]
+    return [cell.strip() for cell in some.to_numpy(dtype=object).ravel() if isinstance(cell, str)]
+
+
+def _last(fault: Exception) -> str:
+    """What a library complains of, on one line."""
+    return str(fault).strip().rpartition("\n")[2].rstrip(".")
