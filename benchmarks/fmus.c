@@ -21,7 +21,7 @@ static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
 static double now(void)
 {
     struct timespec clock;
-    clock_gettime(CLOCK_MONOTONIC, &clock);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &clock);
     return clock.tv_sec * 1e6 + clock.tv_nsec / 1e3;
 }
 
@@ -81,10 +81,13 @@ static double alone(long steps, double step)
     double from = now();
     for (long i = 0; i < steps; i++) {
         double time = i * step;
+        double *now = x[i % 2], *next = x[1 - i % 2];
+#if WL_CONTINUOUS
+        WL(advance)(now, u, u, d, &time, &step, next);
+#endif
 #if WL_CLOCKS
-        WL(sample)(0, x[i % 2], u, d, &time, &step, x[1 - i % 2]);
-#else
-        WL(advance)(x[i % 2], u, u, d, &time, &step, x[1 - i % 2]);
+        for (int clock = 0; clock < WL_CLOCKS; clock++)
+            WL(sample)(clock, now, u, d, &time, &step, next + WL(clocks)[clock].first);
 #endif
     }
     return (now() - from) / steps;

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +17,10 @@ from benchmarks.command import start
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.python.fmu import build_python_fmus
+from warmlink.orchestration.arm.blueprint import arm_blueprint
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import answer, answer_json
+from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 _LOOP = Path(__file__).with_suffix(".c")
 _NATIVE_STEPS, _PYTHON_STEPS = 50_000, 300
@@ -33,7 +36,7 @@ class StepTimes:
     step : communication step size in s
     bare : the generated step alone, in a loop of C; 0 for a component without states
     native : through FMI 2.0, from C: inputs set, step, one output got
-    python : the same calls on the Python FMU
+    python : the same calls on the Python FMU; None for a joined component, which has none
     instance_bytes : memory of an instance of the native FMU
     """
 
@@ -41,13 +44,8 @@ class StepTimes:
     step: float
     bare: float
     native: float
-    python: float
+    python: float | None
     instance_bytes: int
-
-    @property
-    def times_faster(self) -> float:
-        """How many times faster the native FMU is than the Python one."""
-        return self.python / self.native
 
 
 def bench_fmus(entries: Iterable[Entry] | None = None) -> Iterator[StepTimes]:
@@ -55,7 +53,7 @@ def bench_fmus(entries: Iterable[Entry] | None = None) -> Iterator[StepTimes]:
 
     Parameters
     ----------
-    entries : components; all there are where none are given
+    entries : components; where none are given all there are, the cell in one piece, and the plant of the arm
 
     Raises
     ------
@@ -64,7 +62,7 @@ def bench_fmus(entries: Iterable[Entry] | None = None) -> Iterator[StepTimes]:
     """
     if sys.platform == "win32":
         raise InputError("the benchmark's C loop loads libraries as POSIX does; run it on Linux or macOS")
-    for entry in entries if entries is not None else catalogue():
+    for entry in entries if entries is not None else [*catalogue(), *_joined()]:
         with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
             yield _times(entry, Path(work))
 
@@ -74,15 +72,27 @@ def times_table(times: Iterable[StepTimes]) -> str:
     lines = [f"{'µs a step':24}{'step':>8}{'bare C':>9}{'native':>9}{'python':>9}{'faster':>8}{'memory':>10}"]
     for each in times:
         bare = f"{each.bare:.3f}" if each.bare else "-"
+        python = (
+            f"{each.python:>9.1f}{each.python / each.native:>7.0f}x" if each.python else f"{'-':>9}{'-':>8}"
+        )
         lines.append(
-            f"{each.component:24}{each.step:>6g} s{bare:>9}{each.native:>9.3f}{each.python:>9.1f}"
-            f"{each.times_faster:>7.0f}x{each.instance_bytes / 1024:>6.1f} KiB"
+            f"{each.component:24}{each.step:>6g} s{bare:>9}{each.native:>9.3f}{python}"
+            f"{each.instance_bytes / 1024:>6.1f} KiB"
         )
     return "\n".join(lines)
 
 
+def _joined() -> Iterator[Entry]:
+    """The warm-up cell with the law `lag`, and the arm's six motors and six links without anything else."""
+    home = "warmlink.orchestration.system"
+    yield Entry(WARMUP_CELL.joined(controller("lag")), home)
+    arm = arm_blueprint(compensated=False)
+    others = [name for name, kind in arm.components.items() if kind not in ("MotorHeatSource", "ThermalLink")]
+    yield Entry(replace(arm.without(*others).joined(), name="ArmPlant"), home)
+
+
 def _times(entry: Entry, work: Path) -> StepTimes:
-    from fmpy import extract, read_model_description
+    from fmpy import read_model_description
 
     from warmlink.fmus.packaging.native.compile import compilers, platforms_named
     from warmlink.fmus.packaging.native.fmu import header_folder, native_fmu_files, native_sources
@@ -109,25 +119,21 @@ def _times(entry: Entry, work: Path) -> StepTimes:
         text=True,
     )
     native, bare = map(float, loop.stdout.split())
-    (python_fmu,) = build_python_fmus([entry], work)
-    folder = work / "python_fmu"
-    extract(str(python_fmu), str(folder))
+    python = None if component.joint else _python_time(entry, work)
     return StepTimes(
-        component.name,
-        step,
-        bare,
-        native,
-        _python_time(entry, folder),
-        _instance_bytes(sources, work, compiler.command),
+        component.name, step, bare, native, python, _instance_bytes(sources, work, compiler.command)
     )
 
 
-def _python_time(entry: Entry, folder: Path) -> float:
+def _python_time(entry: Entry, work: Path) -> float:
     """Time in µs of a step of the Python FMU, best of a few runs."""
-    from fmpy import read_model_description
+    from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Slave
 
     component = entry.component
+    (python_fmu,) = build_python_fmus([entry], work)
+    folder = work / "python_fmu"
+    extract(str(python_fmu), str(folder))
     description = read_model_description(str(folder), validate=False)
     slave = FMU2Slave(
         guid=description.guid,
