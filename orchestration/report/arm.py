@@ -89,9 +89,7 @@ def _coordinates_plot(outcome: ClosedLoop, errors: ArmErrors) -> object:
 def _temperature_plot(outcome: ClosedLoop, variable: str) -> object:
     values = columns(outcome.result, variable) - ZERO_CELSIUS
     lines = [Line(axis.name, values[:, i]) for i, axis in enumerate(axes())]
-    lines.append(
-        Line("surroundings", outcome.result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS, dash="dot")
-    )
+    lines.append(Line("surroundings", outcome.result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS))
     return time_plot(outcome.time, lines, "temperature [°C]")
 
 
@@ -145,6 +143,6 @@ def _map(grid: Workspace, time: Array, growth: Array, points: Sequence[int]) -> 
         )
         figure.update_xaxes(title="from the waist [mm]", row=1, col=place)
     figure.update_yaxes(title="height [mm]", row=1, col=1)
-    styled(figure, 440)
+    styled(figure, 440, 100 + 180 * len(points))
     # The titles stand below the buttons.
     return figure.update_layout(margin_t=90)

@@ -130,7 +130,7 @@ def _error_plot(outcome: ClosedLoop) -> object:
     tolerance = 1e6 * outcome.scenario.tolerance
     lines = [
         Line(outcome.controller, 1e6 * outcome.error),
-        Line(NO_CONTROLLER, 1e6 * outcome.uncompensated_error, dash="dot"),
+        Line(NO_CONTROLLER, 1e6 * outcome.uncompensated_error),
     ]
     band = Band(-tolerance, tolerance, f"±{tolerance:g} µm")
     return time_plot(outcome.time, lines, "error [µm]", band)
@@ -140,7 +140,7 @@ def _elongation_plot(outcome: ClosedLoop) -> object:
     run = outcome.result
     lines = [
         Line("elongation", 1e6 * run["link.elongation"]),
-        Line("correction", 1e6 * run["compensator.correction"], dash="dash"),
+        Line("correction", 1e6 * run["compensator.correction"]),
     ]
     return time_plot(outcome.time, lines, "length [µm]")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies.compare import Comparison, Row
 
-_MAP_TEXT = "Largest error in µm, and the share of the uncompensated one that was removed. {}"
+_MAP_TEXT = "Largest error in µm, and the share of the uncompensated one that was removed."
 _WON_TEXT = (
     "Minutes within tolerance, less those that warming up first gives: no compensation, and the zero set "
     "once, at the moment that suits that duty cycle best."
@@ -27,19 +27,19 @@ _ROWS_TEXT = (
 def write_report(comparison: Comparison, path: Path) -> None:
     """Write `report.html`."""
     sections = []
+    controllers, duties = comparison.controllers, comparison.duty_cycles
     if NOMINAL in comparison.mismatches:
-        sections.append(_map("Every parameter as the laws believe", comparison, comparison.row, ""))
+        rows = [[comparison.row(name, duty) for name in controllers] for duty in duties]
+        sections.append(_map("Every parameter as the laws believe", rows, duties))
     others = [name for name in comparison.mismatches if name != NOMINAL]
     if others:
-        sections.append(
-            _map(
-                "Worst mismatch of each cell",
-                comparison,
-                comparison.worst,
-                f"Worst of {', '.join(others)}, which the pointer names.",
-            )
-        )
-        sections.append(_by_mismatch(comparison))
+        rows = [[comparison.worst(name, [duty], others) for name in controllers] for duty in duties]
+        text = f"Worst of {', '.join(others)}, which the pointer names."
+        sections.append(_map("Worst mismatch of each cell", rows, duties, text))
+        every = comparison.mismatches
+        rows = [[comparison.worst(name, duties, [mismatch]) for name in controllers] for mismatch in every]
+        text = "Worst of all duty cycles, which the pointer names."
+        sections.append(_map("Mismatch by mismatch", rows, every, text))
     sections += [
         Section("Productive minutes won against warming up first", _WON_TEXT, table=_won(comparison)),
         Section("Mismatches", table=_mismatches(comparison)),
@@ -61,43 +61,21 @@ def _lead(comparison: Comparison) -> str:
     return "; ".join(parts) + "." if parts else "No controller was asked for beside none."
 
 
-def _map(heading: str, comparison: Comparison, row_of: Callable[[str, str], Row], text: str) -> Section:
-    rows = [[row_of(name, duty) for name in comparison.controllers] for duty in comparison.duty_cycles]
+def _map(heading: str, rows: list[list[Row]], names: Sequence[str], text: str = "") -> Section:
+    """Heat map of the largest errors, a column for each controller and a named line for each of the rows."""
     figure = heat_map(
-        comparison.controllers,
-        comparison.duty_cycles,
-        [[row.outcome.max_abs_um for row in line] for line in rows],
-        [[_cell(row) for row in line] for line in rows],
-        rows[0][0].tolerance_um,
-        "µm",
-    )
-    named = [[f"{row.mismatch}" for row in line] for line in rows]
-    figure.update_traces(
-        customdata=named, hovertemplate="%{y}<br>%{x}: %{text}<br>%{customdata}<extra></extra>"
-    )
-    return Section(heading, _MAP_TEXT.format(text).strip(), figure=figure)
-
-
-def _by_mismatch(comparison: Comparison) -> Section:
-    def worst(name: str, mismatch: str) -> Row:
-        rows = [comparison.row(name, duty, mismatch) for duty in comparison.duty_cycles]
-        return max(rows, key=lambda row: (row.outcome.stopped is not None, row.outcome.max_abs_um))
-
-    rows = [[worst(name, mismatch) for name in comparison.controllers] for mismatch in comparison.mismatches]
-    figure = heat_map(
-        comparison.controllers,
-        comparison.mismatches,
+        [row.controller for row in rows[0]],
+        names,
         [[row.outcome.max_abs_um for row in line] for line in rows],
         [[_cell(row) for row in line] for line in rows],
         rows[0][0].tolerance_um,
         "µm",
     )
     figure.update_traces(
-        customdata=[[row.duty_cycle for row in line] for line in rows],
-        hovertemplate="%{y}<br>%{x}: %{text}<br>%{customdata}<extra></extra>",
+        customdata=[[f"{row.duty_cycle}, {row.mismatch}" for row in line] for line in rows],
+        hovertemplate="%{x}: %{text}<br>%{customdata}<extra></extra>",
     )
-    text = "Worst of all duty cycles, which the pointer names."
-    return Section("Mismatch by mismatch", _MAP_TEXT.format(text), figure=figure)
+    return Section(heading, f"{_MAP_TEXT} {text}".strip(), figure=figure)
 
 
 def _cell(row: Row) -> str:
@@ -106,7 +84,7 @@ def _cell(row: Row) -> str:
     error = f"{row.outcome.max_abs_um:.1f}"
     if row.controller == NO_CONTROLLER or row.removed_percent is None:
         return error
-    return f"{error} · {row.removed_percent:.0f} %"
+    return f"{error}<br>{row.removed_percent:.0f} %"
 
 
 def _won(comparison: Comparison) -> Table:

@@ -24,7 +24,7 @@ from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.report.figures import styled
+from warmlink.orchestration.report.figures import DASHES, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 
 if TYPE_CHECKING:
@@ -157,6 +157,7 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
         vertical_spacing=0.22 / max(len(channels), 3),
         horizontal_spacing=0.08,
         column_widths=[0.6, 0.4],
+        column_titles=("measured, simulated", "error / sigma"),
     )
     minutes = data.time / 60
     pairs = [("as it stands", diagnosis.before, _BEFORE)]
@@ -170,22 +171,21 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
         factor, zero = (SHOWN[shown(unit)], 273.15 if shown(unit) == "K" else 0.0)
         measured = data.readings[:, i]
         _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
-        for word, predicted, colour in pairs:
+        for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):
             readings = predicted.readings[run][:, i]
-            line = {"mode": "lines", "line": {"color": colour, "width": 2}}
+            line = {"mode": "lines", "line": {"color": colour, "width": 2, "dash": dash}}
             _trace(figure, (row, 1), word, minutes, (readings - zero) * factor, line)
             error = (measured - readings) / diagnosis.scores.scales[run][i]
             _trace(figure, (row, 2), word, minutes, error, _points(colour))
         label = "degC" if shown(unit) == "K" else unit
         figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)
-        figure.update_yaxes(title_text="error / sigma", row=row, col=2)
     figure.update_xaxes(title_text="time [min]", row=len(channels))
     until = diagnosis.experiment.runs[run].fit_until
     if until < data.time[-1]:
         figure.add_vrect(
             x0=until / 60, x1=float(minutes[-1]), fillcolor="#5b6577", opacity=0.08, line_width=0
         )
-    return styled(figure, 170 * len(channels) + 90)
+    return styled(figure, 170 * len(channels) + 90, 600).update_layout(margin_t=60)
 
 
 def _points(colour: str) -> dict[str, Any]:
@@ -197,8 +197,8 @@ def _trace(
 ) -> None:
     """Draw a signal at a row and column of the figure; the legend names those of the first place."""
     figure.add_scatter(
-        x=minutes,
-        y=values,
+        x=minutes.astype(np.float32),
+        y=values.astype(np.float32),
         name=word,
         legendgroup=word,
         showlegend=place == (1, 1),

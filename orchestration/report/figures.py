@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 COLOURS = ("#3b6fb6", "#d1603d", "#3d8f6f", "#8a5fb0", "#b58a2b", "#5b6577", "#c04c7f", "#2b8fa8")
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+"""Lines are told apart by these too, by those who do not see the colours."""
+
 MOST_POINTS = 2000
 """Points a line keeps in a report; the files beside it hold them all."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a plot; `dash` as plotly names it."""
+    """One line of a plot."""
 
     name: str
     values: ArrayLike
-    dash: str = "solid"
 
 
 @dataclass(frozen=True)
@@ -39,16 +41,16 @@ def time_plot(
     import plotly.graph_objects as go
 
     kept = _kept(np.asarray(seconds))
-    shown = np.asarray(seconds)[kept]
+    shown = np.asarray(seconds, dtype=np.float32)[kept]
     unit, scale = ("h", 3600.0) if shown[-1] > 3 * 3600 else ("min", 60.0)
     figure = go.Figure()
-    for line, colour in zip(lines, COLOURS * 4, strict=False):
+    for i, line in enumerate(lines):
         figure.add_scatter(
             x=shown / scale,
-            y=np.asarray(line.values)[kept],
+            y=np.asarray(line.values, dtype=np.float32)[kept],
             name=line.name,
             mode="lines",
-            line={"color": colour, "dash": line.dash, "width": 2},
+            line={"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2},
         )
     if band is not None:
         figure.add_hrect(y0=band.low, y1=band.high, fillcolor="#3d8f6f", opacity=0.13, line_width=0)
@@ -60,13 +62,15 @@ def time_plot(
     return styled(figure, height)
 
 
-def styled(figure: Any, height: int = 360) -> Any:
-    """Figure in the reports' common look."""
+def styled(figure: Any, height: int = 360, least_width: int = 10) -> Any:
+    """Figure in the reports' common look; on a page narrower than `least_width` [pixels] it is scrolled."""
     figure.update_layout(
         template="plotly_white",
         height=height,
+        meta=least_width,
         margin={"l": 70, "r": 20, "t": 30, "b": 50},
-        legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
+        # Below, where it touches neither the titles nor plotly's buttons however many lines it takes.
+        legend={"orientation": "h", "y": 0, "yref": "container", "yanchor": "bottom", "x": 0},
         font={"family": "system-ui, sans-serif", "size": 13},
     )
     return figure
@@ -87,7 +91,7 @@ def heat_map(
     limit: float,
     unit: str,
 ) -> Any:
-    """Plotly figure of values above 0 in cells, shape (rows, columns): green below a limit, red above it.
+    """Plotly figure of values above 0 in cells, shape (rows, columns): blue below a limit, orange above it.
 
     Colours go by the ratio to the limit, from a tenth to ten times it. NaN leaves a cell blank.
     """
@@ -101,8 +105,9 @@ def heat_map(
             z=np.clip(ratio, -1, 1),
             text=[list(line) for line in texts],
             texttemplate="%{text}",
-            hovertemplate="%{y}<br>%{x}: %{text}<extra></extra>",
-            colorscale=((0, "#2f855f"), (0.5, "#f4f1e8"), (1, "#c2472b")),
+            textfont={"color": "#1d2433"},
+            # Told apart by the colour-blind too, and pale enough for dark figures.
+            colorscale=((0, "#6fa8dc"), (0.5, "#f7f7f7"), (1, "#f0953f")),
             zmin=-1,
             zmax=1,
             xgap=2,
@@ -116,7 +121,7 @@ def heat_map(
     )
     figure.update_yaxes(autorange="reversed", automargin=True)
     figure.update_xaxes(side="top", automargin=True)
-    styled(figure, 130 + 30 * len(rows))
+    styled(figure, 130 + 44 * len(rows), 250 + 80 * len(columns))
     # Room above the columns' names for the figure's tools.
     figure.update_layout(margin={"t": 70, "b": 15})
     return figure

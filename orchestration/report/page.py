@@ -1,8 +1,13 @@
-"""One HTML page that opens from disk without a network: text, tables and plots."""
+"""One HTML page that opens from disk without a network: text, tables and plots.
+
+The plots and the library that draws them are compressed; the browser unpacks them.
+"""
 
 from __future__ import annotations
 
+import base64
 import platform
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
@@ -39,17 +44,10 @@ def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -
         If the file cannot be written.
     """
     from jinja2 import Environment, select_autoescape
-    from plotly.offline import get_plotlyjs
 
     source = (resources.files("warmlink.orchestration.report") / "page.html.j2").read_text("utf-8")
     template = Environment(autoescape=select_autoescape(default=True)).from_string(source)
-    drawn = [(section, _drawing(section.figure, i)) for i, section in enumerate(sections)]
-    html = template.render(
-        title=title,
-        lead=lead,
-        sections=drawn,
-        script=get_plotlyjs() if any(figure for _, figure in drawn) else "",
-    )
+    html = template.render(title=title, lead=lead, sections=sections, packed=_packed(sections))
     path.write_text(html, encoding="utf-8")
 
 
@@ -64,14 +62,12 @@ def versions() -> Table:
     return Table(("software", "version"), rows)
 
 
-def _drawing(figure: Any, index: int) -> str | None:
-    if figure is None:
-        return None
-    return str(
-        figure.to_html(
-            full_html=False,
-            include_plotlyjs=False,
-            div_id=f"figure-{index}",
-            config={"displaylogo": False, "responsive": True},
-        )
-    )
+def _packed(sections: Sequence[Section]) -> str:
+    """Plotly's library and the figures by the number of their section, compressed; empty without figures."""
+    from plotly.offline import get_plotlyjs
+
+    drawn = [f"{i}:{each.figure.to_json()}" for i, each in enumerate(sections, 1) if each.figure is not None]
+    if not drawn:
+        return ""
+    script = f"{get_plotlyjs()}\nconst figures = {{{','.join(drawn)}}};"
+    return base64.b64encode(zlib.compress(script.encode())).decode()

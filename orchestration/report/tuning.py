@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.orchestration.report.figures import COLOURS, styled
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
-from warmlink.orchestration.report.study import about, parallel_coordinates
+from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.study import add_points, closing, parallel_coordinates
 from warmlink.orchestration.studies.points import best
 from warmlink.orchestration.studies.storage import Storage
 from warmlink.orchestration.studies.study import Study
@@ -31,14 +31,10 @@ def write_report(study: Study, storage: Storage, trials: list[Trial], path: Path
     if importance is not None:
         sections.append(Section("What matters", _IMPORTANCE, figure=importance))
     if complete:
-        values = [(trial.point, trial.objective) for trial in complete]
         sections.append(
-            Section("Parallel coordinates", _COORDINATES, figure=parallel_coordinates(study, values))
+            Section("Parallel coordinates", _COORDINATES, figure=parallel_coordinates(study, complete))
         )
-    poisoned = [(str(trial.number), trial.reason) for trial in trials if trial.reason is not None]
-    if poisoned:
-        sections.append(Section("Trials without an objective", table=Table(("trial", "because"), poisoned)))
-    sections += [Section("Study", table=about(study)), Section("Versions", table=versions())]
+    sections += closing(study, trials, "trial")
     write_page(path, study.title, _lead(study, trials, winner), sections)
 
 
@@ -53,10 +49,7 @@ def _lead(study: Study, trials: list[Trial], winner: Trial | None) -> str:
 
 
 def _winner(study: Study, winner: Trial) -> Table:
-    rows = [
-        (axis.name, f"{winner.point[axis.name]:.6g} {axis.unit}", f"{axis.shipped:.6g} {axis.unit}")
-        for axis in study.axes
-    ]
+    rows = [(axis.name, axis.shown(winner.point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
     return Table(("parameter", "winner", "as shipped"), rows)
 
 
@@ -64,23 +57,14 @@ def _history(study: Study, trials: list[Trial]) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()
-    for feasible, colour, name in ((True, "#3b6fb6", "trial"), (False, "#c2472b", "breaks a constraint")):
-        shown = [trial for trial in trials if trial.reason is None and trial.feasible == feasible]
-        if shown:
-            figure.add_scatter(
-                x=[trial.number for trial in shown],
-                y=[trial.objective for trial in shown],
-                mode="markers",
-                marker={"color": colour, "size": 7},
-                name=name,
-            )
+    add_points(figure, [trial.number for trial in trials], trials, "trial")
     leaders = [(trial.number, best(trials[: trial.number + 1])) for trial in trials]
     steps = [(number, leader.objective) for number, leader in leaders if leader is not None]
     figure.add_scatter(
         x=[number for number, _ in steps],
         y=[objective for _, objective in steps],
         mode="lines",
-        line={"color": "#3d8f6f", "shape": "hv", "width": 2},
+        line={"color": COLOURS[2], "shape": "hv", "width": 2},
         name="best so far",
     )
     figure.update_xaxes(title="trial")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
@@ -62,6 +63,17 @@ class Axis:
     def heading(self) -> str:
         """Name with unit, as `compensator.gain [m/W]`."""
         return f"{self.name} [{self.unit}]"
+
+    @property
+    def readable(self) -> tuple[str, float]:
+        """Unit in which people read it, and the factor to it: `µm/W`, 1e6 for a gain of some 1e-6 m/W."""
+        small = max(abs(self.low), abs(self.high)) < 1e-3 and re.match(r"[mWAVNKs](?!\w|\*)", self.unit)
+        return (f"µ{self.unit}", 1e6) if small else (self.unit, 1.0)
+
+    def shown(self, *values: float) -> str:
+        """Values for people, as `2 to 8 µm/W`."""
+        unit, factor = self.readable
+        return f"{' to '.join(f'{factor * value:.6g}' for value in values)} {unit}"
 
     @property
     def holds_shipped(self) -> bool:

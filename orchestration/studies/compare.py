@@ -110,10 +110,9 @@ class Comparison:
         """One row."""
         return self.rows[controller, duty_cycle, mismatch]
 
-    def worst(self, controller: str, duty_cycle: str) -> Row:
-        """The row of the worst mismatch, the nominal one left out; a run that stopped is worst."""
-        others = [m for m in self.mismatches if m != NOMINAL] or [NOMINAL]
-        rows = [self.row(controller, duty_cycle, m) for m in others]
+    def worst(self, controller: str, duty_cycles: Sequence[str], mismatches: Sequence[str]) -> Row:
+        """The worst of some rows of a controller; a run that stopped is worst."""
+        rows = [self.row(controller, duty, mismatch) for duty in duty_cycles for mismatch in mismatches]
         return max(rows, key=lambda row: (row.outcome.stopped is not None, row.outcome.max_abs_um))
 
     def records(self) -> list[dict[str, Any]]:

@@ -176,7 +176,7 @@ class Study:
 
     def lines(self, point: Point) -> list[str]:
         """A point in lines for the terminal."""
-        return [f"  {axis.name:<36}{point[axis.name]:>14.6g} {axis.unit}" for axis in self.axes]
+        return [f"  {axis.name:<36}{axis.shown(point[axis.name]):>20}" for axis in self.axes]
 
     def digest(self, fmus: str) -> str:
         """Digest of what the trials depend on, their number left out, with that of the FMUs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
@@ -40,11 +40,11 @@ def table(comparison: Comparison) -> Table:
     for name in comparison.controllers:
         shown.add_column(name, justify="right", no_wrap=True)
     if NOMINAL in comparison.mismatches:
-        _section(shown, comparison, NOMINAL, lambda name, duty: comparison.row(name, duty))
+        _section(shown, comparison, NOMINAL, [NOMINAL])
     others = [name for name in comparison.mismatches if name != NOMINAL]
     if others:
         heading = others[0] if len(others) == 1 else f"worst of {len(others)} mismatches"
-        _section(shown, comparison, heading, comparison.worst)
+        _section(shown, comparison, heading, others)
     _minutes(shown, comparison)
     return shown
 
@@ -62,11 +62,11 @@ def cell(row: Row, best_um: float) -> str:
     return f"{error} {removed:>5} {mark + (BEST if equal else ''):<3}"
 
 
-def _section(shown: Table, comparison: Comparison, heading: str, row_of: Callable[[str, str], Row]) -> None:
+def _section(shown: Table, comparison: Comparison, heading: str, mismatches: Sequence[str]) -> None:
     shown.add_section()
     shown.add_row(f"[bold]{heading}[/bold]")
     for duty in comparison.duty_cycles:
-        rows = [row_of(name, duty) for name in comparison.controllers]
+        rows = [comparison.worst(name, [duty], mismatches) for name in comparison.controllers]
         best = min((row.outcome.max_abs_um for row in rows if row.outcome.stopped is None), default=0.0)
         shown.add_row(f"  {duty}", *(cell(row, best) for row in rows))
 

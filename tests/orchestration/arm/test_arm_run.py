@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.blueprint import arm_values
 from warmlink.orchestration.arm.error_map import workspace
@@ -116,6 +117,7 @@ def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> 
     text = (tmp_path / "report.html").read_text("utf-8")
     for heading in ("axis by axis", "Error over the workspace, uncompensated", "shoulder", "observer"):
         assert heading in text
+    assert "heatmap" in plots(tmp_path / "report.html")
     assert moments(outcome)[-1] == len(outcome.time) - 1
 
 

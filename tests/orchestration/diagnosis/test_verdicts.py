@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.pages import plots
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
@@ -197,4 +198,4 @@ def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> No
     assert values["link.emissivity"].value == pytest.approx(0.6, abs=0.05)
     page = files["report.html"].read_text()
     assert "http-equiv" not in page
-    assert "<script src" not in page
+    assert "as it stands" in plots(files["report.html"])

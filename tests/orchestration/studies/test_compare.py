@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.cli import main
@@ -134,6 +135,7 @@ def test_the_command_writes_table_and_report(
     assert "thermal_low" in shown
     assert len((folder / "here" / "compare.csv").read_text().splitlines()) == 1 + 2 * 2 * 2
     assert "Productive minutes won" in (folder / "here" / "report.html").read_text()
+    assert "heatmap" in plots(folder / "here" / "report.html")
 
     monkeypatch.setattr("sys.argv", ["warmlink", *arguments, "--json", "--no-report"])
     with pytest.raises(SystemExit):

@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip("optuna")
 
+from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.tuning import write_report
 from warmlink.orchestration.studies.case import Case, Outcome, failed
@@ -239,7 +240,7 @@ def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
     write_report(study, Storage(study, "fmus", default_url(here)), trials, here / "report.html")
-    text = (here / "report.html").read_text()
+    text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
-    assert "parcoords" in text
+    assert "parcoords" in drawn
