@@ -10,13 +10,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.orchestration.paper import analytic
 from warmlink.orchestration.paper.agreement import agreements
 from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, Case
 from warmlink.orchestration.paper.fea.drive import Drive, Smooth, TimeGrid
 from warmlink.orchestration.paper.fea.mesh import Assembly, bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea, History
-from warmlink.orchestration.paper.optics import Camera, drift_noise
 from warmlink.orchestration.paper.results import CaseResult, Refinement, Reproduction
 from warmlink.orchestration.paper.rows import paper_rows
 from warmlink.orchestration.paper.statements import findings, paper_statements
@@ -54,14 +55,16 @@ def reproduce(progress: Callable[[float, str], None] | None = None) -> Reproduct
     agreed = agreements(bench, lambda f: tell(0.7 + 0.28 * f, "1-D link against 3-D finite elements"))
     tell(0.98, "the paper's statements")
     consistent = consistency(bench)
-    centroid = drift_noise().total * Camera.printed().cell_width
+    camera = Instance(DRIFT_CAMERA)
     result = Reproduction(
         rows=tuple(paper_rows(cases, attempts)),
         statements=tuple(paper_statements(bench, cases)),
         attempts=tuple(attempts),
         pad_gaps=gaps,
         consistency=tuple(consistent),
-        findings=tuple(findings(attempts, gaps, consistent, centroid)),
+        findings=tuple(
+            findings(attempts, gaps, consistent, camera.get("pixel_size") * camera.get("centroid_noise"))
+        ),
         refinements=tuple(refinements),
         agreements=tuple(agreed),
         cases=cases,

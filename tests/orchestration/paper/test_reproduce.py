@@ -11,12 +11,12 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 
 from rich.console import Console
 
+from benchmarks.optics import Camera, drift_noise
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.paper import analytic
 from warmlink.orchestration.paper.cases import Bench, Case, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.paper.optics import Camera, drift_noise
 from warmlink.orchestration.paper.presentation import readable, write_report
 from warmlink.orchestration.paper.results import Reproduction
 from warmlink.orchestration.paper.terminal import terminal_table

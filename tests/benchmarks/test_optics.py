@@ -5,10 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
-from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.cases import Bench, Case
-from warmlink.orchestration.paper.optics import (
+from benchmarks.optics import (
     Camera,
     Spot,
     centroid,
@@ -16,10 +13,12 @@ from warmlink.orchestration.paper.optics import (
     drift_noise,
     electrons_at_white,
     expose,
-    measured_drift,
     noise_threshold,
     tuned_spot,
 )
+from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.paper.cases import Bench, Case
 
 FULL = Camera.printed()
 CAMERA = FULL.window(96, 96)
@@ -139,7 +138,10 @@ def test_sequence_of_images_gives_back_the_growth_of_the_link() -> None:
     case = Case.printed("moving")
     history = Bench().run_link(case, case.drive())
     growth = np.interp(np.arange(0.0, 3601.0, 30.0), history.time, history.elongation)
-    drift = measured_drift(CAMERA, SPOT, growth, THRESHOLD, np.random.default_rng(5))
+    rng = np.random.default_rng(5)
+    images = (expose(CAMERA, replace(SPOT, x=SPOT.x + float(each)), rng) for each in growth)
+    places = np.array([centroid(image, CAMERA, THRESHOLD)[0] for image in images])
+    drift = places - places[0]
     error = (drift - growth)[1:]
     noise = characterise(CAMERA, SPOT, THRESHOLD).total * CAMERA.cell_width
     # The first image's own error is common to all; the spread about it is the noise.

@@ -1,4 +1,4 @@
-"""The optical measurement: a laser spot straight on a CCD, and its centroid by image moments.
+"""The drift camera's noise: images of a laser spot on a CCD, and their centroid by image moments.
 
 [1] II.A.1: no lens, cells of 8.6 x 8.3 um, 752 x 582 of them, gamma 0.45, black and white level, electronic
 shutter; the centroid is the sum of the pixel moments in two orthogonal directions. What [1] does not give
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 from scipy.stats import norm
 
+from benchmarks.command import start
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.paper.data import load_paper
 
@@ -231,24 +232,22 @@ def characterise(
     return CentroidError(float(bias.std()), float(np.abs(bias).max()), float(noisy.std(ddof=1)))
 
 
-def measured_drift(
-    camera: Camera, start: Spot, elongation: Array, threshold: float, rng: np.random.Generator | None
-) -> Array:
-    """Drift [m] read off a sequence of images while the link grows, relative to the first image.
-
-    Parameters
-    ----------
-    elongation : true growth at each image [m], shape (n,); the spot moves by as much along the rows
-    start : the spot before any growth
-    """
-    places = [
-        centroid(expose(camera, replace(start, x=start.x + float(growth)), rng), camera, threshold)[0]
-        for growth in elongation
-    ]
-    return np.asarray(places) - places[0]
-
-
 def _cell_shares(centre: float, radius: float, size: float, count: int) -> Array:
     """Mean of exp(-2 (x - centre)^2 / radius^2) over each cell of a row."""
     edges = (np.arange(count + 1) * size - centre) * np.sqrt(2) / radius
     return np.asarray(np.sqrt(np.pi / 8) * radius / size * np.diff(erf(edges)))
+
+
+def main() -> None:
+    """Print the centroid's error by the defaults, and at both ends of the ranges in the data sheet [2]."""
+    chip = Camera.printed()
+    for gain, noise in ((16.0, 20.0), (GAIN, READ_NOISE), (22.0, 50.0)):
+        found = drift_noise(replace(chip, full_level=electrons_at_white(gain), read_noise=noise))
+        print(
+            f"gain {gain:g} dB, read-out noise {noise:g} electrons: {found.total:.4f} pixel, "
+            f"{1e6 * found.total * chip.cell_width:.3f} um; bias {found.bias:.4f}, at most {found.largest:.4f}"
+        )
+
+
+if __name__ == "__main__":
+    start(main)
