@@ -245,7 +245,8 @@ def main() -> None:
         found = drift_noise(replace(chip, full_level=electrons_at_white(gain), read_noise=noise))
         print(
             f"gain {gain:g} dB, read-out noise {noise:g} electrons: {found.total:.4f} pixel, "
-            f"{1e6 * found.total * chip.cell_width:.3f} um; bias {found.bias:.4f}, at most {found.largest:.4f}"
+            f"{1e6 * found.total * chip.cell_width:.3f} um; bias {found.bias:.4f}, at most "
+            f"{found.largest:.4f} pixel"
         )
 
 

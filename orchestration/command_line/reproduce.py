@@ -20,9 +20,8 @@ def reproduce(
     from rich.console import Console
 
     from warmlink.orchestration.files import fresh_folder
-    from warmlink.orchestration.paper.presentation import write_report
+    from warmlink.orchestration.paper.presentation import terminal, write_report
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
-    from warmlink.orchestration.paper.terminal import terminal_table
 
     with fresh_folder(out) as target:
         with progress_bar("The paper, reproduced") as progress:
@@ -31,5 +30,5 @@ def reproduce(
     if json:
         answer_json({"rows": [asdict(row) for row in result.rows], "findings": list(result.findings)})
     else:
-        Console().print(terminal_table(result))
+        Console().print(terminal(result))
         answer(f"report  {out / 'report.html'}")

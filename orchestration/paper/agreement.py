@@ -13,21 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.reference import Phase, integrate
+from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.paper.cases import Bench, Case
-from warmlink.orchestration.paper.fea.drive import Drive, Held, Smooth, TimeGrid
+from warmlink.orchestration.paper.fea.drive import Drive, held
 from warmlink.orchestration.paper.fea.mesh import Assembly, Body, bare_link, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea, History
-from warmlink.orchestration.paper.link_model import LinkHistory, LinkModel
+from warmlink.orchestration.paper.link_model import LinkHistory, follow
 
 Array = NDArray[np.float64]
 
 #: Temperature of room and cell at the start of a duty cycle [K].
 AMBIENT = 295.15
-#: The heat flow is averaged over so many seconds when it is handed to both models [s].
-SAMPLE = 30.0
+#: Time between two points of the heat flow that both models get, straight lines between them [s].
+SAMPLE = 15.0
 
 
 def _cycle(*segments: tuple[float, float, float]) -> tuple[Phase, ...]:
@@ -62,51 +62,38 @@ def agreements(bench: Bench, progress: Callable[[float], None] | None = None) ->
     storeless = replace(materials, shaft=replace(materials.shaft, specific_heat=1e-2))
     with_shaft, with_diode = (Assembly(diode=diode, elongation_at="centre") for diode in (False, True))
     bodies = {
-        "link alone": bare_link(geometry, materials),
+        "link alone": bare_link(geometry, materials, 2),
         "with shaft": paper_assembly(geometry, materials, with_shaft),
         "with shaft and diode": paper_assembly(geometry, materials, with_diode),
         "with a shaft that stores no heat": paper_assembly(geometry, storeless, with_shaft),
     }
     models = {name: Fea(body, displacement_order=1) for name, body in bodies.items()}
+    cases = [Case.printed(name) for name in ("stationary", "moving")]
+    runs = {case.name: (case.drive(), bench.run_link(case)) for case in cases}
+    runs |= {name: duty_drive(bench, phases) for name, phases in DUTY_CYCLES.items()}
     found = []
-    runs = drives(bench)
-    for done, (run, (drive, grid)) in enumerate(runs.items()):
+    for done, (run, (drive, link)) in enumerate(runs.items()):
         if progress:
             progress(done / len(runs))
-        link = LinkModel(bench.geometry, bench.materials.link).run(drive, grid, AMBIENT)
         for name, model in models.items():
-            history = model.run(drive, grid, AMBIENT)
+            history = model.run(drive, link.time, AMBIENT)
             found.append(compare(run, name, model.body, link, history))
     return found
 
 
-def drives(bench: Bench) -> dict[str, tuple[Drive, TimeGrid]]:
-    """Drives of the paper's cases, the shaft's temperature held, and of duty cycles, heat flow given."""
-    found = {}
-    for name in ("stationary", "moving"):
-        case = Case.printed(name)
-        found[name] = (case.drive(), case.grid)
-    for name, segments in DUTY_CYCLES.items():
-        found[name] = duty_drive(bench, segments)
-    return found
-
-
-def duty_drive(bench: Bench, phases: Sequence[Phase]) -> tuple[Drive, TimeGrid]:
-    """Run motor and 1-D link as one system; hand on their heat flow, and the convection by speed."""
-    received = integrate(plant(), phases, ["link.heat_received"], every=SAMPLE, tolerance=1e-7)
-    flow = np.diff(received.values["link.heat_received"]) / SAMPLE
-    starts = np.concatenate([[0.0], np.cumsum([phase.duration for phase in phases])])
+def duty_drive(bench: Bench, phases: Sequence[Phase]) -> tuple[Drive, LinkHistory]:
+    """Run motor and 1-D link as one system; give their heat flow as a drive, and the link's course."""
+    link = follow(plant(), phases, SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
-    convection = [
-        still + per_speed * phase.inputs["link.speed"] * bench.geometry.span / 2 for phase in phases
-    ]
+    starts = np.cumsum([0.0, *(phase.duration for phase in phases)])
+    speeds = [phase.inputs["link.speed"] * bench.geometry.span / 2 for phase in phases]
     drive = Drive(
-        convection=Held(tuple(starts[:-1]), tuple(convection)),
-        ambient=Smooth(AMBIENT),
-        heat_flow=Held(tuple(received.time[:-1]), tuple(flow)),
+        convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
+        ambient=AMBIENT,
+        heat_flow=lambda time: float(np.interp(time, link.time, link.heat_flow)),
     )
-    return drive, TimeGrid(((len(flow), SAMPLE),))
+    return drive, link
 
 
 def compare(run: str, name: str, body: Body, link: LinkHistory, history: History) -> Agreement:

@@ -8,18 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.paper.data import (
-    Geometry,
-    Materials,
-    Printed,
-    load_geometry,
-    load_materials,
-    load_paper,
-)
-from warmlink.orchestration.paper.fea.drive import Drive, Smooth, TimeGrid, graded_grid
+from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.fea.drive import Drive, graded
 from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea, History
-from warmlink.orchestration.paper.link_model import LinkHistory, LinkModel
+from warmlink.orchestration.paper.link_model import LinkHistory, held_link
 
 Array = NDArray[np.float64]
 
@@ -39,14 +32,9 @@ class Case:
     @classmethod
     def printed(cls, name: str) -> Case:
         """Read the case `stationary` or `moving` from the paper's numbers."""
-        n: dict[str, Printed] = load_paper()[name]
-        return cls(
-            name=name,
-            shaft=n["shaft"].value + ZERO_CELSIUS,
-            ambient=n["ambient"].value + ZERO_CELSIUS,
-            convection=n["convection"].value,
-            duration=n["duration"].value,
-        )
+        n = {key: entry.value for key, entry in load_paper()[name].items()}
+        shaft, ambient = n["shaft"] + ZERO_CELSIUS, n["ambient"] + ZERO_CELSIUS
+        return cls(name, shaft, ambient, n["convection"], n["duration"])
 
     @property
     def rise(self) -> float:
@@ -54,19 +42,17 @@ class Case:
         return self.shaft - self.ambient
 
     @property
-    def grid(self) -> TimeGrid:
-        """Steps that grow after the shaft's temperature jumps."""
-        return graded_grid([0.0, self.duration])
+    def times(self) -> Array:
+        """Times [s] whose steps grow after the shaft's temperature jumps."""
+        return graded([0.0, self.duration])
 
-    def drive(self, *, radiation: bool = False, lag: float = 0.0, convection: float | None = None) -> Drive:
-        """Hold the shaft's temperature; `lag` [s] delays it by a first order, `convection` replaces h."""
-        rise, ambient = self.rise, self.ambient
+    def drive(self, *, radiation: bool = False, lag: float = 0.0) -> Drive:
+        """Hold the shaft's temperature; `lag` [s] delays it by a first order."""
 
         def heated(time: float) -> float:
-            return ambient + rise * (-math.expm1(-time / lag) if lag > 0 else 1.0)
+            return self.ambient + self.rise * (-math.expm1(-time / lag) if lag > 0 else 1.0)
 
-        h = self.convection if convection is None else convection
-        return Drive(Smooth(h), Smooth(ambient), temperature=Smooth(heated), radiation=radiation)
+        return Drive(self.convection, self.ambient, temperature=heated, radiation=radiation)
 
 
 @dataclass
@@ -77,20 +63,22 @@ class Bench:
     materials: Materials = field(default_factory=load_materials)
     _models: dict[Assembly, Fea] = field(default_factory=dict)
 
-    def fea(self, assembly: Assembly, displacement_order: int = 2) -> Fea:
+    def fea(self, assembly: Assembly) -> Fea:
         """Return the finite-element model of an assembly."""
         if assembly not in self._models:
-            body = paper_assembly(self.geometry, self.materials, assembly)
-            self._models[assembly] = Fea(body, displacement_order)
+            self._models[assembly] = Fea(paper_assembly(self.geometry, self.materials, assembly))
         return self._models[assembly]
 
     def run_fea(self, case: Case, drive: Drive, assembly: Assembly) -> History:
         """Run a case on the finite elements."""
-        return self.fea(assembly).run(drive, case.grid, case.ambient)
+        return self.fea(assembly).run(drive, case.times, case.ambient)
 
-    def run_link(self, case: Case, drive: Drive) -> LinkHistory:
-        """Run a case on the 1-D link, its base held at the shaft's temperature."""
-        return LinkModel(self.geometry, self.materials.link).run(drive, case.grid, case.ambient)
+    def run_link(self, case: Case, convection: float | None = None) -> LinkHistory:
+        """Run a case on the 1-D link, its base held at the shaft's temperature; `convection` replaces h."""
+        h = case.convection if convection is None else convection
+        temperatures, every = (case.shaft, case.ambient), float(case.times[1])
+        link = self.materials.link
+        return held_link(self.geometry, link, temperatures, h, case.duration, every).at(case.times)
 
 
 def steady_time(time: Array, values: Array) -> float:

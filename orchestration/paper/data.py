@@ -6,14 +6,11 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
-
-from warmlink.fmus.errors import InputError
-
-_HERE = Path(__file__).parent
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class Geometry:
     shaft_length: float
     diode_diameter: float
     diode_length: float
-    assumed: tuple[str, ...] = ()
+    assumed: Sequence[str]
 
     @property
     def span(self) -> float:
@@ -82,80 +79,26 @@ class Printed:
 
 
 @cache
-def load_materials(path: Path = _HERE / "materials.toml") -> Materials:
-    """Read the material table.
-
-    Raises
-    ------
-    InputError
-        A section or a property is missing, or a property is not positive.
-    """
-    tables = _read(path)
-    return Materials(**{f.name: _material(tables, f.name, path) for f in fields(Materials)})
+def load_materials() -> Materials:
+    """Read the material table."""
+    tables = _read("materials.toml")
+    return Materials(*(Material(**tables[name]) for name in ("link", "shaft", "diode")))
 
 
 @cache
-def load_geometry(path: Path = _HERE / "materials.toml") -> Geometry:
-    """Read the `[geometry]` section.
-
-    Raises
-    ------
-    InputError
-        A length is missing or not positive.
-    """
-    table = _section(_read(path), "geometry", path)
-    lengths = [f.name for f in fields(Geometry) if f.name not in ("source", "assumed")]
-    numbers = {name: _positive(table, name, "geometry", path) for name in lengths}
-    return Geometry(source=str(table["source"]), assumed=tuple(table["assumed"]), **numbers)
+def load_geometry() -> Geometry:
+    """Read the lengths."""
+    return Geometry(**_read("materials.toml")["geometry"])
 
 
 @cache
-def load_paper(path: Path = _HERE / "paper.toml") -> dict[str, dict[str, Printed]]:
-    """Read every number printed in [1] as `paper[section][name]`.
-
-    Raises
-    ------
-    InputError
-        An entry lacks its value, unit or place.
-    """
-    paper: dict[str, dict[str, Printed]] = {}
-    for section, table in _read(path).items():
-        paper[section] = {}
-        for name, entry in table.items():
-            try:
-                paper[section][name] = Printed(float(entry["value"]), str(entry["unit"]), str(entry["place"]))
-            except (KeyError, TypeError) as error:
-                raise InputError(f"{path.name}: {section}.{name} needs value, unit and place") from error
-    return paper
+def load_paper() -> dict[str, dict[str, Printed]]:
+    """Read every number printed in [1] as `paper[section][name]`."""
+    return {
+        section: {name: Printed(**entry) for name, entry in table.items()}
+        for section, table in _read("paper.toml").items()
+    }
 
 
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a readable TOML file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from error
-
-
-def _section(tables: dict[str, Any], name: str, path: Path) -> dict[str, Any]:
-    if name not in tables:
-        raise InputError(f"{path.name}: section [{name}] is missing; add it")
-    return dict(tables[name])
-
-
-def _positive(table: dict[str, Any], name: str, section: str, path: Path) -> float:
-    if name not in table:
-        raise InputError(f"{path.name}: {section}.{name} is missing; add it in SI units")
-    if not table[name] > 0:
-        raise InputError(
-            f"{path.name}: {section}.{name}: {table[name]} is not above 0; give a positive number"
-        )
-    return float(table[name])
-
-
-def _material(tables: dict[str, Any], name: str, path: Path) -> Material:
-    table = _section(tables, name, path)
-    numbers = [f.name for f in fields(Material) if f.name not in ("name", "source")]
-    values = {number: _positive(table, number, name, path) for number in numbers}
-    return Material(name=str(table["name"]), source=str(table["source"]), **values)
+def _read(name: str) -> dict[str, Any]:
+    return tomllib.loads((Path(__file__).parent / name).read_text(encoding="utf-8"))

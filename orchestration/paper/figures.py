@@ -10,7 +10,6 @@ from warmlink.orchestration.paper.cases import ZERO_CELSIUS
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.results import CaseResult, Reproduction
 from warmlink.orchestration.paper.statements import front_profile
-from warmlink.orchestration.paper.surface import outer_surface, plan_lines
 from warmlink.orchestration.report.figures import styled
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ def steady_profiles(still: CaseResult, moving: CaseResult) -> Figure:
     from plotly import graph_objects as go
 
     figure = go.Figure()
-    g, paper = load_geometry(), load_paper()["moving"]
+    g = load_geometry()
     for result, dash in ((still, "dot"), (moving, "solid")):
         x, temperature = front_profile(result)
         name = f"3-D FEA, {result.case.name}"
@@ -54,13 +53,7 @@ def steady_profiles(still: CaseResult, moving: CaseResult) -> Figure:
             x=np.array(places) * 1e3, y=link, name=f"1-D link, {result.case.name}", mode="markers",
             marker={"color": LINK, "symbol": "circle" if dash == "solid" else "circle-open", "size": 9},
         )  # fmt: skip
-    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
-        figure.add_scatter(
-            x=[g.shaft_centre * 1e3, g.diode_centre * 1e3],
-            y=[paper[f"base_{kind}"].value, paper[f"tip_{kind}"].value],
-            name=f"paper, moving, {kind}", mode="markers",
-            marker={"color": PAPER, "symbol": symbol, "size": 10},
-        )  # fmt: skip
+    _add_printed(figure, [g.shaft_centre * 1e3, g.diode_centre * 1e3], "base", "tip")
     return _dressed(figure, "position along the link [mm]", "temperature [°C]")
 
 
@@ -73,11 +66,10 @@ def stationary_history(still: CaseResult) -> Figure:
     _add_elongations(figure, still, row=1, col=2)
     figure.add_scatter(
         x=still.fea.time, y=still.printed * 1e6, name="Eq. (4) as printed",
-        line={"color": ANALYTIC, "dash": "dot"}, row=1, col=2,
+        line={"color": ANALYTIC, "dash": "dashdot"}, row=1, col=2,
     )  # fmt: skip
     figure.update_yaxes(range=[0, 105], row=1, col=2)
-    figure.update_xaxes(title_text="time [s]")
-    return _dressed(figure, None, None)
+    return _dressed(figure, "time [s]", None)
 
 
 def temperature_history(moving: CaseResult) -> Figure:
@@ -86,13 +78,7 @@ def temperature_history(moving: CaseResult) -> Figure:
 
     figure = go.Figure()
     _add_temperatures(figure, moving)
-    paper, end = load_paper()["moving"], moving.case.duration
-    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
-        figure.add_scatter(
-            x=[end, end], y=[paper[f"{where}_{kind}"].value for where in ("base", "tip")],
-            name=f"paper, {kind}", mode="markers", cliponaxis=False,
-            marker={"color": PAPER, "symbol": symbol, "size": 10},
-        )  # fmt: skip
+    _add_printed(figure, [moving.case.duration] * 2, "base", "tip")
     return _dressed(figure, "time [s]", "temperature [°C]")
 
 
@@ -102,7 +88,10 @@ def fringe_plot(moving: CaseResult) -> Figure:
 
     temperature = moving.fea.final - ZERO_CELSIUS
     x, y, z = moving.body.mesh.p * 1e3
-    i, j, k = outer_surface(moving.body.mesh).triangles
+    mesh = moving.body.mesh
+    # Two triangles for each outer facet, whose nodes go around it.
+    a, b, c, d = mesh.facets[:, mesh.boundary_facets()]
+    i, j, k = np.hstack([[a, b, c], [a, c, d]])
     figure = go.Figure(
         go.Mesh3d(
             x=x, y=y, z=z, i=i, j=j, k=k, intensity=temperature, colorscale=_bands(10), flatshading=True,
@@ -127,12 +116,16 @@ def deformed_link(moving: CaseResult) -> Figure:
     from plotly import graph_objects as go
 
     mesh = moving.body.mesh
+    on_face = np.all(np.abs(mesh.p[2][mesh.facets] - load_geometry().thickness) < 1e-7, axis=0)
+    around = mesh.facets[[0, 1, 2, 3, 0]][:, on_face]
     figure = go.Figure()
     for name, points, colour in (
         ("undeformed", mesh.p, PALE),
         ("deformed", mesh.p + MAGNIFICATION * moving.displacement, FEA),
     ):
-        x, y = plan_lines(mesh, points * 1e3, load_geometry().thickness)
+        # Outlines of the facets as one line, broken by NaN.
+        x, y, _ = np.pad(1e3 * points[:, around], ((0, 0), (0, 1), (0, 0)), constant_values=np.nan)
+        x, y = x.T.ravel(), y.T.ravel()
         figure.add_scatter(x=x, y=y, name=name, mode="lines", line={"color": colour, "width": 1})
     figure.update_yaxes(scaleanchor="x", scaleratio=1)
     figure.update_xaxes(range=[-10, 1e3 * load_geometry().length + 20])
@@ -145,12 +138,7 @@ def elongation_history(moving: CaseResult) -> Figure:
 
     figure = go.Figure()
     _add_elongations(figure, moving)
-    paper, end = load_paper()["moving"], moving.case.duration
-    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
-        figure.add_scatter(
-            x=[end], y=[paper[f"elongation_{kind}"].value], name=f"paper, {kind}", mode="markers",
-            cliponaxis=False, marker={"color": PAPER, "symbol": symbol, "size": 10},
-        )  # fmt: skip
+    _add_printed(figure, [moving.case.duration], "elongation")
     return _dressed(figure, "time [s]", "elongation [µm]")
 
 
@@ -178,6 +166,17 @@ def attempts_chart(result: Reproduction) -> Figure:
     return _dressed(figure, None, None)
 
 
+def _add_printed(figure: Figure, x: list[float], *quantities: str) -> None:
+    """Mark what the paper prints for the moving case."""
+    paper = load_paper()["moving"]
+    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
+        figure.add_scatter(
+            x=x, y=[paper[f"{quantity}_{kind}"].value for quantity in quantities],
+            name=f"paper, moving, {kind}", mode="markers", cliponaxis=False,
+            marker={"color": PAPER, "symbol": symbol, "size": 10},
+        )  # fmt: skip
+
+
 def _add_temperatures(figure: Figure, result: CaseResult) -> None:
     for where, dash, place in (("base", "solid", "shaft"), ("tip", "dash", "diode")):
         for name, history, colour in (("3-D FEA", result.fea, FEA), ("1-D link", result.link, LINK)):
@@ -190,8 +189,8 @@ def _add_temperatures(figure: Figure, result: CaseResult) -> None:
 def _add_elongations(figure: Figure, result: CaseResult, **cell: int) -> None:
     for name, values, colour, dash in (
         ("3-D FEA, elongation", result.fea.elongation, FEA, "solid"),
-        ("1-D link, elongation", result.link.elongation, LINK, "solid"),
-        ("corrected Eq. (4)", result.corrected, ANALYTIC, "solid"),
+        ("1-D link, elongation", result.link.elongation, LINK, "dash"),
+        ("corrected Eq. (4)", result.corrected, ANALYTIC, "dot"),
     ):
         figure.add_scatter(
             x=result.fea.time, y=values * 1e6, name=name, line={"color": colour, "dash": dash}, **cell
@@ -207,11 +206,5 @@ def _bands(count: int) -> list[tuple[float, str]]:
 
 
 def _dressed(figure: Figure, x_title: str | None, y_title: str | None) -> Figure:
-    styled(figure, HEIGHT)
-    # Below, the legend leaves the room above to the titles of several plots in one figure.
-    figure.update_layout(legend={"y": -0.18, "yanchor": "top"}, margin={"l": 70, "r": 20, "t": 60, "b": 50})
-    if x_title:
-        figure.update_xaxes(title_text=x_title)
-    if y_title:
-        figure.update_yaxes(title_text=y_title)
-    return figure
+    styled(figure, HEIGHT, 500).update_layout(margin_t=60)
+    return figure.update_xaxes(title_text=x_title).update_yaxes(title_text=y_title)

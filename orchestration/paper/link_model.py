@@ -1,145 +1,99 @@
-"""The 1-D link under the same drive as the finite elements, so that the two can be compared.
+"""The 1-D link, joined to what drives it and integrated to a tight tolerance, beside the finite elements.
 
-The equations are those of the ThermalLink component; only what drives its base differs from the FMU: a held
-temperature acts through a conductance within the same implicit step, so that it may be as stiff as wanted.
+What holds the base at a temperature is a heater without power of a heat capacity beyond all measure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component.arithmetic import Number
-from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.integrator import ComplexStepJacobian, rosenbrock_step
-from warmlink.fmus.thermal_link.component import COMPONENT
-from warmlink.fmus.thermal_link.grid import stretches
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import join
+from warmlink.fmus.component.reference import Phase, integrate
+from warmlink.fmus.heater.component import COMPONENT as HEATER
+from warmlink.fmus.plant import ROD_WIRES
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.paper.data import Geometry, Material
-from warmlink.orchestration.paper.fea.drive import Drive, TimeGrid
 
 Array = NDArray[np.float64]
 
-#: Conductance [W/K] that holds the base at a prescribed temperature to 0.001 K for a few watts.
-RIGID = 1e4
+#: Thermal resistance [K/W] that holds the base at a prescribed temperature to 0.001 K for a few watts.
+RIGID = 1e-4
+#: Heat capacity [J/K] of what does not cool.
+ENDLESS = 1e12
+_PROBES = {
+    "base": "link.base_temperature",
+    "middle": "link.sensor_temperature[2]",
+    "tip": "link.tip_temperature",
+}
 
 
 @dataclass(frozen=True)
 class LinkHistory:
-    """What the 1-D link did: `time` [s], `temperature` [K] by name, `elongation` [m], `received` heat [J]."""
+    """What the 1-D link did: `time` [s], `temperature` [K], `elongation` [m], `heat_flow` received [W]."""
 
     time: Array
-    temperature: dict[str, Array]
+    temperature: Mapping[str, Array]
     elongation: Array
-    received: Array
+    heat_flow: Array
+
+    def at(self, times: Array) -> LinkHistory:
+        """The same at some of its times [s]."""
+        kept = np.searchsorted(self.time, times)
+        probes = {name: values[kept] for name, values in self.temperature.items()}
+        return LinkHistory(self.time[kept], probes, self.elongation[kept], self.heat_flow[kept])
 
 
-@dataclass(frozen=True)
-class LinkModel:
-    """The 1-D link with a geometry and a material.
-
-    `contact_conductance` [W/K] lies between a held temperature and the link's base; `parameters` are further
-    parameters of the ThermalLink component, by name. `largest_step` [s] bounds the integrator's steps.
-    """
-
-    geometry: Geometry
-    material: Material
-    contact_conductance: float = RIGID
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    largest_step: float = 5.0
-
-    def run(self, drive: Drive, grid: TimeGrid, initial_temperature: float) -> LinkHistory:
-        """Simulate from a uniform temperature [K] over the grid; all surfaces are cooled.
-
-        Raises
-        ------
-        InputError
-            A parameter is unknown or out of range.
-        """
-        instance = self._instance(drive, initial_temperature)
-        p = COMPONENT.settled(np.array([instance.get(name) for name in COMPONENT.p.names]))
-        u = np.array([instance.get(name) for name in COMPONENT.u.names])
-        x = np.asarray(COMPONENT.states_at_start(u, p), dtype=float)
-        full = ComplexStepJacobian(np.ones((x.size, x.size), dtype=bool))
-        first = _Step(self, drive, u, p, grid.start, grid.steps[0], grid.start, grid.steps[0])
-        jacobian = ComplexStepJacobian(full(partial(first.rates, time=grid.start), x) != 0)
-        outputs = [COMPONENT.outputs_of(x, u, p, 0.0)]
-        for start, size in zip(grid.times[:-1].tolist(), grid.steps, strict=True):
-            count = max(1, int(np.ceil(size / self.largest_step - 1e-9)))
-            micro = size / count
-            for i in range(count):
-                step = _Step(self, drive, u, p, start, size, start + i * micro, micro)
-                matrix = jacobian(partial(step.rates, time=step.begin), x)
-                x = rosenbrock_step(step.rates, matrix, x, step.begin, micro)
-            outputs.append(COMPONENT.outputs_of(x, u, p, start + size))
-        return _history(grid.times, np.array(outputs))
-
-    def _instance(self, drive: Drive, initial_temperature: float) -> Instance:
-        """An instance with every parameter set and checked."""
-        g, m = self.geometry, self.material
-        instance = Instance(COMPONENT, "link")
-        instance.set(
-            {
-                "length": g.length,
-                "width": g.width,
-                "thickness": g.thickness,
-                "base_position": g.shaft_centre,
-                "tip_position": g.diode_centre,
-                "conductivity": m.conductivity,
-                "density": m.density,
-                "specific_heat": m.specific_heat,
-                "expansion_coefficient": m.expansion_coefficient,
-                "emissivity": m.emissivity if drive.radiation else 0.0,
-                # The drive gives the coefficient itself: one W/(m2.K) a rad/s makes the speed carry it.
-                "convection_still": 0.0,
-                "convection_per_speed": 2 / g.span,
-                "initial_temperature": initial_temperature,
-                **self.parameters,
-            }
-        )
-        instance.initialize()
-        return instance
-
-
-@dataclass(frozen=True)
-class _Step:
-    """One micro step from `begin` [s], inside the grid's step from `start` of length `size` [s]."""
-
-    model: LinkModel
-    drive: Drive
-    inputs: Array
-    parameters: Array
-    start: float
-    size: float
-    begin: float
-    micro: float
-
-    def rates(self, x: Number, time: float) -> Number:
-        """Rates of the link's states with the drive acting at this time [s]."""
-        fraction = (time - self.start) / self.size
-        u = self.inputs.astype(x.dtype)
-        index = COMPONENT.u.index
-        u[index["ambient_temperature"]] = self.drive.ambient.within(self.start, self.size, fraction)
-        u[index["speed"]] = self.drive.convection.within(self.start, self.size, fraction)
-        if self.drive.temperature is not None:
-            temperature = COMPONENT.x.read(x).temperature
-            base = temperature[stretches(temperature.shape[0]).base_node]
-            held = self.drive.temperature.within(self.start, self.size, fraction)
-            u[index["heat_flow"]] = self.model.contact_conductance * (held - base)
-        elif self.drive.heat_flow is not None:
-            u[index["heat_flow"]] = self.drive.heat_flow.within(self.start, self.size, fraction)
-        return COMPONENT.rates_of(x, u, self.parameters, time)
-
-
-def _history(time: Array, outputs: Array) -> LinkHistory:
-    column = COMPONENT.y.index
-    names = {"base": "base_temperature", "middle": "sensor_temperature[2]", "tip": "tip_temperature"}
+def follow(
+    joined: Component, phases: Sequence[Phase], every: float, parameters: Mapping[str, float] | None = None
+) -> LinkHistory:
+    """Integrate a `link` and, as first instance, what heats it; `every`: between two points [s]."""
+    source = joined.parameters[0].name.partition(".")[0]
+    record = [*_PROBES.values(), "link.elongation", f"{source}.heat_flow"]
+    found = integrate(joined, phases, record, every=every, tolerance=1e-7, parameters=parameters)
+    probes = {name: found.values[output] for name, output in _PROBES.items()}
     return LinkHistory(
-        time=time,
-        temperature={name: outputs[:, column[output]] for name, output in names.items()},
-        elongation=outputs[:, column["elongation"]],
-        received=outputs[:, column["heat_received"]],
+        found.time, probes, found.values["link.elongation"], found.values[f"{source}.heat_flow"]
     )
+
+
+def held_link(
+    geometry: Geometry,
+    material: Material,
+    temperatures: tuple[float, float],
+    convection: float,
+    duration: float,
+    every: float,
+) -> LinkHistory:
+    """Follow the link from ambient temperature, its base held, all its surfaces cooled.
+
+    Parameters
+    ----------
+    geometry, material : of the link; without radiation
+    temperatures : of base and ambient [K]
+    convection : heat transfer coefficient [W/(m2.K)]
+    duration, every : of the run, and between two points of the history [s]
+    """
+    base, ambient = temperatures
+    parameters = {
+        "heater.heat_capacity": ENDLESS,
+        "heater.contact_resistance": RIGID,
+        "heater.initial_temperature": base,
+        "link.length": geometry.length,
+        "link.width": geometry.width,
+        "link.thickness": geometry.thickness,
+        "link.base_position": geometry.shaft_centre,
+        "link.tip_position": geometry.diode_centre,
+        "link.conductivity": material.conductivity,
+        "link.density": material.density,
+        "link.specific_heat": material.specific_heat,
+        "link.expansion_coefficient": material.expansion_coefficient,
+        "link.convection_still": convection,
+        "link.initial_temperature": ambient,
+    }
+    phase = Phase(duration, {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": ambient})
+    return follow(join("Rod", {"heater": HEATER, "link": LINK}, ROD_WIRES), [phase], every, parameters)

@@ -1,8 +1,11 @@
-"""A reproduction as a page that opens from disk without a network, and how its numbers read."""
+"""A reproduction as a page that opens from disk without a network, and in a terminal of 80 columns."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.paper.data import load_geometry, load_materials
@@ -10,20 +13,22 @@ from warmlink.orchestration.paper.figures import figures
 from warmlink.orchestration.paper.results import Reproduction, Row
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
 TITLE = "Temperature-Induced Deformation in a Mechanical System, reproduced"
-HEADINGS = (
-    "quantity",
-    "measured",
-    "predicted",
-    "Eq. (4)",
-    "corrected",
-    "1-D link",
-    "3-D FEA",
-    "difference",
-)
+#: In two lines, so that a row with its name and unit fits on one of 80 columns.
+_NUMBERS = (
+    "", "paper\nmeas.", "paper\npred.", "Eq.(4)\nprint.", "Eq.(4)\ncorr.", "1-D\nlink", "3-D\nFEA",
+    "FEA -\npaper", "in\n%",
+)  # fmt: skip
+_ATTEMPTS = (
+    "", "base\n[°C]", "tip\n[°C]", "elongation\n[µm]", "effect\n[µm]", "left\n[µm]", "steady\n[s]",
+)  # fmt: skip
 UNITS = {"um": "µm", "degC": "°C", "s": "s"}
 #: A dash stands where a column has no such number.
 NONE = "–"
+BULLET = "• "
 
 
 def write_report(result: Reproduction, path: Path) -> None:
@@ -34,26 +39,9 @@ def write_report(result: Reproduction, path: Path) -> None:
     InputError
         The file cannot be written.
     """
-    drawn = figures(result)
     sections = [
-        *(
-            Section(
-                f"Tables II and III, temperatures, times: {case} case",
-                text,
-                Table(HEADINGS, [_cells(row) for row in result.rows if row.case == case]),
-            )
-            for case, text in zip(result.cases, (_SOURCES, ""), strict=True)
-        ),
-        Section("Each disagreement", "\n".join(f"• {_name(r)}: {readable(r.note)}" for r in result.rows)),
-        Section("What it comes to", "\n".join(f"• {readable(sentence)}" for sentence in result.findings)),
-        *(
-            Section(
-                f"What was tried: {case} case", text, Table(_ATTEMPT_HEADINGS, _attempt_rows(result, case))
-            )
-            for case, text in zip(result.cases, (_TRIED, ""), strict=True)
-        ),
-        Section("The paper's statements", "\n".join(f"• {claim}" for claim in claims(result))),
-        *(Section(heading, figure=figure) for heading, figure in drawn.items()),
+        *_answers(result),
+        *(Section(heading, figure=figure) for heading, figure in figures(result).items()),
         Section("Mesh convergence", _CONVERGENCE, _refinement_table(result)),
         Section("1-D link against 3-D FEA", _AGREEMENT, _agreement_table(result)),
         Section("Materials and geometry", _assumptions(), _material_table()),
@@ -63,9 +51,103 @@ def write_report(result: Reproduction, path: Path) -> None:
         write_page(partial, TITLE, _lead(result), sections)
 
 
-_ATTEMPT_HEADINGS = (
-    "attempt", "base [°C]", "tip [°C]", "elongation [µm]", "effect [µm]", "left [µm]", "steady [s]",
-)  # fmt: skip
+def terminal(result: Reproduction) -> RenderableType:
+    """Tables and sentences for a `rich` console."""
+    from rich.console import Group
+    from rich.text import Text
+
+    shown: list[RenderableType] = []
+    for section in _answers(result):
+        shown.append(Text(f"\n{section.heading}\n", style="bold"))
+        if section.table is not None:
+            shown.append(_aligned(section.table))
+        if section.text:
+            shown.append(_hanging(section.text.splitlines()))
+    return Group(*shown)
+
+
+def _answers(result: Reproduction) -> list[Section]:
+    """What both page and terminal show."""
+    numbers = {case: [_numbers(row) for row in result.rows if row.case == case] for case in result.cases}
+    attempts = {
+        case: [
+            (
+                a.name, f"{a.base:.1f}", f"{a.tip:.1f}", f"{a.elongation:.1f}", signed(a.effect),
+                signed(a.left), f"{a.steady:.0f}",
+            )
+            for a in result.attempts
+            if a.case == case
+        ]
+        for case in result.cases
+    }  # fmt: skip
+    statements = [
+        f"{'holds' if s.holds else 'does not hold'}: {s.claim} ({s.place}; {readable(s.figures)})"
+        for s in result.statements
+    ]
+    return [
+        *_by_case("The paper's numbers and ours", _SOURCES, _NUMBERS, numbers),
+        _sentences("Each disagreement", [f"{r.case}, {r.quantity}: {readable(r.note)}" for r in result.rows]),
+        *_by_case("What was tried", _TRIED, _ATTEMPTS, attempts),
+        _sentences("The paper's statements", statements),
+        _sentences("What it comes to", [readable(sentence) for sentence in result.findings]),
+    ]
+
+
+def _by_case(
+    heading: str, text: str, headings: Sequence[str], rows: Mapping[str, Sequence[Sequence[str]]]
+) -> list[Section]:
+    """A table for each case; the first one is explained."""
+    sections = [Section(f"{heading}: {case} case", table=Table(headings, rows[case])) for case in rows]
+    return [replace(sections[0], text=text), *sections[1:]]
+
+
+def _sentences(heading: str, sentences: Sequence[str]) -> Section:
+    return Section(heading, "\n".join(BULLET + sentence for sentence in sentences))
+
+
+def _numbers(row: Row) -> Sequence[str]:
+    digits = 0 if row.unit == "s" else 1
+    values = (row.measured, row.predicted, row.printed_eq4, row.corrected, row.link, row.fea)
+    kelvin = " K" if row.unit == "degC" else ""
+    percent = row.difference_percent
+    return [
+        f"{row.quantity} [{UNITS[row.unit]}]",
+        *(NONE if v is None else f"{v:.{digits}f}" for v in values),
+        f"{row.difference:+.{digits}f}{kelvin}",
+        NONE if percent is None else f"{percent:+.0f}",
+    ]
+
+
+def _aligned(table: Table) -> RenderableType:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table as RichTable
+
+    shown = RichTable(box=box.SIMPLE_HEAD, padding=0, show_edge=False)
+    for i, heading in enumerate(table.headings):
+        shown.add_column(escape(heading), justify="right" if i else "left", no_wrap=True)
+    for row in table.rows:
+        shown.add_row(*map(escape, row))
+    return shown
+
+
+def _hanging(lines: Sequence[str]) -> RenderableType:
+    """Sentences that begin with a bullet, with a hanging indent; others pale."""
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    grid = RichTable.grid()
+    for line in lines:
+        listed = line.startswith(BULLET)
+        grid.add_row(BULLET if listed else "", Text(line.removeprefix(BULLET), style="" if listed else "dim"))
+    return grid
+
+
+def readable(text: str) -> str:
+    """Write units with their signs."""
+    return text.replace(" um", " µm").replace("degC", "°C")
+
+
 _TRIED = (
     "3-D FEA on the paper's mesh, after an hour. Nothing is fitted to the measured elongation; the joint "
     "resistance is set once, from the link's measured temperature above the shaft in the moving case. The "
@@ -74,10 +156,11 @@ _TRIED = (
     "above the measured elongation; steady: three time constants of the elongation."
 )
 _SOURCES = (
-    "Measured and predicted: as printed by Poonyapak, Hayes and McDill. The 1-D link has its base held "
+    "Tables II and III, temperatures and times of Poonyapak, Hayes and McDill: measured and predicted as "
+    "printed. The 1-D link has its base held "
     "at the shaft's temperature, the 3-D FEA the outer surface of the shaft; both as the paper describes "
     "its cases, without radiation. Eq. (4), as printed and corrected, takes the shaft's temperature too. "
-    "Difference: 3-D FEA minus measured, or minus predicted where nothing was measured."
+    "FEA - paper: minus measured, or minus predicted where nothing was measured."
 )
 _CONVERGENCE = (
     "Moving case after an hour, 8-node elements throughout. The link alone, heated over a whole section, "
@@ -93,46 +176,6 @@ _AGREEMENT = (
     "stores none, the holes are left, which is little. At a held temperature the base differs at first, "
     "while the rim of the shaft's hole warms."
 )
-
-
-def _cells(row: Row) -> list[str]:
-    digits = 0 if row.unit == "s" else 1
-    values = (row.measured, row.predicted, row.printed_eq4, row.corrected, row.link, row.fea)
-    shown = [NONE if v is None else f"{v:.{digits}f}" for v in values]
-    difference = NONE if row.difference is None else f"{row.difference:+.{digits}f}"
-    if row.unit == "degC":
-        difference += " K"
-    if row.difference_percent is not None:
-        difference += f" ({row.difference_percent:+.0f} %)"
-    return [f"{row.quantity} [{UNITS[row.unit]}]", *shown, difference]
-
-
-def _name(row: Row) -> str:
-    return f"{row.case}: {row.quantity}"
-
-
-def readable(text: str) -> str:
-    """Write units with their signs."""
-    return text.replace(" um", " µm").replace("degC", "°C")
-
-
-def _attempt_rows(result: Reproduction, case: str) -> list[list[str]]:
-    return [
-        [
-            a.name, f"{a.base:.1f}", f"{a.tip:.1f}", f"{a.elongation:.1f}", signed(a.effect),
-            signed(a.left), f"{a.steady:.0f}",
-        ]
-        for a in result.attempts
-        if a.case == case
-    ]  # fmt: skip
-
-
-def claims(result: Reproduction) -> list[str]:
-    """Give the paper's statements as sentences that begin with whether they hold."""
-    return [
-        f"{'holds' if s.holds else 'does not hold'}: {s.claim} ({s.place}; {readable(s.figures)})"
-        for s in result.statements
-    ]
 
 
 def _refinement_table(result: Reproduction) -> Table:

@@ -10,14 +10,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from warmlink.controllers.analytic import law
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
-from warmlink.orchestration.paper import analytic
 from warmlink.orchestration.paper.agreement import agreements
 from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, Case
-from warmlink.orchestration.paper.fea.drive import Drive, Smooth, TimeGrid
+from warmlink.orchestration.paper.fea.drive import Drive
 from warmlink.orchestration.paper.fea.mesh import Assembly, bare_link
-from warmlink.orchestration.paper.fea.simulate import Fea, History
+from warmlink.orchestration.paper.fea.simulate import Fea
 from warmlink.orchestration.paper.results import CaseResult, Refinement, Reproduction
 from warmlink.orchestration.paper.rows import paper_rows
 from warmlink.orchestration.paper.statements import findings, paper_statements
@@ -74,39 +74,44 @@ def reproduce(progress: Callable[[float, str], None] | None = None) -> Reproduct
 
 
 def _run_case(bench: Bench, case: Case) -> CaseResult:
-    drive = case.drive()
-    history = bench.run_fea(case, drive, FINE)
+    history = bench.run_fea(case, case.drive(), FINE)
     model = bench.fea(FINE)
-    link = bench.materials.link
-    time = np.maximum(history.time, 1e-9)
-    eq4 = (time, bench.geometry.span, case.rise, link.expansion_coefficient, link.diffusivity)
+    link, span = bench.materials.link, bench.geometry.span
+    depth = np.sqrt(link.diffusivity * np.maximum(history.time, 1e-9))
     return CaseResult(
         case=case,
         fea=history,
-        link=bench.run_link(case, drive),
+        link=bench.run_link(case),
         body=model.body,
         displacement=model.elasticity.displacement(history.final - case.ambient),
-        corrected=analytic.corrected_eq4(*eq4),
-        printed=analytic.printed_eq4(*eq4),
+        corrected=np.asarray(law.corrected(case.rise, depth, span, link.expansion_coefficient)),
+        printed=np.asarray(law.printed(case.rise, depth, span, link.expansion_coefficient)),
     )
 
 
 def _refinements(bench: Bench) -> list[Refinement]:
     """Convergence on the assembly (8-node displacement, to afford three meshes) and on the link alone."""
-    found = []
     case = Case.printed("moving")
-    for n in (1, 2, 3):
-        model = Fea(Bench().fea(Assembly(refinement=n)).body, displacement_order=1)
-        found.append(_refinement("assembly", n, model.run(case.drive(), case.grid, case.ambient)))
-    drive = Drive(Smooth(case.convection), Smooth(case.ambient), heat_flow=Smooth(1.7))
-    for n in (1, 2, 4):
-        model = Fea(bare_link(bench.geometry, bench.materials, n), displacement_order=1)
-        found.append(
-            _refinement("link alone, 1.7 W", n, model.run(drive, TimeGrid(((60, 60.0),)), case.ambient))
-        )
+    heated = Drive(case.convection, case.ambient, heat_flow=1.7)
+    runs = [
+        *(
+            ("assembly", n, bench.fea(Assembly(refinement=n)).body, case.drive(), case.times)
+            for n in (1, 2, 3)
+        ),
+        *(
+            (
+                "link alone, 1.7 W",
+                n,
+                bare_link(bench.geometry, bench.materials, n),
+                heated,
+                np.linspace(0.0, 3600.0, 61),
+            )
+            for n in (1, 2, 4)
+        ),
+    ]
+    found = []
+    for name, n, body, drive, times in runs:
+        history = Fea(body, displacement_order=1).run(drive, times, case.ambient)
+        tip = float(history.temperature["tip"][-1]) - ZERO_CELSIUS
+        found.append(Refinement(name, n, tip, float(history.elongation[-1]) * 1e6))
     return found
-
-
-def _refinement(body: str, n: int, history: History) -> Refinement:
-    tip = float(history.temperature["tip"][-1]) - ZERO_CELSIUS
-    return Refinement(body, n, tip, float(history.elongation[-1]) * 1e6)

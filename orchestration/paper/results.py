@@ -28,27 +28,29 @@ class Row:
     case: str
     quantity: str
     unit: str
-    measured: float | None
-    predicted: float | None
-    printed_eq4: float | None
-    corrected: float | None
-    link: float | None
-    fea: float | None
+    link: float
+    fea: float
     note: str
+    measured: float | None = None
+    predicted: float | None = None
+    printed_eq4: float | None = None
+    corrected: float | None = None
 
     @property
-    def difference(self) -> float | None:
+    def difference(self) -> float:
         """3-D FEA minus the measured number, or minus the predicted one where nothing was measured."""
-        against = self.measured if self.measured is not None else self.predicted
-        return None if against is None or self.fea is None else self.fea - against
+        return self.fea - self._printed
 
     @property
     def difference_percent(self) -> float | None:
         """The difference relative to the paper's number [%]; None for temperatures."""
-        against = self.measured if self.measured is not None else self.predicted
-        if self.difference is None or against is None or self.unit == "degC":
-            return None
-        return 100 * self.difference / against
+        return None if self.unit == "degC" else 100 * self.difference / self._printed
+
+    @property
+    def _printed(self) -> float:
+        printed = self.predicted if self.measured is None else self.measured
+        assert printed is not None
+        return printed
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from warmlink.orchestration.paper import analytic
+import math
+
 from warmlink.orchestration.paper.cases import ZERO_CELSIUS, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.results import CaseResult, Row
@@ -54,9 +55,6 @@ def _steady_row(result: CaseResult, attempts: list[Attempt]) -> Row:
         quantity="steady elongation after",
         unit="s",
         measured=steady.value,
-        predicted=None,
-        printed_eq4=None,
-        corrected=None,
         link=steady_time(result.link.time, result.link.elongation),
         fea=steady_time(result.fea.time, result.fea.elongation),
         note=(
@@ -72,7 +70,9 @@ def _temperature_row(result: CaseResult, attempts: list[Attempt], where: str) ->
     tried = {a.name: getattr(a, where) for a in attempts if a.case == "moving"}
     case = result.case
     position = 0.0 if where == "base" else load_geometry().span
-    rise = analytic.semi_infinite_rise(position, case.duration, case.rise, load_materials().link.diffusivity)
+    # A semi-infinite solid whose surface is raised at t = 0 (Carslaw and Jaeger, chapter 2).
+    depth = math.sqrt(load_materials().link.diffusivity * case.duration)
+    rise = case.rise * math.erfc(position / (2 * depth))
     return Row(
         place=paper[f"{where}_measured"].place,
         case="moving",
@@ -80,8 +80,7 @@ def _temperature_row(result: CaseResult, attempts: list[Attempt], where: str) ->
         unit="degC",
         measured=paper[f"{where}_measured"].value,
         predicted=paper[f"{where}_predicted"].value,
-        printed_eq4=None,
-        corrected=case.ambient + float(rise) - ZERO_CELSIUS,
+        corrected=case.ambient + rise - ZERO_CELSIUS,
         link=float(result.link.temperature[where][-1]) - ZERO_CELSIUS,
         fea=float(result.fea.temperature[where][-1]) - ZERO_CELSIUS,
         note=_temperature_note(tried, where),
@@ -108,10 +107,7 @@ def _tip_steady_row(result: CaseResult) -> Row:
         case="moving",
         quantity="steady tip after",
         unit="s",
-        measured=None,
         predicted=steady.value,
-        printed_eq4=None,
-        corrected=None,
         link=steady_time(result.link.time, result.link.temperature["tip"]),
         fea=steady_time(result.fea.time, result.fea.temperature["tip"]),
         note="By the definition of VI.A, three time constants; the paper gives no definition for this one.",

@@ -149,6 +149,6 @@ def _gap_for_printed_base(bench: Bench, radiation: bool) -> float:
     def surplus(gap: float) -> float:
         # The mesh would be kept for each gap tried; a bench of its own is thrown away.
         model = Bench(bench.geometry, bench.materials).fea(Assembly(pad_gap=gap))
-        return float(model.temperatures(drive, case.grid, case.ambient)["base"][-1]) - wanted
+        return float(model.temperatures(drive, case.times, case.ambient)["base"][-1]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))

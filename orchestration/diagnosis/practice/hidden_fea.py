@@ -7,7 +7,7 @@ heat that flows through the joint; each step is repeated until both agree on it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -30,7 +30,7 @@ from warmlink.orchestration.diagnosis.practice.hidden import (
 )
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
 from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
-from warmlink.orchestration.paper.fea.drive import Drive
+from warmlink.orchestration.paper.fea.drive import JUST_BEFORE, Drive
 from warmlink.orchestration.paper.fea.mesh import Body, bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea
 from warmlink.orchestration.paper.fea.stepping import HeatStepper
@@ -54,9 +54,6 @@ LONGEST = 5.0
 
 SETTLED = 1e-6
 """W, within which link and motor agree on the heat flow through the joint."""
-
-JUST_BEFORE = 1 - 1e-9
-"""Share of a step up to which it feels what acts; a jump at its end belongs to the next one."""
 
 
 def hide_with_fea(
@@ -145,25 +142,15 @@ def _body(truth: Truth, refinement: int) -> Body:
 
 @dataclass
 class _Ramp:
-    """A heat flow in W that runs straight from `first` to `last` over every step."""
+    """A heat flow in W that runs straight from `first` to `last` over a step, `begin` and `size` in s."""
 
+    begin: float = 0.0
+    size: float = 1.0
     first: float = 0.0
     last: float = 0.0
 
-    def within(self, start: float, step: float, fraction: float) -> float:
-        """Value after that fraction of the step."""
-        return self.first + fraction * (self.last - self.first)
-
-
-@dataclass(frozen=True)
-class _Inside:
-    """A function of time in s that a step sees from within."""
-
-    value: Callable[[float], float]
-
-    def within(self, start: float, step: float, fraction: float) -> float:
-        """Value after that fraction of the step, of its end just before."""
-        return self.value(start + min(fraction, JUST_BEFORE) * step)
+    def __call__(self, time: float) -> float:
+        return self.first + (time - self.begin) / self.size * (self.last - self.first)
 
 
 class _Cell:
@@ -187,8 +174,8 @@ class _Cell:
         self._truth, self._segment = truth, segment
         steady = convection(truth, segment)
         drive = Drive(
-            _Inside(lambda time: steady * (1 + truth.draught(time))),
-            _Inside(lambda time: surroundings(truth, segment, time)),
+            lambda time: steady * (1 + truth.draught(time)),
+            lambda time: surroundings(truth, segment, time),
             heat_flow=self._ramp,
             radiation=truth.emissivity > 0,
         )
@@ -204,6 +191,7 @@ class _Cell:
         """Step by `size` from `time`, both in s."""
         base = float(self._base @ self._field)
         ramp = self._ramp
+        ramp.begin, ramp.size = time, size
         ramp.first = self._flow(time, self._motor, base)
         tried: tuple[float, float] | None = None
         for _ in range(30):

@@ -17,7 +17,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.paper.fea.library import scikit_fem
-from warmlink.orchestration.paper.fea.mesh import Body, Probe, vertices_at
+from warmlink.orchestration.paper.fea.mesh import Body, Probe, per_element, vertices_at
 
 Array = NDArray[np.float64]
 
@@ -152,10 +152,7 @@ class HeatModel:
 
     def _property(self, *names: str) -> Any:
         """Product of material properties, constant over each element, at the quadrature points."""
-        per_element = np.empty(self.body.mesh.nelements)
-        for region, cells in self.body.mesh.subdomains.items():
-            per_element[cells] = np.prod([getattr(self.body.materials[region], name) for name in names])
-        return np.broadcast_to(per_element[:, None], self.basis.dx.shape)
+        return np.broadcast_to(per_element(self.body, *names)[:, None], self.basis.dx.shape)
 
 
 def _cooled_names(body: Body) -> list[str]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.paper.data import Geometry, Material, Materials
-from warmlink.orchestration.paper.fea.blocks import MERGE_DISTANCE, HexBuilder, lines, plan
+from warmlink.orchestration.paper.fea.blocks import MERGE_DISTANCE, hexahedra, lines, plan
 from warmlink.orchestration.paper.fea.library import scikit_fem
 
 Array = NDArray[np.float64]
@@ -61,6 +61,14 @@ class Body:
     supports: tuple[Support, ...]
 
 
+def per_element(body: Body, *names: str) -> Array:
+    """Product of material properties for each element of the body's mesh."""
+    values = np.empty(body.mesh.nelements)
+    for region, cells in body.mesh.subdomains.items():
+        values[cells] = np.prod([getattr(body.materials[region], name) for name in names])
+    return values
+
+
 def vertices_at(mesh: Any, points: Array) -> NDArray[np.int64]:
     """Numbers of the mesh vertices at the points, shape (3, n) [m].
 
@@ -94,40 +102,6 @@ class Assembly:
     elongation_at: str = "above"
 
 
-def bar(
-    size: tuple[float, float, float],
-    elements: tuple[int, int, int],
-    material: Material,
-) -> Body:
-    """Build a straight bar, heated and fixed at x = 0, cooled on every other face.
-
-    Parameters
-    ----------
-    size : length, width, thickness [m], from the origin along x, y and z
-    elements : number of elements along x, y and z
-    material : the bar's material
-
-    Returns
-    -------
-    Body with the probes `base` and `tip`, the mid points of the end faces.
-    """
-    skfem = scikit_fem()
-    mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, s, n + 1) for s, n in zip(size, elements, strict=True)))
-    mesh = mesh.with_subdomains({"link": np.arange(mesh.nelements)})
-    end = mesh.facets_satisfying(lambda x: x[0] == 0.0, boundaries_only=True)
-    free = np.setdiff1d(mesh.boundary_facets(), end)
-    y, z = np.array([0.0, size[1]]), np.array([0.0, size[2]])
-    base, tip = _section(0.0, y, z), _section(size[0], y, z)
-    return Body(
-        mesh=mesh.with_boundaries({"heated": end, "cooled_link": free}),
-        materials={"link": material},
-        probes={"base": base, "tip": tip},
-        origin=base,
-        target=tip,
-        supports=(Support("heated"),),
-    )
-
-
 def bare_link(geometry: Geometry, materials: Materials, refinement: int = 1) -> Body:
     """Build the link alone, without holes, heated over its whole section at the shaft's centre.
 
@@ -159,24 +133,20 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
 
     The outer surface of the shaft behind the link is heated (from `pad_gap` on), its far end fixed. Bore
     and far end are insulated; every other outer surface is cooled.
-
-    Raises
-    ------
-    InputError
-        `refinement` is below 1, or `pad_gap` leaves no surface to heat.
     """
     options = options or Assembly()
-    _check(geometry, options)
-    builder = HexBuilder()
     n, g = options.refinement, geometry
-    plate, ring, disc = plan(g)
     through = np.linspace(0.0, g.thickness, n + 1)
-    builder.extrude("link", (p.grid(n) for p in plate), through)
-    builder.extrude("shaft", (p.grid(n) for p in ring), _shaft_levels(g, options))
-    if options.diode:
-        levels = lines([0.0, g.thickness, g.diode_length], np.array([1, 9]) * n)
-        builder.extrude("diode", (p.grid(n) for p in disc), levels)
-    mesh = _with_names(builder.mesh(), g, options)
+    levels = {
+        "link": through,
+        "shaft": _shaft_levels(g, options),
+        "diode": lines([0.0, g.thickness, g.diode_length], np.array([1, 9]) * n),
+    }
+    if not options.diode:
+        del levels["diode"]
+    grids = plan(g, n)
+    mesh = hexahedra((name, grid, level) for name, level in levels.items() for grid in grids[name])
+    mesh = _with_names(mesh, g, options)
     materials_by_name = {name: getattr(materials, name) for name in mesh.subdomains}
     r_s, r_d = g.shaft_diameter / 2, g.diode_diameter / 2
     base = _point(g.shaft_centre, r_s, g.thickness)
@@ -229,20 +199,6 @@ def _with_names(mesh: Any, g: Geometry, options: Assembly) -> Any:
     free = ~(heated | far_end | bore)
     names |= {f"cooled_{name}": outer[free & (region == name)] for name in mesh.subdomains}
     return mesh.with_boundaries(names)
-
-
-def _check(g: Geometry, options: Assembly) -> None:
-    if options.refinement < 1:
-        raise InputError(f"refinement: {options.refinement} is below 1; give a whole number from 1 up")
-    bare = g.shaft_length - g.thickness
-    if not 0 <= options.pad_gap < bare:
-        raise InputError(
-            f"pad_gap: {options.pad_gap} m leaves no shaft to heat; give 0 m up to below {bare:.5g} m"
-        )
-    if options.elongation_at not in ("above", "centre", "clear"):
-        raise InputError(
-            f"elongation_at: '{options.elongation_at}' is unknown; give 'above', 'centre' or 'clear'"
-        )
 
 
 def _point(x: float, y: float, z: float) -> Probe:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.paper.fea.drive import Drive, TimeGrid
+from warmlink.orchestration.paper.fea.drive import Drive
 from warmlink.orchestration.paper.fea.elasticity import ThermoElasticity
 from warmlink.orchestration.paper.fea.heat import HeatModel
 from warmlink.orchestration.paper.fea.mesh import Body
@@ -24,7 +23,7 @@ class History:
 
     `time` [s]; `temperature` [K] of each probe; `elongation` [m]; cumulative heat [J]: `received` through
     the heated boundary, `convected` and `radiated` to the ambient, `stored` since the start; `final`
-    temperatures [K] of all nodes; `initial_temperature` [K], uniform.
+    temperatures [K] of all nodes.
     """
 
     time: Array
@@ -35,20 +34,6 @@ class History:
     radiated: Array
     stored: Array
     final: Array
-    initial_temperature: float
-
-    @property
-    def balance_error(self) -> float:
-        """Largest |received - lost - stored| relative to the largest heat received."""
-        gap = self.received - self.convected - self.radiated - self.stored
-        return float(np.abs(gap).max() / max(np.abs(self.received).max(), 1e-300))
-
-    def at(self, time: float) -> tuple[dict[str, float], float]:
-        """Probe temperatures [K] and elongation [m] at a time [s], linear between steps."""
-        probes = {
-            name: float(np.interp(time, self.time, values)) for name, values in self.temperature.items()
-        }
-        return probes, float(np.interp(time, self.time, self.elongation))
 
 
 class Fea:
@@ -70,53 +55,38 @@ class Fea:
             self._models[cooled] = HeatModel(self.body, cooled)
         return self._models[cooled]
 
-    def run(
-        self,
-        drive: Drive,
-        grid: TimeGrid,
-        initial_temperature: float,
-        progress: Callable[[float], None] | None = None,
-    ) -> History:
-        """Simulate from a uniform temperature [K]; `progress` receives the fraction done."""
+    def run(self, drive: Drive, times: Array, initial_temperature: float) -> History:
+        """Simulate from a uniform temperature [K] over the times [s], a step from each to the next."""
         model = self.heat_model(drive.cooled)
-        fields, flows = self._fields(drive, grid, initial_temperature, progress)
+        fields, flows = self._fields(drive, times, initial_temperature)
         rise = fields - initial_temperature
         received, convected, radiated = np.cumsum(flows, axis=0).T
         return History(
-            time=grid.times,
-            temperature={name: fields @ model.probe(probe) for name, probe in self.body.probes.items()},
+            time=times,
+            temperature=self._probed(fields),
             elongation=rise @ self.elasticity.elongation_row,
             received=received,
             convected=convected,
             radiated=radiated,
             stored=rise @ np.asarray(model.capacity.sum(axis=0)).ravel(),
             final=fields[-1],
-            initial_temperature=initial_temperature,
         )
 
-    def temperatures(self, drive: Drive, grid: TimeGrid, initial_temperature: float) -> dict[str, Array]:
+    def temperatures(self, drive: Drive, times: Array, initial_temperature: float) -> dict[str, Array]:
         """Probe temperatures [K] of such a run, without the elongation and its cost."""
-        model = self.heat_model(drive.cooled)
-        fields, _ = self._fields(drive, grid, initial_temperature, None)
-        return {name: fields @ model.probe(probe) for name, probe in self.body.probes.items()}
+        return self._probed(self._fields(drive, times, initial_temperature)[0])
 
-    def _fields(
-        self,
-        drive: Drive,
-        grid: TimeGrid,
-        initial_temperature: float,
-        progress: Callable[[float], None] | None,
-    ) -> tuple[Array, Array]:
+    def _probed(self, fields: Array) -> dict[str, Array]:
+        return {name: fields @ self.heat_model().probe(probe) for name, probe in self.body.probes.items()}
+
+    def _fields(self, drive: Drive, times: Array, initial_temperature: float) -> tuple[Array, Array]:
         """Temperatures [K], shape (times, nodes), and the heat moved in every step [J], shape (times, 3)."""
         model = self.heat_model(drive.cooled)
         stepper = HeatStepper(model, drive)
-        times, steps = grid.times, grid.steps
-        fields = np.empty((len(times), model.size))
-        fields[0] = initial_temperature
+        fields = np.full((len(times), model.size), initial_temperature)
         flows = np.zeros((len(times), 3))
-        for i, size in enumerate(steps):
-            fields[i + 1], moved = stepper.step(fields[i], float(times[i]), size)
-            flows[i + 1] = moved.received, moved.convected, moved.radiated
-            if progress:
-                progress((i + 1) / len(steps))
+        for i, start in enumerate(times[:-1].tolist()):
+            # Rounded, so that steps of one size share a factorisation.
+            size = round(float(times[i + 1]) - start, 9)
+            fields[i + 1], flows[i + 1] = stepper.step(fields[i], start, size)
         return fields, flows

@@ -6,7 +6,6 @@ share one matrix, factorised once for each pair of step size and heat transfer c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.fea.drive import Drive
+from warmlink.orchestration.paper.fea.drive import Drive, within
 from warmlink.orchestration.paper.fea.heat import HeatModel
 
 Array = NDArray[np.float64]
@@ -26,15 +25,6 @@ RADIATION_TOLERANCE = 1e-8
 #: The radiation matrix is taken at the ambient temperature plus this [K], so that the iteration contracts
 #: fast.
 RADIATION_CENTRE = 7.0
-
-
-@dataclass(frozen=True)
-class Flows:
-    """Heat moved in one step [J]: in through the heated boundary, out by the cooled surfaces."""
-
-    received: float
-    convected: float
-    radiated: float
 
 
 class HeatStepper:
@@ -52,35 +42,39 @@ class HeatStepper:
         self._free = np.setdiff1d(np.arange(model.size), held)
         self._factors: dict[tuple[float, float, float], tuple[Any, csc_matrix]] = {}
 
-    def step(self, temperature: Array, start: float, size: float) -> tuple[Array, Flows]:
-        """Step by `size` [s] from `start` [s]; return the new temperatures [K] and the heat moved."""
+    def step(self, temperature: Array, start: float, size: float) -> tuple[Array, Array]:
+        """Step by `size` [s] from `start` [s].
+
+        Returns
+        -------
+        new temperatures [K], and heat moved [J]: received at the heated boundary, convected and radiated away
+        """
         model, drive = self._model, self._drive
         old = temperature.copy()
-        received = 0.0
+        jump = 0.0
         if drive.temperature is not None:
             # A jump of the prescribed temperature happens at once, and its heat counts.
-            old[self._held] = drive.temperature.within(start, size, 0.0)
-            received += float((model.capacity @ (old - temperature)).sum())
+            old[self._held] = within(drive.temperature, start, size, 0.0)
+            jump = float((model.capacity @ (old - temperature)).sum())
         rate_1, flow_1 = self._stage(old, start, size, GAMMA)
         base = old + (1 - GAMMA) * size * rate_1
         rate_2, flow_2 = self._stage(base, start, size, 1.0)
         new = base + GAMMA * size * rate_2
         weights = size * np.array([1 - GAMMA, GAMMA])
-        heat = weights @ np.array([flow_1, flow_2])
-        return new, Flows(received + heat[0], heat[1], heat[2])
+        return new, weights @ np.array([flow_1, flow_2]) + np.array([jump, 0.0, 0.0])
 
     def _stage(self, base: Array, start: float, size: float, fraction: float) -> tuple[Array, Array]:
         """Solve one stage; return its rate [K/s] and the heat flows [W] received, convected, radiated."""
         model, drive, surface = self._model, self._drive, self._model.surface
-        h = drive.convection.within(start, size, fraction)
-        ambient = drive.ambient.within(start, size, fraction)
+        h = within(drive.convection, start, size, fraction)
+        ambient = within(drive.ambient, start, size, fraction)
         step = GAMMA * size
         factor, matrix = self._factor(step, h, ambient)
-        flow = drive.heat_flow.within(start, size, fraction) if drive.heat_flow else 0.0
+        flow = within(drive.heat_flow, start, size, fraction) if drive.heat_flow is not None else 0.0
         load = h * ambient * surface.load + flow * model.heated_load
         stage = base.copy()
         if drive.temperature is not None:
-            stage[self._held] = drive.temperature.within(start, size, fraction)
+            stage[self._held] = within(drive.temperature, start, size, fraction)
         radiated = np.zeros(model.size)
         for _ in range(50):
             if drive.radiation:

@@ -1,11 +1,8 @@
 """The paper's numbers as data."""
 
-from pathlib import Path
-
 import pytest
 
-from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.data import load_geometry, load_paper
 
 
 def test_geometry_agrees_with_the_inches_of_the_paper() -> None:
@@ -27,31 +24,3 @@ def test_printed_differences_follow_from_the_printed_deformations() -> None:
         n = {key: entry.value for key, entry in paper[case].items()}
         percent = 100 * abs(n["elongation_predicted"] / n["elongation_measured"] - 1)
         assert percent == pytest.approx(n["difference"], abs=slack + 0.05)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("[link]\nname='x'\nsource='y'\n", "link.conductivity is missing"),
-        ("[link]\nname='x'\nsource='y'\nconductivity=-1\n", "is not above 0"),
-        ("", r"section \[link\] is missing"),
-        ("[link", "not valid TOML"),
-    ],
-)
-def test_broken_material_file_is_refused_in_one_sentence(tmp_path: Path, text: str, words: str) -> None:
-    file = tmp_path / "materials.toml"
-    file.write_text(text)
-    with pytest.raises(InputError, match=words):
-        load_materials(file)
-
-
-def test_absent_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        load_geometry(tmp_path / "none.toml")
-
-
-def test_paper_entry_without_place_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "paper.toml"
-    file.write_text("[a]\nb = { value = 1.0, unit = 'm' }\n")
-    with pytest.raises(InputError, match=r"a\.b needs value, unit and place"):
-        load_paper(file)

@@ -7,10 +7,11 @@ import pytest
 
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
-from warmlink.orchestration.paper import analytic
+from tests import closed_forms
+from tests.bars import bar
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.elasticity import ThermoElasticity
-from warmlink.orchestration.paper.fea.mesh import Array, Body, Support, bar, paper_assembly
+from warmlink.orchestration.paper.fea.mesh import Array, Body, Support, paper_assembly
 
 MATERIALS, GEOMETRY = load_materials(), load_geometry()
 SIZE = (0.3302, 0.0254, 0.00635)
@@ -75,7 +76,7 @@ def test_deflection_of_the_free_link_is_that_of_the_bar_formula() -> None:
     body = bar(SIZE, (23, 4, 1), MATERIALS.link)
     computed, _ = bent(body, order=2)
     middle = computed[2, at(body.mesh.p, (SIZE[0] * 12 / 23, 0, 0))]
-    bow = analytic.thermal_bending(SIZE[0], 1000.0, ALPHA) * (12 / 23) * (11 / 23)
+    bow = closed_forms.thermal_bending(SIZE[0], 1000.0, ALPHA) * (12 / 23) * (11 / 23)
     assert middle == pytest.approx(bow, rel=1e-6)
 
 

@@ -12,14 +12,13 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 from rich.console import Console
 
 from benchmarks.optics import Camera, drift_noise
+from tests import closed_forms
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper import analytic
 from warmlink.orchestration.paper.cases import Bench, Case, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.paper.presentation import readable, write_report
+from warmlink.orchestration.paper.presentation import readable, terminal, write_report
 from warmlink.orchestration.paper.results import Reproduction
-from warmlink.orchestration.paper.terminal import terminal_table
 from warmlink.orchestration.paper.tried import implied_by_temperatures
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
@@ -85,8 +84,8 @@ def test_link_and_finite_elements_lie_where_the_fin_formula_does(
     """A fin with the shaft's temperature at its root, the overhang beyond the diode included."""
     g, link, case = load_geometry(), load_materials().link, Case.printed(name)
     section, perimeter = g.width * g.thickness, 2 * (g.width + g.thickness)
-    m = analytic.fin_parameter(case.convection, perimeter, link.conductivity, section)
-    fin = analytic.fin_elongation(
+    m = closed_forms.fin_parameter(case.convection, perimeter, link.conductivity, section)
+    fin = closed_forms.fin_elongation(
         g.span, g.length - g.shaft_centre, case.rise, m, link.expansion_coefficient,
         case.convection / (link.conductivity * m),
     )  # fmt: skip
@@ -120,8 +119,8 @@ def test_temperatures_imply_the_elongation_of_the_profile_between_them(result: R
     implied = {c.name: c.implied for c in result.consistency}
     assert list(implied.values()) == pytest.approx([60.6, 46.4, 55.3], abs=0.05)
     g, m = load_geometry(), 5.0
-    base, tip = analytic.fin_rise([0.0, g.span], g.span, 14.0, m)
-    direct = analytic.fin_elongation(g.span, g.span, 14.0, m, 23.6e-6)
+    base, tip = closed_forms.fin_rise([0.0, g.span], g.span, 14.0, m)
+    direct = closed_forms.fin_elongation(g.span, g.span, 14.0, m, 23.6e-6)
     assert implied_by_temperatures(g, base, tip, 23.6e-6) == pytest.approx(direct)
 
 
@@ -166,7 +165,7 @@ def test_mesh_converges_with_order_2_on_the_link_and_more_slowly_on_the_assembly
 @pytest.fixture(scope="module")
 def printed(result: Reproduction) -> str:
     console = Console(width=80, file=io.StringIO())
-    console.print(terminal_table(result))
+    console.print(terminal(result))
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
 

@@ -1,4 +1,4 @@
-"""Closed forms: the paper's Eq. (4), its correction, semi-infinite solid, fins and bending bars.
+"""Closed forms that solvers are compared with: Eq. (4), its correction, solids, fins and bars.
 
 Pure functions of floats or NumPy arrays, SI units. Eq. (4) and its correction are written in the analytic
 law; here they take time and diffusivity.
