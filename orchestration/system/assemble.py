@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import cast, get_args
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.check import check_kind, checked_value, own_unit, variable_of
-from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
+from warmlink.orchestration.system.check import checked_value, variable_of
+from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import (
     Component,
     Connection,
-    Connector,
+    ConnectorKind,
     ParameterSet,
     System,
     Value,
 )
-from warmlink.orchestration.system.units import Unit, fitting
-
-_OUTGOING = ("output", "calculatedParameter", "local", "constant")
+from warmlink.orchestration.system.ssp.declared import (
+    DeclaredComponent,
+    DeclaredConnection,
+    DeclaredConnector,
+    DeclaredSystem,
+)
+from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
+from warmlink.orchestration.system.ssp.flatten import flatten
+from warmlink.orchestration.system.ssp.resolve import Resolver
+from warmlink.orchestration.system.units import Conversion, Unit
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
@@ -64,9 +73,8 @@ def connect(components: Mapping[str, Component], source: str, target: str) -> Co
     """
     giver, giving = _end(components, source)
     taker, taking = _end(components, target)
-    link = Connection(giver.name, giving, taker.name, taking)
-    factor, offset = _needed(giver, taker, link)
-    return Connection(giver.name, giving, taker.name, taking, factor, offset)
+    ends = {end.name: replace(end, connectors=()) for end in (giver, taker)}
+    return _resolved(System("", ends, (Connection(giver.name, giving, taker.name, taking),)))[0]
 
 
 def check_system(system: System) -> None:
@@ -81,78 +89,55 @@ def check_system(system: System) -> None:
         if name != held.name:
             raise InputError(f"{name}: the component calls itself {held.name}; give it one name")
         info = read_description(held.fmu)
-        for connector in held.connectors:
-            _check_connector(info, connector, f"{name}.{connector.name}")
         for key, value in held.parameters.values.items():
             checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
-    driven: dict[str, Connection] = {}
-    for link in system.connections:
-        _check_connection(system, link)
-        first = driven.setdefault(link.target, link)
-        if first is not link:
+    for link, found in zip(system.connections, _resolved(system), strict=True):
+        if found != link:
             raise InputError(
-                f"{link.source} -> {link.target}: {link.target} is driven by {first.source} already; "
-                "one connection may enter an input"
+                f"{link.source} -> {link.target}: the units differ by a factor {found.factor:g} and an "
+                f"offset {found.offset:g}; give them to the connection"
             )
 
 
-def _check_connector(info: ModelInfo, connector: Connector, where: str) -> None:
-    variable = variable_of(info, connector.name, where)
-    check_kind(variable, connector.kind, where)
-    if connector.type != variable.kind:
-        raise InputError(f"{where}: is declared {connector.type}, but the FMU's variable is {variable.type}")
-    if connector.unit is not None and variable.unit not in (None, connector.unit):
-        raise InputError(
-            f"{where}: is declared in {connector.unit}, but the FMU's variable is in {variable.unit}; "
-            "correct one"
+def _resolved(system: System) -> list[Connection]:
+    """Give a system's connections with the conversion of their units, as if an SSD had declared them."""
+    infos: dict[ElementPath, ModelInfo] = {}
+    elements: dict[str, DeclaredComponent | DeclaredSystem] = {}
+    for name, held in system.components.items():
+        infos[name,] = read_description(held.fmu)
+        elements[name] = _declared(system, held, infos[name,])
+    links = tuple(
+        DeclaredConnection(
+            link.source_component,
+            link.source_variable,
+            link.target_component,
+            link.target_variable,
+            Conversion(link.factor, link.offset) if link.converts else None,
+            link.converts,
         )
+        for link in system.connections
+    )
+    resolver = Resolver(flatten(DeclaredSystem(system.name, {}, (), elements, links)), infos)
+    for place in resolver.flat.components:
+        resolver.connectors(place)
+    return list(resolver.connections())
 
 
-def _check_connection(system: System, link: Connection) -> None:
-    for name in (link.source_component, link.target_component):
-        if name not in system.components:
-            raise InputError(
-                f"{link.source} -> {link.target}: there is no component {name}; "
-                f"{instead(name, system.components, 'or add it')}"
-            )
-    explicit = (link.factor, link.offset) != (1.0, 0.0)
-    giver, taker = system.components[link.source_component], system.components[link.target_component]
-    needed = _needed(giver, taker, link, explicit)
-    if not explicit and needed != (1.0, 0.0):
-        raise InputError(
-            f"{link.source} -> {link.target}: the units differ by a factor {needed[0]:g} and an offset "
-            f"{needed[1]:g}; give them to the connection"
-        )
-
-
-def _needed(
-    giver: Component, taker: Component, link: Connection, explicit: bool = False
-) -> tuple[float, float]:
-    """Give the factor and offset between the units of two ends, having checked that the ends fit."""
-    between = f"{link.source} -> {link.target}"
-    giving, unit = _variable(giver, link.source_variable)
-    taking, target_unit = _variable(taker, link.target_variable)
-    if giving.causality not in _OUTGOING or taking.causality != "input":
-        raise InputError(
-            f"{between}: {giving.causality} does not connect to {taking.causality}; "
-            "connect an output to an input"
-        )
-    if giving.kind != taking.kind:
-        raise InputError(
-            f"{between}: {giving.kind} does not convert to {taking.kind}; connect variables of one type"
-        )
-    if explicit or unit is None or target_unit is None:
-        return 1.0, 0.0
-    difference = giving.relative and taking.relative
-    found = fitting(unit, target_unit, difference, between, "connect variables of one quantity")
-    return found.factor, found.offset
-
-
-def _variable(held: Component, name: str) -> tuple[Variable, Unit | None]:
-    info = read_description(held.fmu)
-    variable = variable_of(info, name, f"{held.name}.{name}")
-    declared = next((c.unit for c in held.connectors if c.name == name), None)
-    return variable, own_unit(info, variable, Unit(declared) if declared else None)
+def _declared(system: System, held: Component, info: ModelInfo) -> DeclaredComponent:
+    """Give a component's declaration, with connectors for the ends of connections that it does not show."""
+    units, kinds = system.units, cast("tuple[ConnectorKind, ...]", get_args(ConnectorKind))
+    shown = {
+        c.name: DeclaredConnector(c.name, c.kind, c.type, units.get(c.unit, Unit(c.unit)) if c.unit else None)
+        for c in held.connectors
+    }
+    given = [c.source_variable for c in system.connections if c.source_component == held.name]
+    taken = [c.target_variable for c in system.connections if c.target_component == held.name]
+    for end in given + taken:
+        variable = variable_of(info, end, f"{held.name}.{end}")
+        # Time, which is of no kind, connects to nothing, as a parameter does.
+        kind: ConnectorKind = next((k for k in kinds if k == variable.causality), "parameter")
+        shown.setdefault(end, DeclaredConnector(end, kind, None, None))
+    return DeclaredComponent(held.name, held.fmu, shown, ())
 
 
 def _end(components: Mapping[str, Component], name: str) -> tuple[Component, str]:
