@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import codecs
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead, listed
 
 MOST_SHOWN = 80
 """Characters of a name or value that a sentence repeats."""
@@ -92,38 +90,6 @@ def tables_of(text: str, name: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as fault:  # numbers of 5000 digits, brackets in brackets
         raise InputError(f"{name}: not readable as TOML ({fault}); mend that place") from None
-
-
-def known_entries(table: Any, allowed: set[str], where: str) -> None:
-    """Raise InputError where a table of a file is none, or has an entry that it may not have."""
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: {shown(table)} is no table; give it {listed(sorted(allowed))}")
-    unknown = sorted(set(table) - allowed)
-    if unknown:
-        raise InputError(f"{where}: {unknown[0]} is not known; {instead(unknown[0], sorted(allowed))}")
-
-
-def text_entry(table: Mapping[str, Any], key: str, default: str, where: str) -> str:
-    """A text of a table; raises InputError where the entry is something else."""
-    value = table.get(key, default)
-    if not isinstance(value, str):
-        raise InputError(f'{where}: {key}: {shown(value)} is no text; write {key} = "..."')
-    return value
-
-
-def flag_entry(table: Mapping[str, Any], key: str, default: bool, where: str) -> bool:
-    """A yes or no of a table; raises InputError where the entry is something else."""
-    value = table.get(key, default)
-    if not isinstance(value, bool):
-        raise InputError(f"{where}: {key}: {shown(value)} is neither true nor false; write {key} = true")
-    return value
-
-
-def whole_entry(value: Any, least: int, most: int, where: str) -> int:
-    """A whole number of a table; raises InputError where it is none, or beyond its bounds."""
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(f"{where}: {shown(value)} is no whole number from {least} to {most}; give one")
-    return value
 
 
 def shown(value: object) -> str:

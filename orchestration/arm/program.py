@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -21,20 +21,22 @@ from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.inverse import joint_angles
-from warmlink.orchestration.scenarios.duties.duty import Duty, Segment
+from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.scenarios.duties.duty import Duty, Segment, check_segments
 from warmlink.orchestration.scenarios.duties.duty_files import MOST_SEED, SHORTEST_DRAWN
-from warmlink.orchestration.scenarios.extent import check_segments
-from warmlink.orchestration.scenarios.quantity import positive, quantity
+from warmlink.orchestration.scenarios.entries import Flag, Quantities, Quantity, Text, Whole
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.settings import Settings
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.text_files import (
-    flag_entry,
-    known_entries,
-    shown,
-    text_entry,
-    whole_entry,
-)
 
-KEYS = {"title", "reason", "stop_time", "repeat", "segment", "random", "pose"}
+CONTROLLER, TOLERANCE = "observer", 30e-6
+"""What the arm's scenarios have unless they say otherwise; the tolerance in m."""
+
+STILL = (0.0,) * AXES
+
+Row = tuple[Segment, ...]
+"""What each joint does at the same time."""
 
 
 @dataclass(frozen=True)
@@ -88,121 +90,137 @@ class Program:
         return {**values, POSE_SEQUENCE: poses}
 
 
-def parsed(given: Mapping[str, Any], name: str) -> Program:
-    """Program from the tables of a file.
+@dataclass(frozen=True)
+class JointsTable:
+    """Constant demands on the six joints from the base outwards."""
+
+    __pydantic_config__ = TABLE
+
+    duration: Annotated[float, Quantity("s", positive=True)]
+    speed: Annotated[tuple[float, ...], Quantities("rad/s", AXES, 0)] = STILL
+    torque: Annotated[tuple[float, ...], Quantities("N.m", AXES, 0)] = STILL
+    ambient_temperature: Annotated[float, Quantity("K", least=0)] = ROOM_TEMPERATURE
+
+    def row(self) -> Row:
+        """The segment of each joint."""
+        ambient = self.ambient_temperature
+        demands = zip(self.speed, self.torque, strict=True)
+        return tuple(Segment(self.duration, speed, torque, ambient) for speed, torque in demands)
+
+
+@dataclass(frozen=True)
+class JobsTable:
+    """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
+
+    __pydantic_config__ = TABLE
+
+    seed: Annotated[int, Whole(0, MOST_SEED)]
+    shortest: Annotated[float, Quantity("s", positive=True)]
+    longest: Annotated[float, Quantity("s", positive=True)]
+    speed: Annotated[tuple[float, ...], Quantities("rad/s", AXES, 0)] = STILL
+    torque: Annotated[tuple[float, ...], Quantities("N.m", AXES, 0)] = STILL
+    pause_share: Annotated[float, Quantity("1")] = 0.0
+
+    def __post_init__(self) -> None:
+        if not SHORTEST_DRAWN <= self.shortest <= self.longest:
+            raise InputError(
+                f"shortest: {self.shortest:g} s does not lie between {SHORTEST_DRAWN:g} s and longest "
+                f"({self.longest:g} s); mend the bounds"
+            )
+
+    def rows(self, stop_time: float, where: str) -> Iterator[Row]:
+        """Segments of each joint until the stop time in s; raises InputError where there may be too many."""
+        check_segments(stop_time / self.shortest, f"{where}.shortest")
+        generator = np.random.default_rng(self.seed)
+        time = 0.0
+        while time < stop_time:
+            # Whole seconds, so that the segments fall on communication points.
+            duration = float(round(generator.uniform(self.shortest, self.longest)))
+            shares = generator.uniform(size=(2, AXES)) * (generator.uniform() >= self.pause_share)
+            drawn = zip(*shares, self.speed, self.torque, strict=True)
+            yield tuple(
+                Segment(duration, round(float(a * speed), 4), round(float(b * torque), 3))
+                for a, b, speed, torque in drawn
+            )
+            time += duration
+
+
+@dataclass(frozen=True)
+class PoseTable:
+    """A pose that is held: six joint angles, or the tool's point with its pitch above the horizontal."""
+
+    __pydantic_config__ = TABLE
+
+    hold: Annotated[float, Quantity("s", positive=True)]
+    joints: Annotated[tuple[float, ...] | None, Quantities("rad", AXES)] = None
+    point: Annotated[tuple[float, ...] | None, Quantities("m", 3)] = None
+    pitch: Annotated[float, Quantity("rad")] = 0.0
+    roll: Annotated[float, Quantity("rad")] = 0.0
+
+    def __post_init__(self) -> None:
+        if (self.joints is None) == (self.point is None):
+            raise InputError("give either joints or a point")
+
+    def pose(self, where: str) -> Pose:
+        """The pose as angles; raises InputError where the point is out of the arm's reach."""
+        if self.joints is not None:
+            return Pose(self.hold, self.joints)
+        x, y, z = self.point or ()
+        (angles,) = joint_angles(x, y, z, self.pitch, self.roll)
+        if not np.all(np.isfinite(angles)):
+            at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
+            raise InputError(
+                f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another"
+            )
+        return Pose(self.hold, tuple(float(angle) for angle in angles))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProgramFile(Settings):
+    """A program of the six-axis arm: what each joint does, and the poses in which the tool works."""
+
+    __pydantic_config__ = TABLE
+
+    stop_time: Annotated[float, Quantity("s", positive=True)]
+    pose: tuple[PoseTable, ...]
+    reason: Annotated[str, Text()] = ""
+    repeat: Annotated[bool, Flag()] = False
+    segment: tuple[JointsTable, ...] = ()
+    random: JobsTable | None = None
+
+    def __post_init__(self) -> None:
+        if bool(self.segment) == (self.random is not None):
+            raise InputError("give either [[segment]] tables or one [random] table")
+        if not self.pose:
+            raise InputError("there is no pose; write [[pose]] above each")
+        if len(self.pose) > POSES:
+            raise InputError(f"{len(self.pose)} poses are more than the {POSES} that fit; leave some out")
+
+    def program(self, name: str) -> Program:
+        """The program; raises InputError where it has too many segments, or a point is out of reach."""
+        rows = [each.row() for each in self.segment]
+        if self.random is not None:
+            rows = list(self.random.rows(self.stop_time, f"{name}: random"))
+        title, reason = name if self.title is None else self.title, self.reason.strip()
+        duties = tuple(
+            Duty(f"{name}, joint {joint}", title, reason, self.stop_time, segments, self.repeat)
+            for joint, segments in enumerate(zip(*rows, strict=True), start=1)
+        )
+        poses = tuple(each.pose(f"{name}: pose {i}") for i, each in enumerate(self.pose, 1))
+        return Program(name, title, reason, self.stop_time, duties, poses)
+
+
+def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:
+    """Scenario of the arm from the tables of a file.
 
     Raises
     ------
     InputError
         Something is missing, misspelt, out of range, or a point is out of the arm's reach.
     """
-    known_entries(given, KEYS, name)
-    stop_time = positive(_required(given, "stop_time", name), "s", f"{name}.stop_time")
-    if ("segment" in given) == ("random" in given):
-        raise InputError(f"{name}: give either [[segment]] tables or one [random] table")
-    if "random" in given:
-        rows = list(_drawn(given["random"], stop_time, f"{name}: random"))
-    else:
-        rows = [
-            _segment(table, f"{name}: segment {i}")
-            for i, table in enumerate(_tables(given, "segment", name), 1)
-        ]
-    title, reason = text_entry(given, "title", name, name), text_entry(given, "reason", "", name).strip()
-    repeat = flag_entry(given, "repeat", False, name)
-    duties = tuple(
-        Duty(
-            f"{name}, joint {joint + 1}", title, reason, stop_time, tuple(row[joint] for row in rows), repeat
-        )
-        for joint in range(AXES)
-    )
-    poses = tuple(
-        _pose(table, f"{name}: pose {i}") for i, table in enumerate(_tables(given, "pose", name), 1)
-    )
-    if len(poses) > POSES:
-        raise InputError(f"{name}: {len(poses)} poses are more than the {POSES} that fit; leave some out")
-    return Program(name, title, reason, stop_time, duties, poses)
+    from warmlink.orchestration.arm.setup import arm
 
-
-def _segment(table: Mapping[str, Any], where: str) -> tuple[Segment, ...]:
-    known_entries(table, {"duration", "speed", "torque", "ambient_temperature"}, where)
-    duration = positive(_required(table, "duration", where), "s", f"{where}.duration")
-    speed, torque = _six(table, "speed", "rad/s", where), _six(table, "torque", "N.m", where)
-    ambient = quantity(
-        table.get("ambient_temperature", ROOM_TEMPERATURE), "K", f"{where}.ambient_temperature"
-    )
-    return tuple(Segment(duration, speed[j], torque[j], ambient) for j in range(AXES))
-
-
-def _pose(table: Mapping[str, Any], where: str) -> Pose:
-    known_entries(table, {"hold", "joints", "point", "pitch", "roll"}, where)
-    hold = positive(_required(table, "hold", where), "s", f"{where}.hold")
-    if ("joints" in table) == ("point" in table):
-        raise InputError(f"{where}: give either joints or a point")
-    if "joints" in table:
-        return Pose(hold, tuple(_listed(table["joints"], AXES, "rad", f"{where}.joints")))
-    x, y, z = _listed(table["point"], 3, "m", f"{where}.point")
-    pitch, roll = (quantity(table.get(key, 0.0), "rad", f"{where}.{key}") for key in ("pitch", "roll"))
-    (angles,) = joint_angles(x, y, z, pitch, roll)
-    if not np.all(np.isfinite(angles)):
-        at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
-        raise InputError(f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another")
-    return Pose(hold, tuple(float(angle) for angle in angles))
-
-
-def _drawn(table: Mapping[str, Any], stop_time: float, where: str) -> Iterator[tuple[Segment, ...]]:
-    """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
-    known_entries(table, {"seed", "shortest", "longest", "speed", "torque", "pause_share"}, where)
-    seed = whole_entry(table.get("seed"), 0, MOST_SEED, f"{where}.seed")
-    shortest, longest = (
-        positive(_required(table, key, where), "s", f"{where}.{key}") for key in ("shortest", "longest")
-    )
-    if not SHORTEST_DRAWN <= shortest <= longest:
-        raise InputError(
-            f"{where}.shortest: {shortest:g} s does not lie between {SHORTEST_DRAWN:g} s and longest "
-            f"({longest:g} s); mend the bounds"
-        )
-    check_segments(stop_time / shortest, f"{where}.shortest")
-    speed, torque = _six(table, "speed", "rad/s", where), _six(table, "torque", "N.m", where)
-    pause = quantity(table.get("pause_share", 0.0), "1", f"{where}.pause_share")
-    generator = np.random.default_rng(seed)
-    time = 0.0
-    while time < stop_time:
-        # Whole seconds, so that the segments fall on communication points.
-        duration = float(round(generator.uniform(shortest, longest)))
-        shares = generator.uniform(size=(2, AXES)) * (generator.uniform() >= pause)
-        yield tuple(
-            Segment(
-                duration, round(float(shares[0, j] * speed[j]), 4), round(float(shares[1, j] * torque[j]), 3)
-            )
-            for j in range(AXES)
-        )
-        time += duration
-
-
-def _six(table: Mapping[str, Any], key: str, unit: str, where: str) -> list[float]:
-    values = _listed(table.get(key, [0.0] * AXES), AXES, unit, f"{where}.{key}")
-    for joint, value in enumerate(values, start=1):
-        if value < 0:
-            raise InputError(f"{where}.{key}: {value:g} {unit} at joint {joint} is negative; give 0 or above")
-    return values
-
-
-def _listed(values: Any, count: int, unit: str, where: str) -> list[float]:
-    if not isinstance(values, list) or len(values) != count:
-        raise InputError(
-            f"{where}: {shown(values)} is no list of {count}; give {count} values with their units"
-        )
-    return [quantity(each, unit, f"{where}[{i}]") for i, each in enumerate(values, start=1)]
-
-
-def _tables(given: Mapping[str, Any], key: str, name: str) -> list[Mapping[str, Any]]:
-    entries = given.get(key)
-    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
-        raise InputError(f"{name}: {key} is not a list of tables; write [[{key}]] above each")
-    return entries
-
-
-def _required(table: Mapping[str, Any], key: str, where: str) -> Any:
-    if key not in table:
-        raise InputError(f"{where}: {key} is missing; add it with its unit")
-    return table[key]
+    file = read_table(ProgramFile, given, name)
+    program = file.program(name)
+    default = Scenario(name, program.title, program.reason, program, arm())
+    return file.applied(replace(default, controller=shipped(CONTROLLER), tolerance=TOLERANCE))

@@ -11,10 +11,11 @@ from warmlink.orchestration.console import answer_json
 
 
 def schema(
-    kind: Annotated[str, typer.Argument(help="Kind of file: `duty`, `study`, `mismatch` or `experiment`.")],
+    kind: Annotated[str, typer.Argument(help="Kind of file, as `scenario` or `study`.")],
 ) -> None:
     """Print the JSON Schema of a kind of file, with which an editor completes and checks what you write.
 
+    Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`, `experiment`.
     Save it beside your file, and name it in the file's first line: `#:schema study.json`. Editors that use
     Taplo understand this line, as VS Code does with the extension Even Better TOML.
 
@@ -31,9 +32,18 @@ def schema(
 
 def kinds() -> dict[str, type[Any]]:
     """The table that each kind of file is read into."""
+    from warmlink.orchestration.arm.program import ProgramFile
     from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
+    from warmlink.orchestration.scenarios.load import ScenarioFile
     from warmlink.orchestration.scenarios.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile
 
-    return {"duty": DutyFile, "study": StudyFile, "mismatch": MismatchFile, "experiment": ExperimentFile}
+    return {
+        "scenario": ScenarioFile,
+        "program": ProgramFile,
+        "duty": DutyFile,
+        "study": StudyFile,
+        "mismatch": MismatchFile,
+        "experiment": ExperimentFile,
+    }

@@ -113,9 +113,10 @@ class Quantity(Entry):
     unit: str
     positive: bool = False
     least: float = -math.inf
+    difference: bool = False
 
     def _read(self, value: Any) -> float:
-        number = in_si(value, self.unit)
+        number = in_si(value, self.unit, difference=self.difference)
         if self.positive and number <= 0:
             raise InputError(not_positive(value, self.unit))
         if number < self.least:
@@ -162,6 +163,32 @@ class Bounds(Entry):
 
 
 @dataclass(frozen=True)
+class Quantities(Entry):
+    """So many values with units, as the speeds of six joints."""
+
+    unit: str
+    count: int
+    least: float = -math.inf
+
+    def _read(self, value: Any) -> tuple[float, ...]:
+        if not isinstance(value, list) or len(value) != self.count:
+            raise InputError(
+                f"{shown(value)} is no list of {self.count}; give {self.count} values with their units"
+            )
+        numbers = tuple(in_si(each, self.unit) for each in value)
+        for i, number in enumerate(numbers, start=1):
+            if number < self.least:
+                raise InputError(f"value {i}: {number:g} {self.unit} is negative; give 0 or above")
+        return numbers
+
+    def _schema(self) -> dict[str, Any]:
+        each = Quantity(self.unit, least=self.least)._schema()
+        example = [f"{i} {self.unit}" for i in range(1, self.count + 1)]
+        ends = {"minItems": self.count, "maxItems": self.count}
+        return {"type": "array", "items": each, **ends, "examples": [example]}
+
+
+@dataclass(frozen=True)
 class Value(Entry):
     """A value of a variable, as it is written: the variable says of what unit it is."""
 
@@ -196,18 +223,25 @@ class OneOf(Entry):
 
 @dataclass(frozen=True)
 class Names(Entry):
-    """A list of names, each of them once, and at least one."""
+    """A list of names, each of them once, and at least one; or a single name where one will do."""
 
     example: str
+    known: Sequence[str] = ()
+    single: bool = False
 
     def _read(self, value: Any) -> tuple[str, ...]:
-        if not isinstance(value, list) or not value or not all(isinstance(each, str) for each in value):
+        listed = [value] if self.single and isinstance(value, str) else value
+        if not isinstance(listed, list) or not listed or not all(isinstance(each, str) for each in listed):
             raise InputError(f'is no list of names; write ["{self.example}"]')
-        if len(set(value)) < len(value):
+        for each in listed if self.known else ():
+            if each not in self.known:
+                raise InputError(f"{shown(each)} is not known; {instead(each, self.known)}")
+        if len(set(listed)) < len(listed):
             raise InputError("names one twice; keep one")
-        return tuple(value)
+        return tuple(listed)
 
     def _schema(self) -> dict[str, Any]:
-        items = {"type": "string"}
-        example = [self.example]
-        return {"type": "array", "items": items, "minItems": 1, "uniqueItems": True, "examples": [example]}
+        items = {"type": "string", **({"enum": list(self.known)} if self.known else {})}
+        kinds = ["array", "string"] if self.single else "array"
+        shape = {"type": kinds, "items": items, "minItems": 1, "uniqueItems": True}
+        return {**shape, "examples": [[self.example]]}

@@ -9,49 +9,56 @@ or the path of an SSP, whose `[roles]` say what is driven, what is scored and wh
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from warmlink.controllers.interface import SENSED
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.arm.library import PROGRAMS, program_names
-from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.duties.duty import Duty, Segment
-from warmlink.orchestration.scenarios.own_system import own_setup
-from warmlink.orchestration.scenarios.quantity import positive, quantity
-from warmlink.orchestration.scenarios.scenario import Drive, Scenario
-from warmlink.orchestration.scenarios.setup import CELL, Sensors, Setup
-from warmlink.orchestration.text_files import (
-    is_file,
-    known_entries,
-    read_text,
-    shortened,
-    shown,
-    tables_of,
-    text_entry,
-)
+from warmlink.orchestration.scenarios.duties.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
+from warmlink.orchestration.scenarios.entries import Quantity, Text
+from warmlink.orchestration.scenarios.own_system import RolesTable, own_setup
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.settings import Settings
+from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
 
 LIBRARY = Path(__file__).parent / "library"
 
-_SETTINGS = {
-    "title",
-    "about",
-    "duty",
-    "system",
-    "roles",
-    "stop_time",
-    "step_size",
-    "master",
-    "controller",
-    "tolerance",
-    "parameters",
-    "sensors",
-}
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioFile(DutyTables, Settings):
+    """A scenario: a system, what drives it, what is scored, and how it is run."""
+
+    __pydantic_config__ = TABLE
+
+    duty: Annotated[str | None, Text("shift_with_breaks")] = None
+    stop_time: Annotated[float | None, Quantity("s", positive=True)] = None
+    roles: RolesTable | None = None
+
+    def __post_init__(self) -> None:
+        written = {"segment": self.segment, "random": self.random, "repeat": self.repeat}
+        twice = [key for key, value in written.items() if value]
+        if self.duty is None:
+            if self.stop_time is None:
+                raise InputError('stop_time is missing; write stop_time = "2 h"')
+            self.check()
+        elif twice:
+            raise InputError(f"{twice[0]} beside duty; name a duty cycle or write one, not both")
+
+    def drive(self, name: str, folder: Path) -> Duty:
+        """The duty cycle that it holds or names; raises InputError where there is none of that name."""
+        if self.duty is None:
+            return self.laid_out(name, self.stop_time or 0.0)
+        beside = folder / self.duty
+        found = duty_files.load(str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty)
+        return found if self.stop_time is None else found.until(self.stop_time)
+
 
 _OTHERS = {
     ".ssp": "it is a system: warmlink simulate {}",
@@ -59,9 +66,6 @@ _OTHERS = {
     ".ssv": "it is a parameter set: warmlink run --parameters {}",
 }
 """What to do with files that are no scenario, by their ending."""
-
-ARM_CONTROLLER, ARM_TOLERANCE = "observer", 30e-6
-"""Defaults of the arm's scenarios."""
 
 
 def scenario_names() -> list[str]:
@@ -115,111 +119,25 @@ def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:
 
 def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Scenario:
     """Scenario from the tables of its file; raises as `read_scenario`."""
-    setup, default = _setup(name, table, folder)
-    known_entries(table, _SETTINGS | _drive_keys(setup), name)
-    scenario = replace(default, duty=_drive(name, table, setup, folder), setup=setup)
+    if table.get("system") == ARM:
+        from warmlink.orchestration.arm.program import scenario_of
+
+        return scenario_of(table, name)
+    read = read_table(ScenarioFile, table, name)
+    drive = read.drive(name, folder)
+    setup = CELL
+    if read.system.endswith(".ssp"):
+        setup = own_setup(folder / read.system, read.roles, name)
+    elif read.system != CELL.name:
+        raise InputError(
+            f"{name}: system: {instead(read.system, (CELL.name, ARM), 'or give the path of an SSP')}"
+        )
+    elif read.roles is not None:
+        raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
     # A duty cycle that others follow too does not tell this scenario from theirs.
-    title = f"{name} · {scenario.duty.title}" if "duty" in table else scenario.duty.title
-    return replace(
-        scenario,
-        name=name,
-        title=text_entry(table, "title", title, name),
-        about=text_entry(table, "about", scenario.duty.reason, name),
-        step_size=positive(table.get("step_size", scenario.step_size), "s", f"{name}: step_size"),
-        master=text_entry(table, "master", scenario.master, name),
-        controller=controller_named(text_entry(table, "controller", scenario.controller.name, name)),
-        tolerance=positive(table.get("tolerance", scenario.tolerance), "m", f"{name}: tolerance"),
-        parameters=written_parameters(name, table),
-        sensors=_sensors(name, table.get("sensors", {})),
-    )
-
-
-def _setup(name: str, table: Mapping[str, Any], folder: Path) -> tuple[Setup, Scenario]:
-    """The system, and a scenario with its defaults."""
-    idle = Duty(name, name, "", 1.0, (Segment(1.0),))
-    default = Scenario(name, name, "", idle)
-    system = text_entry(table, "system", CELL.name, name)
-    if system != CELL.name and "roles" in table and not system.endswith(".ssp"):
-        raise InputError(f"{name}: roles: {system} is shipped with its roles; leave the table out")
-    if system == CELL.name:
-        return CELL, default
-    if system == ARM:
-        from warmlink.orchestration.arm.setup import arm
-
-        return arm(), replace(default, controller=shipped(ARM_CONTROLLER), tolerance=ARM_TOLERANCE)
-    if system.endswith(".ssp"):
-        return own_setup(folder / system, table.get("roles", {}), name), default
-    raise InputError(f"{name}: system: {instead(system, (CELL.name, ARM), 'or give the path of an SSP')}")
-
-
-def _drive_keys(setup: Setup) -> frozenset[str] | set[str]:
-    if setup.name != ARM:
-        return duty_files.KEYS
-    from warmlink.orchestration.arm.program import KEYS
-
-    return KEYS
+    title = f"{name} · {drive.title}" if read.duty else drive.title
+    return read.applied(Scenario(name, title, drive.reason, drive, setup))
 
 
 def _driven_by(duty: Duty) -> Scenario:
     return Scenario(duty.name, duty.title, duty.reason, duty)
-
-
-def _drive(name: str, table: Mapping[str, Any], setup: Setup, folder: Path) -> Drive:
-    own = {key: value for key, value in table.items() if key in _drive_keys(setup)}
-    if setup.name == ARM:
-        from warmlink.orchestration.arm.program import parsed
-
-        return parsed(own, name)
-    if "duty" not in table:
-        return duty_files.parsed(own, name)
-    twice = sorted({"segment", "random", "repeat"} & set(own))
-    if twice:
-        raise InputError(f"{name}: {twice[0]} beside duty; name a duty cycle or write one, not both")
-    named = text_entry(table, "duty", "", name)
-    beside = folder / named
-    duty = duty_files.load(str(beside) if Path(named).suffix and is_file(beside) else named)
-    if "stop_time" in table:
-        duty = duty.until(positive(table["stop_time"], "s", f"{name}: stop_time"))
-    return duty
-
-
-def _sensors(name: str, table: Any) -> Sensors:
-    """What the table `sensors` says: `noise`, and `used`, the temperatures that designs go by."""
-    where = f"{name}: sensors"
-    known_entries(table, {"noise", "used"}, where)
-    noise = _noise(table["noise"], f"{where}.noise") if "noise" in table else None
-    used = table.get("used")
-    if used is None:
-        return Sensors(noise)
-    short = [each.removesuffix("_temperature") for each in SENSED]
-    if not isinstance(used, list) or not used:
-        raise InputError(f'{where}.used: is no list of temperatures; write used = ["base", "tip"]')
-    for each in used:
-        if each not in short:
-            raise InputError(f"{where}.used: {shown(each)} is not measured; {instead(str(each), short)}")
-    return Sensors(noise, tuple(used))
-
-
-def _noise(text: Any, where: str) -> float:
-    value = quantity(text, "K", where, difference=True)
-    if value < 0:
-        raise InputError(f"{where}: {value:g} K is negative; give the standard deviation of a reading")
-    return value
-
-
-def written_parameters(name: str, table: Mapping[str, Any]) -> dict[str, str | float]:
-    """Start values of a scenario file as they are written, by `instance.variable`.
-
-    Raises
-    ------
-    InputError
-        If they are no table, or a name in it is a table again, as TOML takes a name with a dot.
-    """
-    parameters = table.get("parameters", {})
-    if not isinstance(parameters, dict):
-        raise InputError(f"{name}: parameters is not a table; write [parameters] above them")
-    for key, value in parameters.items():
-        if isinstance(value, dict):
-            inner = next(iter(value), "length")
-            raise InputError(f'{name}: {key}: put the whole name in quotes, as "{key}.{inner}" = "..."')
-    return dict(parameters)

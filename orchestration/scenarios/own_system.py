@@ -11,9 +11,9 @@ controller = "compensator"                     # the instance that controllers t
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.duty_cycle.equations import DEMANDS
@@ -21,13 +21,15 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import cache_folder
+from warmlink.orchestration.scenarios.entries import Names, Text
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.setup import Roles, Setup
+from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
-from warmlink.orchestration.text_files import is_file, known_entries, shown, text_entry
+from warmlink.orchestration.text_files import is_file
 
 DUTY = "duty"
 """Instance that drives the inputs named in the roles."""
@@ -35,7 +37,33 @@ DUTY = "duty"
 DRIVER = "DutyCycle"
 
 
-def own_setup(path: Path, roles: Any, where: str) -> Setup:
+Driven = Annotated[tuple[str, ...], Names("motor.speed", single=True)]
+Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RolesTable:
+    """Who does what in a system: the inputs that the duty cycle drives, what is scored, who controls."""
+
+    __pydantic_config__ = TABLE
+
+    score: Annotated[str, Scored]
+    uncompensated: Annotated[str | None, Scored] = None
+    controller: Annotated[tuple[str, ...], Names(COMPENSATOR, single=True)] = (COMPENSATOR,)
+    speed: Driven = ()
+    torque: Driven = ()
+    ambient_temperature: Driven = ()
+    pad_mode: Driven = ()
+    pad_temperature: Driven = ()
+    pad_power: Driven = ()
+
+    @property
+    def driven(self) -> dict[str, tuple[str, ...]]:
+        """Inputs by the demand that drives them."""
+        return {demand: getattr(self, demand) for demand in DEMANDS}
+
+
+def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     """System of an SSP with the roles of its parts.
 
     Parameters
@@ -50,12 +78,12 @@ def own_setup(path: Path, roles: Any, where: str) -> Setup:
         If the file cannot be read, or a role names what the system does not have.
     """
     where = f"{where}: roles"
-    known_entries(roles, {*DEMANDS, "score", "uncompensated", "controller"}, where)
+    if roles is None:
+        raise InputError(f"{where} is missing; write [roles] and below it score = {Scored.example!r}")
     if not is_file(path):
         raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
     system = read_system(path, _kept(path))
-    controllers = _texts(roles.get("controller", COMPENSATOR), f"{where}.controller")
-    for name in controllers:
+    for name in roles.controller:
         if name not in system.components:
             known = instead(name, system.components)
             raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
@@ -64,7 +92,7 @@ def own_setup(path: Path, roles: Any, where: str) -> Setup:
     values: dict[str, dict[str, Value]] = {}
     for name, held in system.components.items():
         model = read_description(held.fmu).model_name
-        if name in controllers:
+        if name in roles.controller:
             components[name] = ""
             continue
         own = is_ours(held.fmu, catalogue.components().get(model))
@@ -90,7 +118,7 @@ def own_setup(path: Path, roles: Any, where: str) -> Setup:
         experiment.stop_time or 3600.0,
         experiment.step_size or 1.0,
     )
-    return Setup(blueprint, _roles(roles, system, controllers, where), values, foreign=foreign)
+    return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:
@@ -104,17 +132,12 @@ def is_ours(fmu: Path, declared: Component | None) -> bool:
     )
 
 
-def _roles(roles: Mapping[str, Any], system: System, controllers: list[str], where: str) -> Roles:
-    if "score" not in roles:
-        raise InputError(
-            f'{where}: says not what is scored; write score = "link.elongation - {COMPENSATOR}.correction"'
-        )
-    score = Expression(text_entry(roles, "score", "", where), f"{where}.score")
-    corrections = [f"{name}.correction" for name in controllers]
-    if "uncompensated" in roles:
-        without = Expression(text_entry(roles, "uncompensated", "", where), f"{where}.uncompensated")
-    else:
-        without = score.without(corrections)
+def _roles(roles: RolesTable, system: System, where: str) -> Roles:
+    corrections = [f"{name}.correction" for name in roles.controller]
+    score = Expression(roles.score, f"{where}.score")
+    without = score.without(corrections)
+    if roles.uncompensated is not None:
+        without = Expression(roles.uncompensated, f"{where}.uncompensated")
     for expression in (score, without):
         for name in expression.variables:
             if name not in corrections:
@@ -122,12 +145,12 @@ def _roles(roles: Mapping[str, Any], system: System, controllers: list[str], whe
     return Roles(score, without, without.variables)
 
 
-def _driven(system: System, roles: Mapping[str, Any], where: str) -> list[tuple[str, str]]:
+def _driven(system: System, roles: RolesTable, where: str) -> list[tuple[str, str]]:
     """Demand and input of each wire from the duty cycle."""
     found = []
     fed = {each.target for each in system.connections}
-    for demand in DEMANDS:
-        for name in _texts(roles.get(demand, []), f"{where}.{demand}"):
+    for demand, names in roles.driven.items():
+        for name in names:
             _check_variable(system, name, f"{where}.{demand}")
             if name in fed:
                 raise InputError(f"{where}.{demand}: {name} is fed in {system.name} already; leave it out")
@@ -143,13 +166,6 @@ def _check_variable(system: System, name: str, where: str) -> None:
     variables = read_description(system.components[instance].fmu).variables
     if variable not in variables:
         raise InputError(f"{where}: {name}: {instance} has no such variable; {instead(variable, variables)}")
-
-
-def _texts(given: Any, where: str) -> list[str]:
-    listed = [given] if isinstance(given, str) else given
-    if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
-        raise InputError(f"{where}: {shown(given)} is no name and no list of names; write them in quotes")
-    return listed
 
 
 def _kept(path: Path) -> Path:

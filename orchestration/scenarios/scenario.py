@@ -11,7 +11,6 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.extent import MOST_POINTS, check_extent
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, StartValues, merged
 from warmlink.orchestration.system.model import System, Value
@@ -23,6 +22,12 @@ DEFAULT_STEP = 1.0
 DEFAULT_MASTER = "gauss_seidel"
 DEFAULT_CONTROLLER = "lag"
 NO_CONTROLLER = "none"
+
+LONGEST = 365 * 86400.0
+"""Longest time in s that a scenario may simulate."""
+
+MOST_POINTS = 1_000_000
+"""Communication points of a run that keeps them all: eleven days in steps of 1 s."""
 
 
 class Drive(Protocol):
@@ -174,3 +179,30 @@ class Scenario:
                 "nobody knows; run it by the master"
             )
         return self._blueprint.joined(self.controller.component, self.values())
+
+
+def check_extent(name: str, stop_time: float, step_size: float, most: int = MOST_POINTS) -> None:
+    """Refuse a run that is too long or has too many communication points.
+
+    Parameters
+    ----------
+    name : of the scenario
+    stop_time, step_size : in s
+    most : communication points that fit
+
+    Raises
+    ------
+    InputError
+        It would run for more than a year, or hold too many points.
+    """
+    if stop_time > LONGEST:
+        raise InputError(
+            f"{name}: the stop time {stop_time:g} s is more than a year ({LONGEST:g} s), in which every cell "
+            "has long been warm; give a shorter one"
+        )
+    if stop_time / step_size > most:
+        raise InputError(
+            f"{name}: {stop_time:g} s in steps of {step_size:g} s are {stop_time / step_size:.3g} "
+            f"communication points, and a run keeps at most {most} in memory; take a longer step or "
+            "a shorter time, or stream it to disk with `warmlink simulate SYSTEM.ssp --checkpoint 3600`"
+        )

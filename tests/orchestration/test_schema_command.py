@@ -12,14 +12,21 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.arm.library import PROGRAMS
 from warmlink.orchestration.command_line.schema import kinds, schema
-from warmlink.orchestration.scenarios import mismatch
+from warmlink.orchestration.scenarios import load, mismatch
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.studies import study
 
 HOUSE = Path(catalogue.__file__).parent
-FOLDERS = {"duty": duty_files.LIBRARY, "study": study.LIBRARY, "mismatch": mismatch.LIBRARY}
+FOLDERS = {
+    "scenario": load.LIBRARY,
+    "program": PROGRAMS,
+    "duty": duty_files.LIBRARY,
+    "study": study.LIBRARY,
+    "mismatch": mismatch.LIBRARY,
+}
 SHIPPED = [(kind, path) for kind, folder in FOLDERS.items() for path in sorted(folder.glob("*.toml"))]
 
 

@@ -14,8 +14,14 @@ from warmlink.orchestration.diagnosis.data.clock import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
-from warmlink.orchestration.scenarios.extent import check_segments
+from warmlink.orchestration.scenarios.duties.duty import (
+    PAD_POWER,
+    Duty,
+    Segment,
+    check_segments,
+    demands_at,
+    length,
+)
 from warmlink.orchestration.scenarios.load import load_scenario
 
 Vector = NDArray[np.float64]

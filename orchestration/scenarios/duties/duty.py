@@ -16,6 +16,9 @@ from warmlink.fmus.errors import InputError
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
 """Values of `pad_mode`."""
 
+MOST_SEGMENTS = 100_000
+"""Segments that a duty cycle may be drawn or ramped into."""
+
 UNITS = {
     "duration": "s",
     "speed": "rad/s",
@@ -152,3 +155,11 @@ class Duty:
             time = time % ends[-1]
         which = np.minimum(np.searchsorted(ends, time, side="right"), len(self.segments) - 1)
         return np.array([segment.demands for segment in self.segments])[which]
+
+
+def check_segments(count: float, where: str) -> None:
+    """Refuse a duty cycle of too many segments; raises InputError."""
+    if count > MOST_SEGMENTS:
+        raise InputError(
+            f"{where}: makes up to {count:.3g} segments, and {MOST_SEGMENTS} are the most; make them longer"
+        )

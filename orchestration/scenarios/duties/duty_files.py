@@ -9,7 +9,7 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,10 +18,17 @@ import numpy as np
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.duties.duty import NO_PAD, PAD_POWER, PAD_TEMPERATURE, Duty, Segment
+from warmlink.orchestration.scenarios.duties.duty import (
+    MOST_SEGMENTS,
+    NO_PAD,
+    PAD_POWER,
+    PAD_TEMPERATURE,
+    Duty,
+    Segment,
+    check_segments,
+)
 from warmlink.orchestration.scenarios.duties.duty_csv import read_csv
 from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
-from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS, check_segments
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml, shortened
 
@@ -95,25 +102,43 @@ class RandomTable:
             time += duration
 
 
-@dataclass(frozen=True)
-class DutyFile:
-    """A duty cycle: segments, or bounds between which they are drawn."""
+@dataclass(frozen=True, kw_only=True)
+class DutyTables:
+    """Segments, or bounds between which they are drawn."""
 
-    __pydantic_config__ = TABLE
-
-    stop_time: Annotated[float, Quantity("s", positive=True)]
     title: Annotated[str | None, Text()] = None
     reason: Annotated[str, Text()] = ""
     repeat: Annotated[bool, Flag()] = False
     segment: tuple[SegmentTable, ...] = ()
     random: RandomTable | None = None
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
+        """Raise InputError where there are none of them, or both."""
         if bool(self.segment) == (self.random is not None):
             raise InputError("give either [[segment]] tables or one [random] table")
 
+    def laid_out(self, name: str, stop_time: float) -> Duty:
+        """The duty cycle of a stop time in s; raises InputError where it has too many segments."""
+        if self.random is not None:
+            segments = tuple(self.random.segments(stop_time, f"{name}: random.duration"))
+        else:
+            ramps = (1 if each.ambient_temperature_end is None else each.steps for each in self.segment)
+            check_segments(sum(ramps), name)
+            segments = tuple(piece for each in self.segment for piece in each.segments())
+        title = name if self.title is None else self.title
+        return Duty(name, title, self.reason.strip(), stop_time, segments, self.repeat)
 
-KEYS = {each.name for each in fields(DutyFile)}
+
+@dataclass(frozen=True, kw_only=True)
+class DutyFile(DutyTables):
+    """A duty cycle: segments, or bounds between which they are drawn."""
+
+    __pydantic_config__ = TABLE
+
+    stop_time: Annotated[float, Quantity("s", positive=True)]
+
+    def __post_init__(self) -> None:
+        self.check()
 
 
 def names() -> list[str]:
@@ -148,15 +173,7 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
         Something is missing, misspelt or out of range.
     """
     read = read_table(DutyFile, given, name)
-    if read.random is not None:
-        segments = tuple(read.random.segments(read.stop_time, f"{name}: random.duration"))
-    else:
-        check_segments(
-            sum(1 if each.ambient_temperature_end is None else each.steps for each in read.segment), name
-        )
-        segments = tuple(piece for each in read.segment for piece in each.segments())
-    title = name if read.title is None else read.title
-    return Duty(name, title, read.reason.strip(), read.stop_time, segments, read.repeat)
+    return read.laid_out(name, read.stop_time)
 
 
 def library() -> Sequence[Duty]:

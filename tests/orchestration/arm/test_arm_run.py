@@ -205,7 +205,7 @@ def test_a_file_of_one_s_own_is_a_scenario_of_the_arm() -> None:
     scenario = read_scenario("mine", text)
     assert (scenario.in_use, scenario.controller.name) == (Sensors(0.1, ("base",)), "observer")
     assert scenario.tolerance == pytest.approx(20e-6)
-    with pytest.raises(InputError, match=r"sensors\.used: 'sky' is not measured"):
+    with pytest.raises(InputError, match=r"sensors\.used: 'sky' is not known; choose shaft"):
         read_scenario("mine", text.replace('"base"', '"sky"'))
 
 

@@ -14,8 +14,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.arm.library import program_names
-from warmlink.orchestration.arm.program import parsed
+from warmlink.orchestration.arm.program import Program, ProgramFile
 from warmlink.orchestration.scenarios.load import of_tables
+from warmlink.orchestration.scenarios.written import read_table
 
 from .conftest import load_program
 
@@ -82,6 +83,10 @@ def test_random_jobs_repeat_with_their_seed() -> None:
     assert load_program("six_axis_random_jobs") == load_program("six_axis_random_jobs")
 
 
+def parsed(given: dict[str, Any], name: str) -> Program:
+    return read_table(ProgramFile, given, name).program(name)
+
+
 GOOD: dict[str, Any] = {
     "stop_time": "1 h",
     "segment": [{"duration": "1 h", "speed": ["1 rad/s"] * 6}],
@@ -95,7 +100,7 @@ GOOD: dict[str, Any] = {
         ({"segment": [{"duration": "1 h", "speed": ["1 rad/s"] * 5}]}, "no list of 6"),
         (
             {"segment": [{"duration": "1 h", "speed": ["-1 rad/s"] * 6}]},
-            r"speed: -1 rad/s at joint 1 is negative",
+            r"speed: value 1: -1 rad/s is negative",
         ),
         ({"segment": [{"speed": ["1 rad/s"] * 6}]}, "duration is missing"),
         ({"pose": []}, r"write \[\[pose\]\] above each"),
@@ -104,7 +109,7 @@ GOOD: dict[str, Any] = {
         ({"pose": GOOD["pose"] * 33}, "33 poses are more than the 32"),
         ({"stop_time": "-1 h"}, "not positive"),
         ({"speed": 3}, "speed is not known"),
-        ({"random": {}}, "either"),
+        ({"random": {"seed": 1, "shortest": "5 min", "longest": "9 min"}}, "either"),
         ({"repeat": "false"}, "repeat: 'false' is neither true nor false"),
         ({"title": 3}, "title: 3 is no text"),
     ],

@@ -154,7 +154,7 @@ def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:
         ('"motor1.torque"', '"link1.heat_flow"', "link1.heat_flow is fed in Chain already"),
         ('controller = "lag"', "[roles.x]", "roles"),
         ("chain.ssp", "chan.ssp", "no such file"),
-        ("torque = [", "torque = 3 # [", "is no name and no list of names"),
+        ("torque = [", "torque = 3 # [", "is no list of names"),
         ("link1.elongation + link2", "link1.elongation ++* link2", "is no expression"),
     ],
 )

@@ -12,7 +12,7 @@ from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.extent import MOST_SEGMENTS
+from warmlink.orchestration.scenarios.duties.duty import MOST_SEGMENTS
 from warmlink.orchestration.scenarios.load import load_scenario, of_tables, read_scenario
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.studies.study import load_study, read_study
