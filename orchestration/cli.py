@@ -16,6 +16,7 @@ from warmlink.orchestration.command_line import (
     design,
     diagnose,
     hide,
+    init,
     reproduce,
     run,
     schema,
@@ -46,6 +47,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "diagnose": diagnose.diagnose,
     "hide": hide.hide,
     "reproduce": reproduce.reproduce,
+    "init": init.init,
     "schema": schema.schema,
     "list": list_.list_,
 }

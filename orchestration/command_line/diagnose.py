@@ -80,7 +80,8 @@ def diagnose(
 ) -> None:
     """Show what the simulation gets wrong, name the cause, extend the model, measure the improvement.
 
-    Writes diagnosis.json, report.html and the extended model as .ssv and .ssp. The exit code is 0 whatever
+    Writes diagnosis.json, report.html, the extended model as .ssv and .ssp, and where causes cannot be told
+    apart next_experiment.toml and .csv: run it, then diagnose both runs together. The exit code is 0 whatever
     the verdict.
     """
     from warmlink.orchestration.arm.measured import is_arm_file
@@ -153,6 +154,7 @@ def _show(paths: list[Path], whole_arm: bool, told: Told, json: bool) -> None:
 def _diagnose_cell(paths: list[Path], told: Told, folder: Path, json: bool) -> None:
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
+    from warmlink.orchestration.diagnosis.answer.next_files import SCENARIO
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
     from warmlink.orchestration.fmu_store import store
@@ -168,10 +170,11 @@ def _diagnose_cell(paths: list[Path], told: Told, folder: Path, json: bool) -> N
     with _told_what_is_lost(folder):
         blueprint = SHIPPED[found.experiment.rig.name]
         needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
-        write_diagnosis(found, folder, store(None, sorted(needed), remark))
+        files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
-        files = f"figures  {folder / JSON}    extended model  {folder / SSP}"
-        answer(f"report  {folder / PAGE}    {files}")
+        answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
+        if SCENARIO in files:
+            answer(f"next    {files[SCENARIO]}    practise it: warmlink hide EFFECT --duty {files[SCENARIO]}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:

@@ -21,6 +21,7 @@ from warmlink.orchestration.diagnosis.answer.entries import (
 )
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
+from warmlink.orchestration.diagnosis.answer.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.files import fresh_folder
@@ -39,7 +40,7 @@ _RANKED = 10
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
-    """Write `diagnosis.json`, the page and the extended model.
+    """Write `diagnosis.json`, the page, the extended model, and the next experiment where one is proposed.
 
     Parameters
     ----------
@@ -59,7 +60,11 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
             write_ssp_of(diagnosis.experiment.rig.name, values, work / SSP, store)
         write_json(json_content(diagnosis, SSV, SSP if store is not None else None), work / JSON)
         write_report(diagnosis, work / PAGE)
+        if diagnosis.proposed is not None and diagnosis.proposed.duty:
+            write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
         names = [path.name for path in work.iterdir()]
+    for name in {SCENARIO, DUTY} - set(names):  # an older proposal would be taken for today's
+        (folder / name).unlink(missing_ok=True)
     return {name: folder / name for name in names}
 
 

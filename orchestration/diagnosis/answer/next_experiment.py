@@ -216,8 +216,11 @@ def _told_from_best(members: Sequence[Fit], alike: Sequence[Pair]) -> str:
 
 
 def _indistinguishable(alike: Sequence[Pair]) -> str:
-    told = dict.fromkeys(pair for one, other in alike for pair in differences(one, [other]))
-    return "".join(f" Nothing tells {words}." for words in _in_words(told))
+    told: dict[frozenset[str], tuple[str, str]] = {}
+    for pair in (pair for one, other in alike for pair in differences(one, [other])):
+        told.setdefault(frozenset(pair), pair)
+    words = _in_words(told.values())
+    return f" Nothing tells {', nor '.join(words)}." if words else ""
 
 
 def _in_words(pairs: Iterable[tuple[str, str]]) -> list[str]:

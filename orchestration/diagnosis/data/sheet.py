@@ -152,7 +152,7 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     import pandas as pd
 
     comments: list[str] = []
-    if any(f"\n{mark}" in f"\n{text}" for mark in _COMMENTS):
+    if text.startswith(_COMMENTS) or any(f"\n{mark}" in text for mark in _COMMENTS):
         comments = [found[0] for found in _COMMENT_LINE.finditer(text)]
         text = _COMMENT_LINE.sub("", text)  # left blank, so that rows keep their numbers
     said = re.match(rf'"?sep=([{"".join(SEPARATORS)}])"?(?=[\r\n])', text)

@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.answer import next_experiment as next_experiment_module
 from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.answer.separation import chances
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
+from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.fit.verdict import assess
-from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
-from warmlink.orchestration.scenarios.duties.duty import length
+from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
+from warmlink.orchestration.scenarios.load import load_scenario
 
 
 def test_a_proposal_tells_its_cycle_and_how_often() -> None:
@@ -58,7 +62,8 @@ def test_carried_out_it_names_what_an_hour_at_rest_left_open(tmp_path: Path) -> 
     assert proposed is not None
     assert 0 < length(proposed.duty) <= LONGEST
     assert proposed.expected_chance > 0.9
-    second = written(tmp_path, "second", hide(hidden, proposed.duty, seed=3))
+    write_next(proposed, experiment.rig, experiment.known, tmp_path)
+    second = written(tmp_path, "second", hide(hidden, duty_of(str(tmp_path / SCENARIO)), seed=3))
     both = read_runs([first, second])
     assert [run.name for run in both.runs] == ["first", "second"]
     again = assess(both)
@@ -139,3 +144,32 @@ def test_what_no_duty_tells_is_said_without_what_is_certain(tmp_path: Path) -> N
     assert "elongation_scale" in proposed.why
     assert "joint_resistance" not in proposed.why
     assert len(proposed.alike) == 1
+
+
+HEATED = Proposed(
+    (Segment(600), Segment.with_pad(900, 320.15, 3.43, 2.5, ambient_temperature=297.15)) * 3,
+    'It tells "a".',
+    5,
+    0.9,
+)
+
+
+def test_the_proposal_is_written_as_a_scenario_and_as_rows(tmp_path: Path) -> None:
+    """Both give the proposed segments again, and what is known of the cell goes with them."""
+    write_next(HEATED, rig("WarmupCell"), {"link.length": 0.8, "motor.ambient_temperature": 300.0}, tmp_path)
+    times = np.arange(0.0, length(HEATED.duty), 150.0)
+    wanted = demands_at(HEATED.duty, times)
+    for name in (SCENARIO, DUTY):
+        for demand, values in demands_at(duty_of(str(tmp_path / name)), times).items():
+            np.testing.assert_allclose(values, wanted[demand], rtol=1e-12)
+    scenario = load_scenario(str(tmp_path / SCENARIO))
+    assert scenario.stop_time == length(HEATED.duty)
+    assert scenario.parameters == {"link.length": "0.8 m"}
+
+
+def test_what_nothing_tells_apart_is_said_once() -> None:
+    alike = [
+        (frozenset(one.split("+")), frozenset(other.split("+")))
+        for one, other in (("a+x", "b+x"), ("a+y", "b+y"), ("b+z", "a+z"), ("c+x", "d+x"))
+    ]
+    assert next_experiment_module._indistinguishable(alike) == " Nothing tells a from b, nor c from d."

@@ -1,0 +1,69 @@
+"""`warmlink init`: a commented file to begin with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import answer
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def init(
+    kind: Annotated[str, typer.Argument(help="Kind of file: `experiment`.")],
+    out: Annotated[Path, typer.Option(help="Folder to write it into.")] = Path(),
+) -> None:
+    """Write a commented file to begin with, which runs as it is, and the files that it names.
+
+    Example: `warmlink init experiment --out rig`, then `warmlink diagnose rig/experiment.toml`
+    """
+    from warmlink.fmus.names import instead
+    from warmlink.orchestration.files import fresh_folder
+
+    if kind not in KINDS:
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
+    for name in KINDS[kind]:
+        if (out / name).exists():
+            raise InputError(f"{out / name}: is there already; remove it, or choose another --out")
+    with fresh_folder(out) as work:
+        for name, write in KINDS[kind].items():
+            write(work / name)
+    answer("\n".join(str(out / name) for name in KINDS[kind]))
+
+
+def _template(path: Path) -> None:
+    path.write_bytes((TEMPLATES / path.name).read_bytes())
+
+
+def _schema(path: Path) -> None:
+    import json
+
+    from warmlink.orchestration.command_line.schema import kinds
+    from warmlink.orchestration.scenarios.written import json_schema
+
+    path.write_text(json.dumps(json_schema(kinds()[path.stem]), indent=2) + "\n", encoding="utf-8")
+
+
+def _run(path: Path) -> None:
+    """A made-up run in which still air cools more than it should; two columns have names of their own."""
+    from warmlink.orchestration.diagnosis.practice import hide as made_up
+
+    columns = made_up.hide({"still_air_convection": 1.3}, seed=len(path.stem))
+    named = {"base_temperature [degC]": "T_base [degC]", "tip_temperature [degC]": "T_tip [degC]"}
+    made_up.write_csv({named.get(name, name): values for name, values in columns.items()}, path)
+
+
+KINDS: dict[str, dict[str, Callable[[Path], None]]] = {
+    "experiment": {
+        "experiment.toml": _template,
+        "experiment.json": _schema,
+        "run.csv": _run,
+        "check.csv": _run,
+    },
+}
+"""Files of each kind, the first of them the commented one, and what writes each."""
