@@ -28,6 +28,7 @@ LIMITS = (
         display="um",
         positive=True,
         nominal=1e-4,
+        tunable=True,
     ),
     Parameter(
         "correction_rate_limit",
@@ -37,6 +38,7 @@ LIMITS = (
         display="um/s",
         positive=True,
         nominal=1e-6,
+        tunable=True,
     ),
     Parameter(
         "warning_limit",
@@ -46,6 +48,7 @@ LIMITS = (
         display="um",
         positive=True,
         nominal=1e-4,
+        tunable=True,
     ),
 )
 
@@ -59,6 +62,7 @@ DOUBT = (
         5,
         "innovation, in standard deviations, beyond which a reading is left out",
         positive=True,
+        tunable=True,
     ),
     Parameter(
         "mean_gate",
@@ -66,6 +70,7 @@ DOUBT = (
         0.6,
         "mean innovation, in standard deviations, beyond which a signal is left out",
         positive=True,
+        tunable=True,
     ),
     Parameter(
         "mean_time",

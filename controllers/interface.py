@@ -66,4 +66,5 @@ TOLERANCE = Parameter(
     display="um",
     positive=True,
     nominal=5e-6,
+    tunable=True,
 )

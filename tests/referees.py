@@ -15,14 +15,20 @@ from numpy.typing import NDArray
 _LIBCOSIM = """
 import json, sys
 from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimManipulator import CosimManipulator
 from libcosimpy.CosimObserver import CosimObserver
 
-path, steps, _, _, names = json.loads(sys.argv[1])
+path, steps, _, _, names, change = json.loads(sys.argv[1])
 execution = CosimExecution.from_ssp_file(path)
 observer = CosimObserver.create_last_value()
 execution.add_observer(observer)
 rows = []
-for _ in range(steps):
+for number in range(steps):
+    if change and number == change[0]:
+        overrides = CosimManipulator.create_override()
+        execution.add_manipulator(overrides)
+        slave = execution.slave_index_from_instance_name(change[1])
+        overrides.slave_real_values(slave, [change[2]], [change[3]])
     assert execution.step()
     slaves = [execution.slave_index_from_instance_name(name.partition(".")[0]) for name, _ in names]
     rows.append([observer.last_real_values(k, [r])[0] for k, (_, r) in zip(slaves, names)])
@@ -38,7 +44,7 @@ library = next(f for f in files("tbb") if f.name.startswith("libtbb.so."))
 ctypes.CDLL(str(library.locate()), mode=ctypes.RTLD_GLOBAL)
 from ecospy import EcosSimulation
 
-path, steps, step, parameter_set, names = json.loads(sys.argv[1])
+path, steps, step, parameter_set, names, _ = json.loads(sys.argv[1])
 with EcosSimulation(ssp_path=path, step_size=step) as simulation:
     simulation.init(parameter_set=parameter_set)
     rows = []
@@ -52,10 +58,16 @@ Variables = Sequence[tuple[str, int]]
 """Names as `link.elongation`, each with its value reference."""
 
 
-def libcosim(ssp: Path, steps: int, variables: Variables) -> NDArray[np.float64]:
+Change = tuple[int, str, int, float]
+"""From a step on, counted from 0, the variable of an instance and a value reference has another value."""
+
+
+def libcosim(
+    ssp: Path, steps: int, variables: Variables, change: Change | None = None
+) -> NDArray[np.float64]:
     """Values after each step of the SSP's own size, shape (steps, variables)."""
     _needed("libcosimpy")
-    return _run(_LIBCOSIM, ssp, steps, 0.0, "", variables)
+    return _run(_LIBCOSIM, ssp, steps, 0.0, "", variables, change)
 
 
 def ecos(ssp: Path, steps: int, step: float, parameter_set: str, variables: Variables) -> NDArray[np.float64]:
@@ -75,9 +87,15 @@ def _needed(*packages: str) -> None:
 
 
 def _run(
-    script: str, ssp: Path, steps: int, step: float, parameter_set: str, variables: Variables
+    script: str,
+    ssp: Path,
+    steps: int,
+    step: float,
+    parameter_set: str,
+    variables: Variables,
+    change: Change | None = None,
 ) -> NDArray[np.float64]:
-    asked = json.dumps([str(ssp), steps, step, parameter_set, list(variables)])
+    asked = json.dumps([str(ssp), steps, step, parameter_set, list(variables), change])
     done = subprocess.run(
         [sys.executable, "-c", script, asked], capture_output=True, text=True, timeout=240, check=False
     )

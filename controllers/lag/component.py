@@ -27,8 +27,10 @@ _PARAMETERS = (
     SAMPLE_TIME,
     TOLERANCE,
     *LIMITS,
-    Parameter("gain", "m/W", 4.21e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6),
-    Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True),
+    Parameter(
+        "gain", "m/W", 4.21e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6, tunable=True
+    ),
+    Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True, tunable=True),
     *_LOSSES,
     Parameter("relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1),
     Parameter(

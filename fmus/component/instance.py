@@ -54,7 +54,7 @@ class Instance:
         return self._time
 
     def set(self, values: Mapping[str, float]) -> None:
-        """Set inputs, and before initialization ends parameters, by name, in SI units."""
+        """Set inputs, tunable parameters, and before initialization ends all, by name, in SI units."""
         for name, value in values.items():
             if name not in self._references:
                 raise InputError(
@@ -71,17 +71,30 @@ class Instance:
         """Set the variable of a value reference."""
         scalar = self._scalars[reference]
         if isinstance(scalar.variable, Parameter):
-            if self._initialized:
+            if self._initialized and scalar.variable.tunable:
+                self._tune(reference, value)
+            elif self._initialized:
                 raise InputError(
                     f"{self.name}.{scalar.name}: parameters are fixed once the run has begun; "
                     "set it before initialization"
                 )
-            self._p[reference] = value
+            else:
+                self._p[reference] = value
         elif isinstance(scalar.variable, Input):
             self._u[reference - self.component.p.size] = value
         else:
             raise InputError(f"{self.name}.{scalar.name}: an output cannot be set; set an input")
         self._y = None
+
+    def _tune(self, reference: int, value: float) -> None:
+        """Change a parameter in the run."""
+        changed = self._p.copy()
+        changed[reference] = value
+        for sentence in limits.problems(self.component, self.name, changed.tolist()):
+            raise InputError(sentence)
+        self._p = changed
+        self._settled = self._settle()
+        self._jacobian = None
 
     def get_reference(self, reference: int) -> float:
         """Value of the variable of a value reference."""

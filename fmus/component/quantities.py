@@ -50,7 +50,7 @@ def sample_time_parameter(description: str) -> Parameter:
 AMBIENT_TEMPERATURE = temperature_input("ambient_temperature", "temperature of the surroundings")
 
 AMBIENT_ERROR = (
-    Parameter("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1),
+    Parameter("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1, tunable=True),
     Parameter(
         "ambient_drift",
         "K/s",
@@ -58,6 +58,7 @@ AMBIENT_ERROR = (
         "true minus given ambient temperature, a second",
         display="K/h",
         nominal=1e-4,
+        tunable=True,
     ),
 )
 """What a log of the surroundings' temperature may miss."""

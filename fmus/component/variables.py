@@ -60,18 +60,21 @@ class Input(Variable):
 
 @dataclass(frozen=True)
 class Parameter(Variable):
-    """A value fixed before the run.
+    """A value given before the run.
 
     Attributes
     ----------
     starts : start values of a vector whose elements differ
     positive : the value must lie above 0, which it may not reach
+    tunable : may change between communication steps; acts from the next sample or micro step on, and on the
+        outputs that depend on it at once
     """
 
     start: float
     description: str
     starts: tuple[float, ...] | None = field(default=None, kw_only=True)
     positive: bool = field(default=False, kw_only=True)
+    tunable: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,9 @@ _PARAMETERS = (
     sample_time_parameter("time between two looks at whether a picture is due"),
     Parameter("moving_interval", "s", 30, "time between two pictures while the joint moves", positive=True),
     Parameter("still_interval", "s", 120, "time between two pictures while it is still", positive=True),
-    Parameter("still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0),
+    Parameter(
+        "still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0, tunable=True
+    ),
     Parameter(
         "pixel_size", "m", 8.6e-6, "size of a pixel along the link", display="um", positive=True, nominal=1e-5
     ),
@@ -23,12 +25,28 @@ _PARAMETERS = (
         "standard deviation of the spot's centroid in pixels",
         minimum=0,
         nominal=0.01,
+        tunable=True,
     ),
-    Parameter("drift_rate", "m/s", 0, "drift of the camera itself a second", display="um/h", nominal=1e-9),
-    Parameter("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),
-    Parameter("scale", "1", 1, "measured over true movement of the tool point", positive=True),
     Parameter(
-        "dropout_probability", "1", 0, "probability that a picture is lost", minimum=0, maximum=1, nominal=0.1
+        "drift_rate",
+        "m/s",
+        0,
+        "drift of the camera itself a second",
+        display="um/h",
+        nominal=1e-9,
+        tunable=True,
+    ),
+    Parameter("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6, tunable=True),
+    Parameter("scale", "1", 1, "measured over true movement of the tool point", positive=True, tunable=True),
+    Parameter(
+        "dropout_probability",
+        "1",
+        0,
+        "probability that a picture is lost",
+        minimum=0,
+        maximum=1,
+        nominal=0.1,
+        tunable=True,
     ),
     Parameter("delay", "s", 0, "time from a picture to its reading", minimum=0),
     Parameter(
@@ -39,10 +57,19 @@ _PARAMETERS = (
         type="Integer",
         minimum=0,
         maximum=faults.DROPOUT,
+        tunable=True,
     ),
-    Parameter("fault_time", "s", 0, "simulation time at which the fault begins", nominal=3600),
-    Parameter("fault_size", "m", 0, "what a jump adds (fault 2)", display="um", nominal=1e-5),
-    Parameter("fault_rate", "m/s", 0, "what a drift adds a second (fault 3)", display="um/h", nominal=1e-9),
+    Parameter("fault_time", "s", 0, "simulation time at which the fault begins", nominal=3600, tunable=True),
+    Parameter("fault_size", "m", 0, "what a jump adds (fault 2)", display="um", nominal=1e-5, tunable=True),
+    Parameter(
+        "fault_rate",
+        "m/s",
+        0,
+        "what a drift adds a second (fault 3)",
+        display="um/h",
+        nominal=1e-9,
+        tunable=True,
+    ),
     Parameter("seed", "1", 1, "seed of noise and dropouts", type="Integer", minimum=0),
 )
 

@@ -34,6 +34,7 @@ _PARAMETERS = (
         starts=(3.43, *_UNUSED),
         minimum=0,
         nominal=3,
+        tunable=True,
     ),
     Parameter(
         "segment_torque",
@@ -44,6 +45,7 @@ _PARAMETERS = (
         starts=(2.5, *_UNUSED),
         minimum=0,
         nominal=2.5,
+        tunable=True,
     ),
     Parameter(
         "segment_ambient_temperature",
@@ -54,6 +56,7 @@ _PARAMETERS = (
         display="degC",
         nominal=NOMINAL_TEMPERATURE,
         positive=True,
+        tunable=True,
     ),
     Parameter(
         "segment_pad_mode",
@@ -64,6 +67,7 @@ _PARAMETERS = (
         type="Integer",
         minimum=0,
         maximum=2,
+        tunable=True,
     ),
     Parameter(
         "segment_pad_temperature",
@@ -74,8 +78,18 @@ _PARAMETERS = (
         display="degC",
         nominal=NOMINAL_TEMPERATURE,
         positive=True,
+        tunable=True,
     ),
-    Parameter("segment_pad_power", "W", 0, "power of the pad (mode 1)", size=SEGMENTS, minimum=0, nominal=20),
+    Parameter(
+        "segment_pad_power",
+        "W",
+        0,
+        "power of the pad (mode 1)",
+        size=SEGMENTS,
+        minimum=0,
+        nominal=20,
+        tunable=True,
+    ),
     Parameter("repeat", "1", 0, "whether the segments begin again after the last", type="Boolean"),
 )
 

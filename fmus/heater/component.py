@@ -15,7 +15,7 @@ COMPONENT = Component(
         temperature_input("link_base_temperature", "temperature of the link at base position"),
     ),
     parameters=(
-        Parameter("power", "W", 6, "power of the heater", minimum=0),
+        Parameter("power", "W", 6, "power of the heater", minimum=0, tunable=True),
         Parameter("heat_capacity", "J/K", 0, "heat capacity of the heater", minimum=0, nominal=10),
         Parameter(
             "contact_resistance",

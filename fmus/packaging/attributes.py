@@ -25,10 +25,10 @@ def causality(scalar: Scalar) -> str:
 
 
 def variability(scalar: Scalar) -> str:
-    """`fixed`, `discrete` or `continuous`."""
+    """`fixed`, `tunable`, `discrete` or `continuous`."""
     variable = scalar.variable
     if isinstance(variable, Parameter):
-        return "fixed"
+        return "tunable" if variable.tunable else "fixed"
     return "discrete" if variable.discrete or variable.type != "Real" else "continuous"
 
 

@@ -87,7 +87,12 @@ def variable_tables(component: Component) -> str:
 
 def _longest_step(component: Component) -> str:
     parts = "sample_time" if component.sampled else f"{component.micro_step:g} s"
-    return f"<p>One communication step lasts at most {MOST_IN_A_STEP} times {parts}.</p>\n"
+    acts = "sample" if component.sampled else "micro step"
+    return (
+        f"<p>One communication step lasts at most {MOST_IN_A_STEP} times {parts}. A tunable parameter may "
+        f"change between communication steps; it acts from the next {acts} on, and at once on the outputs "
+        "that depend on it directly. A drift counts from where it began, also when its rate changes.</p>\n"
+    )
 
 
 def _cells(variable: Input | Parameter | Output) -> Iterator[str]:
@@ -98,6 +103,8 @@ def _cells(variable: Input | Parameter | Output) -> Iterator[str]:
         yield f'<td class="number">{escape(_starts(variable))}</td>'
         yield f'<td class="number">{escape(_range(variable))}</td>'
     remark = "; may be NaN" if isinstance(variable, Input) and variable.accepts_nan else ""
+    if isinstance(variable, Parameter) and variable.tunable:
+        remark = "; tunable"
     yield f"<td>{escape(variable.description)}{remark}</td>"
 
 

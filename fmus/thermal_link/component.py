@@ -57,16 +57,23 @@ _PARAMETERS = (
         positive=True,
         nominal=2e-5,
     ),
-    Parameter("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
+    Parameter(
+        "convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0, tunable=True
+    ),
     Parameter(
         "convection_per_speed",
         "W.s/(m3.K)",
         6.4,
         "convection coefficient gained a m/s of the link's mean speed",
         minimum=0,
+        tunable=True,
     ),
-    Parameter("emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1),
-    Parameter("absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10),
+    Parameter(
+        "emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1, tunable=True
+    ),
+    Parameter(
+        "absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10, tunable=True
+    ),
     Parameter(
         "hub_conductance",
         "W/K",
@@ -74,9 +81,18 @@ _PARAMETERS = (
         "heat loss from base position to the surroundings",
         minimum=0,
         nominal=0.1,
+        tunable=True,
     ),
     Parameter("tip_heat_capacity", "J/K", 0, "heat capacity of what the tip carries", minimum=0, nominal=10),
-    Parameter("tip_conductance", "W/K", 0, "heat loss from tip position to its sink", minimum=0, nominal=0.1),
+    Parameter(
+        "tip_conductance",
+        "W/K",
+        0,
+        "heat loss from tip position to its sink",
+        minimum=0,
+        nominal=0.1,
+        tunable=True,
+    ),
     *AMBIENT_ERROR,
     temperature_parameter("initial_temperature", "temperature at the start"),
     Parameter(

@@ -276,6 +276,7 @@ def _row(scalar: Scalar, place: tuple[int, int]) -> str:
             ("HAS_MINIMUM", variable.minimum is not None),
             ("HAS_MAXIMUM", variable.maximum is not None),
             ("POSITIVE", isinstance(variable, Parameter) and variable.positive),
+            ("TUNABLE", isinstance(variable, Parameter) and variable.tunable),
             ("ACCEPTS_NAN", isinstance(variable, Input) and variable.accepts_nan),
         )
         if holds

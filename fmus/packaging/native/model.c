@@ -241,6 +241,20 @@ static const Variable *variable_of(Model *model, unsigned reference, Kind kind)
     return &WL(variables)[reference];
 }
 
+/* A parameter that changes in the run, whose other parameters stay as they are. */
+static int tune(Model *model, unsigned reference, double value)
+{
+    double *parameter = &model->memory.parameters[reference], before = *parameter;
+    *parameter = value;
+    if (!parameters_are_well(model, model->memory.parameters)) {
+        *parameter = before;
+        return 0;
+    }
+    WL(settle)(model->memory.parameters, model->settled);
+    model->fresh = 0;
+    return 1;
+}
+
 int model_set(Model *model, unsigned reference, Kind kind, double value)
 {
     Memory *memory = &model->memory;
@@ -248,6 +262,8 @@ int model_set(Model *model, unsigned reference, Kind kind, double value)
     if (!variable)
         return 0;
     if (reference < FIRST_INPUT) {
+        if (memory->phase == STEPPING && (variable->flags & TUNABLE))
+            return tune(model, reference, value);
         if (memory->phase >= STEPPING) {
             model_report(model, ".%s: parameters are fixed once the run has begun; set it before initialization",
                          variable->name);

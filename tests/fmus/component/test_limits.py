@@ -165,6 +165,6 @@ def test_an_unknown_variable_an_output_and_a_late_parameter() -> None:
         motor.step(0.0, 1.0)
     motor.initialize()
     with pytest.raises(InputError, match="parameters are fixed once the run has begun"):
-        motor.set({"pad_gain": 1.0})
+        motor.set({"joint_conductance": 1.0})
     with pytest.raises(InputError, match="a step of -1 s; give one above 0 s"):
         motor.step(0.0, -1.0)
