@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.table import read_table
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
 GAP = " " * 100_000
 CASES = {
@@ -39,6 +39,6 @@ def test_it_is_refused_at_once(case: str) -> None:
 def test_a_header_without_commas_is_refused_in_few_words(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text(";".join(f"axis{i}.tip_temperature [degC]" for i in range(60)) + "\n")
-    with pytest.raises(InputError, match="too long for `name") as refusal:
-        read_table(path)
+    with pytest.raises(InputError, match="is too long for one cell") as refusal:
+        read_experiment(path)
     assert len(str(refusal.value)) < 250
