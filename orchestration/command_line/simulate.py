@@ -96,7 +96,7 @@ def simulate(
     """
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import algorithm
-    from warmlink.orchestration.master.error_budget import estimate_coupling_error
+    from warmlink.orchestration.master.error_budget import coupling_error
     from warmlink.orchestration.master.guard import guarded
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.run import simulate as simulate_system
@@ -143,17 +143,15 @@ def simulate(
                 names = watch or result.table.names
                 # Values of a run that is streamed may not fit into the memory.
                 streamed = None if long_run is None else LongRun(work / "half", every=None)
-
-                def again(stop: float, step: float) -> Result:
-                    return guarded(
-                        lambda line: run(
-                            stop, step, record=names, long_run=streamed, check_stability=False, line=line
-                        ),
-                        lambda done, count: progress((1 + 2 * done / count) / 3),
-                        remark,
-                    )
-
-                bounds = estimate_coupling_error(again, result, step_size, chosen.order, names)
+                half = step_size / 2
+                fine = guarded(
+                    lambda line: run(
+                        stop_time, half, record=names, long_run=streamed, check_stability=False, line=line
+                    ),
+                    lambda done, count: progress((1 + 2 * done / count) / 3),
+                    remark,
+                )
+                bounds = coupling_error(result, fine, chosen.order, names)
     summary = _summary(result, bounds, folder)
     if json:
         answer_json(summary)

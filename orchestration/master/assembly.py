@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.packaging.model_description import inputs_accepting_nan
+from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, start
+from warmlink.orchestration.master.slaves.process import OtherProcess
 from warmlink.orchestration.master.slaves.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -18,7 +20,6 @@ from warmlink.orchestration.system.model import Connection, System, Value
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.slaves.fmi import FmiSlave
-    from warmlink.orchestration.master.slaves.isolation import Isolation
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
@@ -77,30 +78,27 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     home = unpacked or Path(tempfile.mkdtemp(prefix="warmlink-"))
     own = home if unpacked is None else None
     slaves: list[Slave] = []
+    started: dict[str, OtherProcess] = {}
     try:
         for name, component in system.components.items():
             folder = unpack(component.fmu, home, without=NOT_FOR_RUNNING)
-            opener = partial(open_slave, name, infos[name], folder)
-            slaves.append(opener() if isolation is None else isolate(name, opener, isolation))
-        # An isolated slave has started by the time it can tell its variables.
-        for slave in slaves:
-            slave.variables  # noqa: B018
+            if isolation is None:
+                slaves.append(open_slave(name, infos[name], folder))
+            else:
+                started[name] = start(name, partial(open_slave, name, infos[name], folder), isolation)
+        for name, process in started.items():
+            slaves.append(IsolatedSlave(name, process, isolation or Isolation()))
     except BaseException:
         for slave in slaves:
             slave.terminate()
+        for process in started.values():
+            process.end()
         if own is not None:
             shutil.rmtree(own, ignore_errors=True)
         raise
     values = {name: component.parameters.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
     return Assembly(slaves, system.connections, values, files, own)
-
-
-def isolate(name: str, opener: Callable[[], Slave], isolation: Isolation) -> Slave:
-    """Start a process in which the slave is opened, without waiting for it."""
-    from warmlink.orchestration.master.slaves.isolation import IsolatedSlave
-
-    return IsolatedSlave(name, opener, isolation)
 
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:

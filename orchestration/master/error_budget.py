@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +46,8 @@ def coupling_error(
     Parameters
     ----------
     coarse, fine : Result
-        Of the same system; `fine` with half the communication step size of `coarse`.
+        Of the same system; `fine` with half the communication step size of `coarse`. It may end earlier:
+        the bound then holds for that part alone, which for a warm-up is where coupling errors are largest.
     order : int
         The algorithm's order of convergence.
     variables : sequence of str
@@ -57,46 +58,11 @@ def coupling_error(
     for name in variables:
         unit = coarse.table.units[name]
         if coarse.status != "completed" or fine.status != "completed":
-            found.append(
-                CouplingError(name, unit, np.inf, float(coarse.times[-1]) if len(coarse.times) else 0.0)
-            )
+            reached = float(coarse.times[-1]) if len(coarse.times) else 0.0
+            found.append(CouplingError(name, unit, np.inf, reached))
             continue
-        difference = np.abs(coarse[name] - fine[name][::2])
+        halved = fine[name][::2]
+        difference = np.abs(coarse[name][: len(halved)] - halved)
         worst = int(np.argmax(difference))
         found.append(CouplingError(name, unit, factor * float(difference[worst]), float(coarse.times[worst])))
     return tuple(found)
-
-
-def estimate_coupling_error(
-    run: Callable[[float, float], Result],
-    coarse: Result,
-    step_size: float,
-    order: int,
-    variables: Sequence[str],
-    *,
-    share: float = 1.0,
-) -> tuple[CouplingError, ...]:
-    """Repeat a run with half the step, wholly or in part, and bound the coupling error.
-
-    Parameters
-    ----------
-    run : callable
-        `(stop_time, step_size) -> Result`, both in s; records `variables`.
-    coarse : Result
-        The run with `step_size`.
-    step_size : float
-        In s.
-    order : int
-        The algorithm's order of convergence.
-    variables : sequence of str
-        To be bounded.
-    share : float
-        Opening share of the run that is repeated; the bound then holds for that part alone, which for a
-        warm-up from cold is where coupling errors are largest.
-    """
-    steps = len(coarse.times) - 1
-    kept = min(steps, max(1, round(share * steps)))
-    stop = float(coarse.times[kept])
-    table = coarse.table.head(kept + 1)
-    part = Result(table, coarse.status, coarse.reason)
-    return coupling_error(part, run(stop, step_size / 2), order, variables)

@@ -42,14 +42,12 @@ START_LIMIT = 60.0
 """For starting the process, before there is an FMU in it, in s."""
 
 
-@dataclass(frozen=True)
-class _Face:
-    """What the other process says of the slave once."""
+def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
+    """Start a process in which a slave is opened, without waiting for it, so that many start at once.
 
-    variables: Mapping[str, Variable]
-    capabilities: Capabilities
-    dependencies: Mapping[str, frozenset[str]]
-    accepts_nan: frozenset[str]
+    The opener is called there and must be picklable.
+    """
+    return OtherProcess(name, _serve, name, opener, isolation.memory_limit)
 
 
 class IsolatedSlave:
@@ -59,8 +57,8 @@ class IsolatedSlave:
     ----------
     name : str
         The slave's name, for messages.
-    opener : callable
-        Makes the slave; it is called in the other process and must be picklable.
+    process : OtherProcess
+        As `start` gives it; waited for.
     isolation : Isolation
         Time limits.
 
@@ -70,13 +68,17 @@ class IsolatedSlave:
         From every method: status `crash` where the process died, `time limit` where it did not answer.
     """
 
-    def __init__(self, name: str, opener: Opener, isolation: Isolation) -> None:
+    variables: Mapping[str, Variable]
+    capabilities: Capabilities
+    dependencies: Mapping[str, frozenset[str]]
+    accepts_nan: frozenset[str]
+
+    def __init__(self, name: str, process: OtherProcess, isolation: Isolation) -> None:
         self.name = name
         self.isolation = isolation
         self._time = 0.0
         self._failure: SlaveError | None = None
-        self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
-        self._face: _Face | None = None
+        self._process = process
         self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
         self.exit_initialization = partial(self._ask, "exit_initialization")
         self.get = partial(self._ask, "get")
@@ -85,34 +87,9 @@ class IsolatedSlave:
         # Copied states stay in the other process; here they are numbers.
         self.restore, self.free = partial(self._ask, "restore"), partial(self._ask, "free")
         self.serialize, self.deserialize = partial(self._ask, "serialize"), partial(self._ask, "deserialize")
-
-    @property
-    def _known(self) -> _Face:
-        """Wait for the other process to be ready, so that many can start at once."""
-        if self._face is None:
-            self._answer("starting", START_LIMIT)
-            self._face = self._answer("instantiating", self.isolation.time_limit)
-        return self._face
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Variables by name."""
-        return self._known.variables
-
-    @property
-    def capabilities(self) -> Capabilities:
-        """What the slave can do."""
-        return self._known.capabilities
-
-    @property
-    def dependencies(self) -> Mapping[str, frozenset[str]]:
-        """Direct feedthrough."""
-        return self._known.dependencies
-
-    @property
-    def accepts_nan(self) -> frozenset[str]:
-        """Variables for which NaN is a proper value."""
-        return self._known.accepts_nan
+        self._answer("starting", START_LIMIT)
+        for attribute, value in self._answer("instantiating", isolation.time_limit).items():
+            setattr(self, attribute, value)
 
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Set up the experiment and enter initialization mode."""
@@ -139,8 +116,6 @@ class IsolatedSlave:
         self._failure = self._failure or SlaveError(self.name, "error", self._time, "it has been terminated")
 
     def _ask(self, method: str, *arguments: Any) -> Any:
-        if method != "terminate":
-            assert self._known is not None
         if self._failure is not None:
             raise self._failure
         try:
@@ -205,8 +180,8 @@ def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
     if isinstance(slave, Exception):
         pipe.send(slave)
         return
-    variables = dict(slave.variables)
-    pipe.send(_Face(variables, slave.capabilities, dict(slave.dependencies), slave.accepts_nan))
+    known = ("variables", "capabilities", "dependencies", "accepts_nan")
+    pipe.send({attribute: getattr(slave, attribute) for attribute in known})
     method = ""
     while method != "terminate":
         try:

@@ -19,7 +19,7 @@ from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.error_budget import estimate_coupling_error
+from warmlink.orchestration.master.error_budget import coupling_error
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.assemble import component
@@ -67,9 +67,7 @@ def test_the_co_simulated_cell_differs_by_its_coupling_error(run: dict[str, np.n
     system = WARMUP_CELL.system(files, LAW, {"duty": DUTY})
     names = ("link.elongation", "compensator.correction")
     coupled = simulate(system, STOP, 1.0, GaussSeidel())
-    bounds = estimate_coupling_error(
-        lambda until, half: simulate(system, until, half, GaussSeidel(), record=names), coupled, 1.0, 1, names
-    )
+    bounds = coupling_error(coupled, simulate(system, STOP, 0.5, GaussSeidel(), record=names), 1, names)
     off = [np.abs(coupled[name] - run[name]).max() for name in names]
     assert off[0] > 0, "the coupled cell has an error"
     assert all(each <= bound.largest for each, bound in zip(off, bounds, strict=True))
@@ -130,8 +128,6 @@ def test_an_arm_is_one_fmu(tmp_path: Path) -> None:
     whole = simulate(alone(fmu), STOP, 1.0)
     system = scenario.system(scenario.files(FmuStore("native")))
     coupled = simulate(system, STOP, 1.0, GaussSeidel())
-    bounds = estimate_coupling_error(
-        lambda until, half: simulate(system, until, half, GaussSeidel(), record=names), coupled, 1.0, 1, names
-    )
+    bounds = coupling_error(coupled, simulate(system, STOP, 0.5, GaussSeidel(), record=names), 1, names)
     for bound, name in zip(bounds, names, strict=True):
         assert 0 < np.abs(coupled[name] - whole[f"whole.{name}"]).max() <= bound.largest, name
