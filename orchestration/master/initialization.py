@@ -19,19 +19,8 @@ def initialize(
 ) -> int:
     """Set start values, settle the connected values, leave initialization mode.
 
-    Parameters
-    ----------
-    network : Network
-        Slaves just instantiated.
-    points : CommunicationPoints
-        Start and stop time are told to the slaves.
-    values : mapping
-        Start values by slave and variable, in the variables' own units.
-
-    Returns
-    -------
-    int
-        Sweeps over all slaves that the feedthrough loops needed.
+    The values are in the variables' own units, by slave and variable. Gives the sweeps over all slaves that
+    the feedthrough loops needed.
 
     Raises
     ------

@@ -29,19 +29,8 @@ def growth(
 ) -> float | None:
     """Give the factor by which a disturbance grows from one communication step to the next.
 
-    Parameters
-    ----------
-    network, stepper
-        Of a run that is over.
-    points : CommunicationPoints
-        The run's.
-    start, memory
-        The network's state and the stepper's memory at the run's beginning, where the slaves are left.
-
-    Returns
-    -------
-    float or None
-        None where there is nothing to disturb or the probe itself fails.
+    `start` and `memory` are the network's state and the stepper's memory at the beginning of a run that is
+    over; there the slaves are left. None where there is nothing to disturb or the probe itself fails.
     """
     wires = [(k, position) for k in range(len(network.slaves)) for position in continuous_inputs(network, k)]
     steps = min(PROBE_STEPS, points.count)

@@ -101,22 +101,7 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
-    """Give the bytes of one entry.
-
-    Parameters
-    ----------
-    path
-        The archive.
-    name
-        The entry's name, with forward slashes.
-    limit
-        Largest unpacked size in bytes.
-
-    Raises
-    ------
-    InputError
-        If the archive is damaged, the entry absent, or larger than the limit.
-    """
+    """Give the bytes of one entry, which may unpack to so many bytes at most; as `extract` for the rest."""
     with open_archive(path) as archive:
         try:
             info = archive.getinfo(name)
@@ -135,15 +120,10 @@ def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
 
 
 def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> Path:
-    """Unpack an archive into a folder of its own under `workdir` and give that folder.
+    """Unpack an archive as `extract` does into a folder of its own under `workdir`, and give that folder.
 
     The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
-    another one of the same name does not mix with it. Top-level folders may be left out.
-
-    Raises
-    ------
-    InputError
-        As `extract`.
+    another one of the same name does not mix with it.
     """
     if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")

@@ -20,13 +20,7 @@ _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
 
 
 def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
-    """Give a scalar variable that can be connected.
-
-    Raises
-    ------
-    InputError
-        If the FMU has no variable of this name, or it is an array, binary or a clock.
-    """
+    """Give a scalar variable that can be connected; InputError where there is none of this name."""
     variable = info.variables.get(name)
     if variable is None:
         raise InputError(f"{where}: {info.path.name} has no variable {name}; {instead(name, info.variables)}")
@@ -76,19 +70,8 @@ def own_unit(info: ModelInfo, variable: Variable, declared: Unit | None = None) 
 def checked_value(variable: Variable, value: Value, where: str) -> Value:
     """Give a start value as the FMU takes it: an Enumeration's item as its integer, a Real as a float.
 
-    Parameters
-    ----------
-    variable
-        The variable that shall start from it.
-    value
-        In the variable's own unit.
-    where
-        How an error names it, such as `link.width`.
-
-    Raises
-    ------
-    InputError
-        If the type does not fit, the value is not finite or out of range, or the variable cannot be set.
+    The value is in the variable's own unit. InputError where its type does not fit, it is not finite or out
+    of range, or the variable cannot be set; `where` is how that names it, such as `link.width`.
     """
     if not variable.settable:
         raise InputError(

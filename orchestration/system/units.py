@@ -140,13 +140,7 @@ def meaning(unit: Unit) -> Unit:
 
 
 def read_unit(element: Any, where: str) -> Unit:
-    """Give the unit that a `Unit` element of FMI or SSP defines.
-
-    Raises
-    ------
-    InputError
-        If an exponent or factor is no number, or the factor is 0.
-    """
+    """Give the unit that a `Unit` element of FMI or SSP defines."""
     name = required(element, "name", where)
     base = next((child for child in element if str(child.tag).rpartition("}")[2] == "BaseUnit"), None)
     if base is None:

@@ -17,24 +17,10 @@ XML_LIMIT_TAGS = 500_000
 
 
 def parse_xml(data: bytes, where: str) -> Any:
-    """Parse XML that declares no document type, so that there is no entity to expand or fetch.
+    """Give the root of an XML document, without comments and processing instructions.
 
-    Parameters
-    ----------
-    data
-        The document.
-    where
-        How an error names it, such as `cell.ssp: SystemStructure.ssd`.
-
-    Returns
-    -------
-    lxml.etree._Element
-        The root, without comments and processing instructions.
-
-    Raises
-    ------
-    InputError
-        If it is not well formed or declares a document type.
+    It must declare no document type, so that there is no entity to expand or fetch. `where` is how an error
+    names it, such as `cell.ssp: SystemStructure.ssd`.
     """
     from lxml import etree
 
@@ -67,13 +53,7 @@ def parse_xml(data: bytes, where: str) -> Any:
 
 
 def required(element: Any, name: str, where: str) -> str:
-    """Give an attribute that the standard demands.
-
-    Raises
-    ------
-    InputError
-        If it is absent.
-    """
+    """Give an attribute that the standard demands."""
     text = element.get(name)
     if text is None:
         raise InputError(f"{where}: {_tag(element)} lacks its attribute {name}")
@@ -81,13 +61,7 @@ def required(element: Any, name: str, where: str) -> str:
 
 
 def any_number(text: str, where: str) -> float:
-    """Give a number that may be NaN or infinite, as an xs:double may.
-
-    Raises
-    ------
-    InputError
-        If the text is no number.
-    """
+    """Give a number that may be NaN or infinite, as an xs:double may."""
     try:
         if "_" not in text:
             return float(text)
@@ -97,13 +71,7 @@ def any_number(text: str, where: str) -> float:
 
 
 def number(text: str, where: str) -> float:
-    """Give a finite number.
-
-    Raises
-    ------
-    InputError
-        If the text is no number, or NaN or infinite.
-    """
+    """Give a finite number."""
     value = any_number(text, where)
     if not math.isfinite(value):
         raise InputError(f"{where}: {text!r} is not a finite number")
@@ -111,13 +79,7 @@ def number(text: str, where: str) -> float:
 
 
 def integer(text: str, where: str) -> int:
-    """Give an integer of at most 64 bits.
-
-    Raises
-    ------
-    InputError
-        If the text is none.
-    """
+    """Give an integer of at most 64 bits."""
     try:
         value = int(text)
     except ValueError:
@@ -140,13 +102,7 @@ def optional_integer(element: Any, name: str, where: str) -> int | None:
 
 
 def boolean(element: Any, name: str, where: str, default: bool) -> bool:
-    """Give an attribute as a truth value, or the default where it is absent.
-
-    Raises
-    ------
-    InputError
-        If it is neither true nor false (nor 1 nor 0).
-    """
+    """Give an attribute as a truth value (true, false, 1 or 0), or the default where it is absent."""
     text = element.get(name)
     if text is None:
         return default

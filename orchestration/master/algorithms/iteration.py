@@ -62,19 +62,8 @@ class Iterated(Algorithm):
     ) -> tuple[bool, Vector | None]:
         """Find torn values that the slaves confirm; the last sweep made leaves the slaves in their state.
 
-        Parameters
-        ----------
-        sweep : callable
-            One evaluation of a group's step.
-        guess, scale : ndarray, shape (torn inputs,)
-            Where to begin, and the inputs' nominal values.
-        kept : ndarray or None
-            What the last step's solution gave to be kept.
-
-        Returns
-        -------
-        converged : bool
-        kept : ndarray or None
+        Begins at `guess`, with `scale` the inputs' nominal values and `kept` what the last step gave to be
+        kept. Gives whether it converged and what is to be kept now.
         """
 
 

@@ -36,13 +36,7 @@ def feedthrough_order(network: Network) -> tuple[int, ...]:
 
 
 def named_order(network: Network, names: Sequence[str]) -> tuple[int, ...]:
-    """Give the indices of an order stated by names.
-
-    Raises
-    ------
-    InputError
-        Where a slave is missing, unknown or named twice.
-    """
+    """Give the indices of an order stated by names; InputError unless it names each slave once."""
     if sorted(names) != sorted(network.index):
         raise InputError(
             f"order of slaves: {', '.join(names)} is not an order of {', '.join(network.index)}; "

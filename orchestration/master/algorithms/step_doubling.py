@@ -51,13 +51,7 @@ class StepDoubling(Algorithm):
         return self.inner.order
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
-        """Prepare for one network.
-
-        Raises
-        ------
-        InputError
-            Where a slave cannot repeat steps, or a variable is unknown.
-        """
+        """Prepare for one network, whose slaves must all be able to repeat steps."""
         refuse_unless_repeatable(network, "step doubling")
         return DoublingStepper(network, self, points)
 

@@ -17,13 +17,7 @@ DEEPEST = 40
 
 
 def halvings(step_size: float, minimum_step: float) -> int:
-    """Tell how often a step may be halved without falling below a minimum, both in s.
-
-    Raises
-    ------
-    InputError
-        Where the minimum is not above 0 s or above the step itself.
-    """
+    """Tell how often a step may be halved without falling below a minimum, both in s."""
     if not 0 < minimum_step <= step_size:
         raise InputError(
             f"minimum step: {minimum_step:g} s is not above 0 s and at most the communication step size "
@@ -33,13 +27,7 @@ def halvings(step_size: float, minimum_step: float) -> int:
 
 
 def refuse_unless_repeatable(network: Network, purpose: str) -> None:
-    """Refuse slaves that cannot repeat a step with another size.
-
-    Raises
-    ------
-    InputError
-        Naming them.
-    """
+    """Refuse, by name, slaves that cannot repeat a step with another size."""
     stuck = network.unable_to_restore()
     rigid = [s.name for s in network.slaves if not s.capabilities.variable_step]
     if stuck or rigid:

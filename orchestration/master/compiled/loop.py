@@ -134,18 +134,10 @@ class CompiledLoop:
         self._chunk = 256
 
     def advance(self, last: int) -> bool:
-        """Step on, at most to point `last` and for about 50 ms.
+        """Step on, at most to point `last` and for about 50 ms; SlaveError where something fails for good.
 
-        Returns
-        -------
-        bool
-            False where a step was discarded and everything is back at the start of the chunk, so that plain
-            stepping can repeat it in parts.
-
-        Raises
-        ------
-        SlaveError
-            Where something else failed.
+        False where a step was discarded and everything is back at the start of the chunk, so that plain
+        stepping can repeat it in parts.
         """
         network, recorder = self.network, self.recorder
         first = recorder.rows - 1

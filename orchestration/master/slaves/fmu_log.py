@@ -61,10 +61,7 @@ class FmuLog:
 def fmi2_callbacks(log: FmuLog) -> Any:
     """Make the callback functions of an FMI 2.0 instance whose lines a log keeps.
 
-    Returns
-    -------
-    fmpy.fmi2.fmi2CallbackFunctions
-        To be kept alive until the instance is freed.
+    They must be kept alive until the instance is freed.
     """
     shared = _fmi2_shared()
     own = type(shared).from_buffer_copy(shared)

@@ -38,19 +38,8 @@ class Carried:
     ) -> Carried:
         """Take the value into the next connector: its unit first, then the transformation (SSP 4.5.2).
 
-        Parameters
-        ----------
-        unit
-            That of the connector; None where it tells none.
-        transformation
-            That of the connection or mapping.
-        suppress
-            Whether the value enters as it is, whatever the units.
-
-        Raises
-        ------
-        InputError
-            If the units measure different quantities or one is not known.
+        `unit` is that of the connector, None where it tells none. With `suppress` the value enters as it is,
+        whatever the units.
         """
         so_far = self.so_far
         if self.unit is not None and unit is not None and not suppress:

@@ -46,13 +46,7 @@ def only_child(parent: Any, name: str) -> Any:
 
 
 def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> None:
-    """Refuse by name any child element that is not read.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse by name any child element that is not read."""
     for child in parent:
         if local(child) not in known:
             raise InputError(
@@ -61,13 +55,7 @@ def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> No
 
 
 def root_of_file(path: Path, expected: str, where: str) -> Any:
-    """Parse an SSP document that is a file of its own, and give its root.
-
-    Raises
-    ------
-    InputError
-        If it is absent, not XML, not the expected kind of document, or of an unknown version.
-    """
+    """Parse an SSP document of the expected kind that is a file of its own, and give its root."""
     if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of a file that holds a {expected}")
     with path.open("rb") as stream:

@@ -69,13 +69,7 @@ class Flat:
         return None if owner is None else owner.connectors.get(node.connector)
 
     def way_to(self, node: Node) -> list[Edge]:
-        """Give the edges from whatever drives a connector up to it, in the order of the data's flow.
-
-        Raises
-        ------
-        InputError
-            If the connectors of systems drive each other in a circle.
-        """
+        """Give the edges from whatever drives a connector up to it, in the order of the data's flow."""
         way: list[Edge] = []
         seen = {node}
         while edge := self.into.get(node):
@@ -90,11 +84,8 @@ class Flat:
 def flatten(system: DeclaredSystem) -> Flat:
     """Give all components and the directed edges of a tree of systems.
 
-    Raises
-    ------
-    InputError
-        If a connection ends nowhere, joins two ends of one direction, or is the second into its target,
-        or two components get the same dotted name.
+    InputError where a connection ends nowhere, joins two ends of one direction, or is the second into its
+    target, or where two components get the same dotted name.
     """
     flat = Flat()
     _collect(system, (), flat)

@@ -58,13 +58,7 @@ def flat(system: System) -> Tree:
 
 
 def nested(system: System) -> Tree:
-    """Give the tree that the dots in the components' names tell of.
-
-    Raises
-    ------
-    InputError
-        If a name before a dot is that of a component too.
-    """
+    """Give the tree that the dots in the names tell of; no name may be a component's and a system's."""
     top = Tree()
     for name, held in system.components.items():
         *way, last = name.split(".")

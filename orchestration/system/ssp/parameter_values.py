@@ -109,13 +109,7 @@ def write_ssv(
 
 
 def parameter_set(root: Any, where: str) -> tuple[Parameter, ...]:
-    """Give the parameters of an `ssv:ParameterSet` element.
-
-    Raises
-    ------
-    InputError
-        If a value or unit does not fit, a name stands twice, or a type is not supported.
-    """
+    """Give the parameters of an `ssv:ParameterSet` element; what does not fit is an InputError."""
     refuse_other_children(root, ("Parameters", "Enumerations", "Units", "Annotations", "MetaData"), where)
     units = definitions_of_units(only_child(root, "Units"), where)
     held = only_child(root, "Parameters")
@@ -166,13 +160,7 @@ def parameter_mapping(root: Any, where: str) -> tuple[MappingEntry, ...]:
 
 
 def transformation(entry: Any, where: str) -> Conversion | None:
-    """Give the linear transformation of a connection or mapping entry, or None where it has none.
-
-    Raises
-    ------
-    InputError
-        If it has another kind of transformation.
-    """
+    """Give the linear transformation of a connection or mapping entry, or None where it has none."""
     refuse_other_children(
         entry, ("LinearTransformation", "ConnectionGeometry", "Annotations", "MetaData"), where
     )

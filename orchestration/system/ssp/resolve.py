@@ -22,22 +22,13 @@ class Resolver:
     infos: dict[Path, ModelInfo]
 
     def connectors(self, path: Path) -> tuple[Connector, ...]:
-        """Give a component's connectors, checked against its FMU.
-
-        Raises
-        ------
-        InputError
-            If one does not fit in name, kind, type or unit.
-        """
+        """Give a component's connectors, checked against its FMU in name, kind, type and unit."""
         return tuple(self._connector(Node(path, name)) for name in self.flat.components[path].connectors)
 
     def connections(self) -> Iterator[Connection]:
         """Give all connections from an output to an input, through whatever systems lie between.
 
-        Raises
-        ------
-        InputError
-            If types or quantities do not fit, with both ends and the reason.
+        InputError where types or quantities do not fit, with both ends and the reason.
         """
         for edge in self.flat.into.values():
             if edge.target.path in self.flat.components:
@@ -46,13 +37,7 @@ class Resolver:
                     yield self._connection(way)
 
     def variable(self, node: Node) -> tuple[Variable, Unit | None]:
-        """Give a component's variable and the unit of its values.
-
-        Raises
-        ------
-        InputError
-            If the FMU has no such scalar variable.
-        """
+        """Give a component's scalar variable and the unit of its values."""
         info = self.infos[node.path]
         variable = variable_of(info, node.connector, str(node))
         declared = self.flat.components[node.path].connectors.get(node.connector)
@@ -61,17 +46,7 @@ class Resolver:
     def carry(self, value: Carried, way: Sequence[Edge]) -> Conversion:
         """Give what becomes of a value along connected connectors, up to the variable at their end.
 
-        Parameters
-        ----------
-        value
-            In the unit in which it enters the first connection.
-        way
-            Edges, each beginning where the last one ended; the last ends at a component.
-
-        Raises
-        ------
-        InputError
-            If the units on the way do not fit.
+        The value is in the unit in which it enters the first connection; the last edge ends at a component.
         """
         for edge in way:
             value = value.into(

@@ -50,19 +50,8 @@ _DEEPEST = 8
 def read_ssd(path: Path, workdir: Path, enclosing: tuple[Path, ...] = ()) -> Description:
     """Read an SSD file that lies in an unpacked SSP, with all that it refers to.
 
-    Parameters
-    ----------
-    path
-        The .ssd file; relative sources are looked up from its folder, and never outside.
-    workdir
-        Folder into which packages inside the package are unpacked.
-    enclosing
-        The .ssd files whose systems hold this one.
-
-    Raises
-    ------
-    InputError
-        If a file is absent or damaged, or uses what is not supported.
+    Relative sources are looked up from its folder, and never outside; packages inside the package are
+    unpacked into `workdir`. `enclosing` are the .ssd files whose systems hold this one.
     """
     if path in enclosing:
         raise InputError(f"{path.name}: holds itself as a component; take it out")

@@ -34,13 +34,7 @@ class StartValues:
     remarks: list[str] = field(default_factory=list)
 
     def collect(self, path: Path = ()) -> None:
-        """Collect below one system; outer bindings and later ones win.
-
-        Raises
-        ------
-        InputError
-            If a value does not fit the variable it goes to.
-        """
+        """Collect below one system; outer bindings and later ones win."""
         system = self.resolver.flat.systems[path]
         for name, element in system.elements.items():
             inner = (*path, name)
