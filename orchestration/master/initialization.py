@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.system.model import Value
 

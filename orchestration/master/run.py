@@ -16,7 +16,6 @@ from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import obstacle
 from warmlink.orchestration.master.compiled.loop import Stepping, choose, is_loaded
-from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.pacing import Clock, Pacing
 from warmlink.orchestration.master.recording.audit import Balance, heat_balances
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
@@ -24,6 +23,7 @@ from warmlink.orchestration.master.recording.line import Line
 from warmlink.orchestration.master.recording.recorder import Recorder, outputs_of
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.recording.stores import VALUES, Store
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.master.stepping import Progress, Run
 from warmlink.orchestration.system.model import System

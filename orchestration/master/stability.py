@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.master.algorithms.algorithm import Stepper
 from warmlink.orchestration.master.algorithms.signals import continuous_inputs
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 
 PROBE_STEPS = 120

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.compiled.loop import CompiledLoop
 from warmlink.orchestration.master.initialization import initialize
-from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.pacing import Clock, Interruption
 from warmlink.orchestration.master.recording.audit import Balance
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints
@@ -17,6 +16,7 @@ from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.recording.result import Result, Statistics
 from warmlink.orchestration.master.recording.stores import StoreError
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.master.stability import GROWS_FROM, growth
 from warmlink.orchestration.system.model import Value

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 
 
 class Stepper(ABC):

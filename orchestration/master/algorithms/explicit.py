@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 
 
 class Explicit(Algorithm):

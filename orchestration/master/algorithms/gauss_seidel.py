@@ -8,7 +8,7 @@ from typing import ClassVar
 from warmlink.orchestration.master.algorithms.algorithm import Schedule
 from warmlink.orchestration.master.algorithms.explicit import Explicit
 from warmlink.orchestration.master.algorithms.ordering import feedthrough_order, named_order
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Steppe
 from warmlink.orchestration.master.algorithms.loops import plan
 from warmlink.orchestration.master.algorithms.signals import Point, continuous_inputs, derivatives, value_at
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal, takes_input_derivatives
 from warmlink.orchestration.system.model import Value
 

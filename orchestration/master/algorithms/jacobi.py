@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Schedule
 from warmlink.orchestration.master.algorithms.explicit import Explicit
 from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 
 
 @dataclass(frozen=True)

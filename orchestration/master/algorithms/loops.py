@@ -8,7 +8,7 @@ import numpy as np
 
 from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
 from warmlink.orchestration.master.algorithms.signals import continuous_inputs, is_sampled
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 
 
 @dataclass(frozen=True)

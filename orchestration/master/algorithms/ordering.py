@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from warmlink.fmus.component.order import stepping_order
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 
 
 def feedthrough_inputs(network: Network, k: int) -> frozenset[str]:

@@ -13,7 +13,7 @@ from typing import ClassVar, cast
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.substeps import REPEATABLE, SubSteps, halvings
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 # Copies are made ever more seldom while nothing is discarded: of Python FMUs they cost several steps.

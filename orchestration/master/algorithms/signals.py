@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Slave
 
 Point = tuple[float, float]

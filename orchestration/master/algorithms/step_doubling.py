@@ -13,7 +13,7 @@ from warmlink.orchestration.master.algorithms.iteration import Vector
 from warmlink.orchestration.master.algorithms.signals import continuous_inputs
 from warmlink.orchestration.master.algorithms.substeps import SubSteps, halvings, refuse_unless_repeatable
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import nominal
 
 SHARE_OF_NOMINAL = 1e-6

@@ -9,7 +9,7 @@ from typing import ClassVar, cast
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Stepper
 from warmlink.orchestration.master.algorithms.signals import switching_outputs
-from warmlink.orchestration.master.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 REPEATABLE = ("discard", "not converged")

@@ -8,7 +8,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.check import checked_value
 from warmlink.orchestration.system.model import Value
 

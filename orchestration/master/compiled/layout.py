@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.model import Value
 
@@ -71,7 +71,7 @@ class Layout:
             for name, place in zip(late_names[k], late[k][1], strict=True)
         }
         self._wires(count)
-        checks = [[self.outputs[k][position][1] for position in network.checked(k)] for k in range(count)]
+        checks = [[self.outputs[k][position][1] for position in network.checked[k]] for k in range(count)]
         columns = [
             late_places[k, name] if position is None else self.outputs[k][position]
             for k, name, position in recorder.sources

@@ -13,9 +13,9 @@ from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import Layout
-from warmlink.orchestration.master.network import Network, Snapshot
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves import fmi, under_way
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 
 Stepping = Literal["auto", "plain", "compiled"]
 

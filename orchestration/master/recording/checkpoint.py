@@ -17,9 +17,9 @@ from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.recording.stores import Folder, StoreError
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recording.stores import Store
 from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Names, Slave
 from warmlink.orchestration.system.description import Variable
 

@@ -12,9 +12,9 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.recording.audit import Balance
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 from .mock import MockSlave, real

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.algorithms.loops import plan
 from warmlink.orchestration.master.algorithms.signals import derivatives, is_sampled, value_at
-from warmlink.orchestration.master.network import Network
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.network import Network
 
 from .mock import MockSlave, real
 from .motor_link import motor_link

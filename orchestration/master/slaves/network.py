@@ -65,6 +65,8 @@ class Network:
         For each slave the values last read and last written, in those orders.
     wires : list of list of Wire
         For each slave the sources of its inputs, as `writes`.
+    checked : list of tuple of int
+        For each slave the positions of its outputs that must be finite.
     """
 
     def __init__(
@@ -92,14 +94,14 @@ class Network:
         self.writes: list[Names] = []
         self.wires: list[list[Wire]] = []
         self._lay(connections)
-        self._sources = [[self._source(wire) for wire in wires] for wires in self.wires]
+        # Where nothing is converted, places in `outputs` suffice.
         self._bare = [
-            None if any(wire for _, _, wire in sources) else [(j, p) for j, p, _ in sources]
-            for sources in self._sources
+            [(wire.slave, wire.position) for wire in wires] if all(map(self._is_bare, wires)) else None
+            for wires in self.wires
         ]
         self.outputs: list[list[Value]] = [[] for _ in self.slaves]
         self.inputs: list[list[Value]] = [[] for _ in self.slaves]
-        self._checked = [self._finite_positions(k) for k in range(len(self.slaves))]
+        self.checked = [self._finite_positions(k) for k in range(len(self.slaves))]
         self._process = os.getpid() if process is None else process
         self.time = 0.0
         self.steps = 0
@@ -155,11 +157,9 @@ class Network:
             self.writes.append(tuple(named))
             self.wires.append(list(named.values()))
 
-    def _source(self, wire: Wire) -> tuple[int, int, Wire | None]:
-        """Give where a wire begins, and the wire itself where it converts anything."""
+    def _is_bare(self, wire: Wire) -> bool:
         source = self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
-        bare = (wire.factor, wire.offset) == (1.0, 0.0) and (source.kind == "Real" or not wire.real)
-        return wire.slave, wire.position, None if bare else wire
+        return (wire.factor, wire.offset) == (1.0, 0.0) and (source.kind == "Real" or not wire.real)
 
     def _finite_positions(self, k: int) -> tuple[int, ...]:
         """Give the positions of the Real outputs of a slave that must be finite.
@@ -180,10 +180,6 @@ class Network:
                 positions.append(position)
         return tuple(positions)
 
-    def checked(self, k: int) -> tuple[int, ...]:
-        """Give the positions of a slave's outputs that must be finite."""
-        return self._checked[k]
-
     def read(self, k: int) -> None:
         """Read a slave's outputs.
 
@@ -199,7 +195,7 @@ class Network:
 
     def check(self, k: int, values: Sequence[Value]) -> None:
         """Refuse values of a slave's outputs that are not finite."""
-        checked = self._checked[k]
+        checked = self.checked[k]
         # One sum instead of many questions; where it overflows, they are asked after all.
         finite = values if len(checked) == len(values) else [values[p] for p in checked]
         if math.isfinite(sum(finite)):  # type: ignore[arg-type]
@@ -220,10 +216,7 @@ class Network:
         outputs, bare = self.outputs, self._bare[k]
         if bare is not None:
             return [outputs[slave][position] for slave, position in bare]
-        return [
-            outputs[slave][position] if wire is None else wire.convert(outputs[slave][position])
-            for slave, position, wire in self._sources[k]
-        ]
+        return [self.arriving(k, position) for position in range(len(self.wires[k]))]
 
     def arriving(self, k: int, position: int) -> Value:
         """Give the value that one of a slave's inputs should have, from the outputs last read."""
