@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER
 from warmlink.fmus.plant import plant
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 
@@ -139,6 +143,13 @@ class LinearPlant:
     def at(self, speed: float) -> tuple[Array, Array]:
         """State and input matrix at a speed in rad/s."""
         return self.A + abs(speed) * self.A_speed, self.B + abs(speed) * self.B_speed
+
+    def state_space(self, speed: float) -> control.StateSpace:
+        """The plant at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
+        import control
+
+        A, B = self.at(speed)
+        return control.ss(A, B, self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS), name="full plant")
 
     @property
     def elongation_per_kelvin(self) -> float:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,9 @@ from scipy import linalg
 
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant
 from warmlink.fmus.errors import InputError
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 
@@ -97,6 +101,17 @@ class ReducedPlant:
     def order(self) -> int:
         """Number of modes."""
         return self.rate.size
+
+    def at(self, speed: float) -> tuple[Array, Array]:
+        """State and input matrix at a speed in rad/s."""
+        return np.diag(self.rate) + abs(speed) * self.M, self.B + abs(speed) * self.B_speed
+
+    def state_space(self, speed: float) -> control.StateSpace:
+        """The reduced plant at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
+        import control
+
+        A, B = self.at(speed)
+        return control.ss(A, B, self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS), name="reduced plant")
 
 
 @dataclass(frozen=True)
@@ -194,8 +209,7 @@ def reduction_error(plant: LinearPlant, reduced: ReducedPlant, hankel_bound: flo
     norm, steps = 0.0, np.zeros(len(OUTPUTS))
     for speed in CHECKED_SPEEDS:
         A, B = plant.at(speed)
-        a = np.diag(reduced.rate) + speed * reduced.M
-        b = reduced.B + speed * reduced.B_speed
+        a, b = reduced.at(speed)
         difference = _Difference(A, B * sizes, plant.C, a, b * sizes, reduced.C)
         for frequency in np.concatenate([[0.0], np.logspace(-6, 1, 141)]):
             norm = max(norm, float(linalg.norm(difference.response(frequency) / precisions, 2)))

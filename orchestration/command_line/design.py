@@ -48,6 +48,12 @@ def design(
     sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
     set_: Set = None,
     out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            help="Page to write, with poles, Bode plots and what the reduction costs (not for `regression`)."
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
@@ -58,12 +64,13 @@ def design(
     Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
     """
     from warmlink.controllers.design.gains import design_controller
-    from warmlink.controllers.design.plant import Network
+    from warmlink.controllers.design.plant import Network, plant_model
     from warmlink.controllers.design.regression import fit_regression, training_run
     from warmlink.controllers.design.shipped import PLANT_FACTS
     from warmlink.fmus.component import SHORTEST_SAMPLE_TIME
     from warmlink.fmus.names import instead
     from warmlink.orchestration.command_line.options import settings_given
+    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.scenarios.quantity import positive
     from warmlink.orchestration.studies.design import write_design
 
@@ -71,6 +78,8 @@ def design(
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
     if law not in PLANT_FACTS:
         raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
+    if report is not None and law == "regression":
+        raise InputError(f"--report {report}: regression has no model to show; leave it out")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
     plant = _plant(system, law, settings_given(set_ or []))
@@ -93,10 +102,18 @@ def design(
             "reduction_error_um": 1e6 * error.elongation_step,
             "reduction_error_K": error.temperature_step,
         }
+    given = plant.given if isinstance(plant, Network) else plant.network.given
+    facts["plant"] = dict(given)
+    if report is not None:
+        from warmlink.orchestration.report.design import write_report
+
+        with fresh_file(report) as target:
+            title = f"{law} for {Path(system).stem}"
+            lead = f"{'; '.join(_answer(facts).splitlines())}."
+            write_report(plant_model(plant), design.reduced, title, lead, target)
     path = out or Path(f"{law}.ssv")
     write_design(law, values, path)
-    given = plant.given if isinstance(plant, Network) else plant.network.given
-    facts |= {"plant": dict(given), "values": str(path)}
+    facts["values"] = str(path)
     if json:
         answer_json(facts)
     else:

@@ -96,6 +96,19 @@ def test_the_reduced_plant_is_stable_at_every_speed(plant: LinearPlant, order: i
         assert np.abs(values.imag).max() < 1e-12
 
 
+def test_python_control_sees_the_same_plant_reduced_and_not(plant: LinearPlant) -> None:
+    reduced = reduce_plant(plant, 7)
+    for speed in (0.0, 3.43):
+        full, small = plant.state_space(speed), reduced.state_space(speed)
+        slowest = [np.sort(-model.poles().real)[:4] for model in (full, small)]
+        assert slowest[1] == pytest.approx(slowest[0], rel=1e-2)
+        shaft_to_growth = [
+            model["elongation", "shaft_heat"].frequency_response([0.0, 1e-4, 1e-3]).complex
+            for model in (full, small)
+        ]
+        assert shaft_to_growth[1] == pytest.approx(shaft_to_growth[0], rel=1e-3)
+
+
 def test_what_the_readme_says_the_reduction_costs(plant: LinearPlant) -> None:
     errors = [reduce_plant(plant, order).error for order in (5, 7, 10)]
     assert errors[1].elongation_step < 1e-8

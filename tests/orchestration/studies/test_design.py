@@ -75,6 +75,8 @@ def test_a_systems_own_parameters_are_designed_for(
         (["WarmupCell", "--sensor-std", "1 m"], "m does not convert to K"),
         (["WarmupCell", "--out", "gains.txt"], "is no parameter set"),
         (["WarmupCell", "--out", "taken/x.ssv"], "cannot be written"),
+        (["WarmupCell", "--report", "taken/x.html"], "cannot be written"),
+        (["WarmupCell", "--law", "regression", "--report", "x.html"], "regression has no model to show"),
     ],
 )
 def test_a_bad_design_is_refused(
@@ -97,6 +99,16 @@ def test_a_system_without_a_motor_is_refused(fmus: FmuSet) -> None:
     kept = {"link": cell(fmus).components["link"]}
     with pytest.raises(InputError, match="needs one MotorHeatSource, and the system has none"):
         plant_of(System("rod", kept))
+
+
+def test_the_page_shows_poles_and_bode_plots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page, values = tmp_path / "design.html", tmp_path / "observer.ssv"
+    assert run(["WarmupCell", "--report", str(page), "--out", str(values)], monkeypatch) == 0
+    text = page.read_text()
+    assert "observer for WarmupCell" in text
+    assert "Bode plot, 3.43 rad/s" in text
+    assert "<th>still, reduced [min]</th>" in text
+    assert "<td>28.4</td>" in text, "the slowest pattern of motor and link lasts half an hour"
 
 
 def test_set_changes_the_plant_that_is_designed_for(
