@@ -10,32 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.orchestration.scenarios.quantity import positive, quantity
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.scenarios.quantity import quantity
 
 GEOMETRY = Path(__file__).with_name("geometry.toml")
 
-_MOTOR_PARAMETERS = (
-    "winding_conductance",
-    "housing_conductance",
-    "joint_conductance",
-    "neighbour_conductance",
-    "torque_constant",
-    "iron_loss_coefficient",
-    "coulomb_friction",
-    "viscous_friction",
-)
-"""Parameters of MotorHeatSource that stand in the file under their own names."""
-
-_MATERIAL = {
-    "conductivity": "W/(m.K)",
-    "density": "kg/m3",
-    "specific_heat": "J/(kg.K)",
-    "expansion_coefficient": "1/K",
-    "convection_still": "W/(m2.K)",
-    "convection_per_speed": "W.s/(m3.K)",
+_UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)} | {
+    "joint_limit": "rad",
+    "section": "m2",
+    "perimeter": "m",
+    "winding_mass": "kg",
+    "shaft_mass": "kg",
+    "copper": "J/(kg.K)",
+    "steel": "J/(kg.K)",
 }
-
-_MOTOR_UNITS = {parameter.name: parameter.unit for parameter in MOTOR.parameters}
+"""Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
 
 
 @dataclass(frozen=True)
@@ -46,39 +35,23 @@ class Axis:
     ----------
     name : as people call it
     joint_limit : largest angle in rad to either side
-    length : from joint to joint, in m
-    link_mass, winding_mass, shaft_mass : in kg
+    mass : of motor and link, in kg
     motor, link : parameters of MotorHeatSource and ThermalLink in SI units that differ from nominal
     """
 
     name: str
     joint_limit: float
-    length: float
-    link_mass: float
-    winding_mass: float
-    shaft_mass: float
+    mass: float
     motor: Mapping[str, float]
     link: Mapping[str, float]
-
-    @property
-    def mass(self) -> float:
-        """Mass of motor and link in kg."""
-        return self.link_mass + self.winding_mass + self.shaft_mass
 
 
 @cache
 def axes() -> tuple[Axis, ...]:
     """The arm's six axes, from the base outwards."""
     content = tomllib.loads(GEOMETRY.read_text("utf-8"))
-    material = {
-        name: quantity(content["material"][name], unit, f"material.{name}")
-        for name, unit in _MATERIAL.items()
-    }
-    heats = {
-        metal: positive(content["metals"][metal], "J/(kg.K)", f"metals.{metal}")
-        for metal in content["metals"]
-    }
-    return tuple(_axis(table, material, heats) for table in content["axis"])
+    material, heats = _read(content["material"]), _read(content["metals"])
+    return tuple(_axis(str(table.pop("name")), _read(table), material, heats) for table in content["axis"])
 
 
 def axis(number: int) -> Axis:
@@ -86,11 +59,14 @@ def axis(number: int) -> Axis:
     return axes()[(number - 1) % len(axes())]
 
 
-def _axis(table: Mapping[str, Any], material: Mapping[str, float], heats: Mapping[str, float]) -> Axis:
-    name = str(table["name"])
-    units = {"length": "m", "section": "m2", "perimeter": "m", "winding_mass": "kg", "shaft_mass": "kg"}
-    size = {key: positive(table[key], unit, f"{name}.{key}") for key, unit in units.items()}
-    motor = {key: quantity(table[key], _MOTOR_UNITS[key], f"{name}.{key}") for key in _MOTOR_PARAMETERS}
+def _read(table: Mapping[str, Any]) -> dict[str, float]:
+    return {name: quantity(value, _UNITS[name], name) for name, value in table.items()}
+
+
+def _axis(
+    name: str, size: Mapping[str, float], material: Mapping[str, float], heats: Mapping[str, float]
+) -> Axis:
+    motor = {key: value for key, value in size.items() if key in MOTOR.p.index}
     motor |= {
         "winding_heat_capacity": size["winding_mass"] * heats["copper"],
         "shaft_heat_capacity": size["shaft_mass"] * heats["steel"],
@@ -103,6 +79,5 @@ def _axis(table: Mapping[str, Any], material: Mapping[str, float], heats: Mappin
         "perimeter": size["perimeter"],
         **material,
     }
-    limit = positive(table["joint_limit"], "rad", f"{name}.joint_limit")
-    mass = size["length"] * size["section"] * material["density"]
-    return Axis(name, limit, size["length"], mass, size["winding_mass"], size["shaft_mass"], motor, link)
+    mass = size["length"] * size["section"] * material["density"] + size["winding_mass"] + size["shaft_mass"]
+    return Axis(name, size["joint_limit"], mass, motor, link)

@@ -6,7 +6,6 @@ links; closed form as in J. J. Craig, *Introduction to Robotics*, 3rd ed., chapt
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -18,20 +17,11 @@ from warmlink.orchestration.arm.geometry import axes
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class _Dimensions:
-    column: float
-    upper_arm: float
-    forearm: float
-    tool: float
-
-
 @cache
-def _dimensions() -> _Dimensions:
-    """The arm's nominal dimensions in m, out of the declaration of its kinematics."""
+def _dimensions() -> tuple[float, ...]:
+    """Column, upper arm, forearm and tool in m, out of the declaration of the arm's kinematics."""
     starts = {scalar.name: scalar.start or 0.0 for scalar in KINEMATICS.scalars()}
-    names = ("link_offset[1]", "link_length[2]", "link_offset[4]", "link_offset[6]")
-    return _Dimensions(*(starts[name] for name in names))
+    return tuple(starts[f"link_{name}"] for name in ("offset[1]", "length[2]", "offset[4]", "offset[6]"))
 
 
 def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:
@@ -48,12 +38,11 @@ def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: f
     numpy.ndarray
         In rad, shape (n, 6); NaN where the arm does not reach or a joint would pass its limit.
     """
-    size = _dimensions()
+    column, a, b, tool = _dimensions()
     x, y, z = (np.atleast_1d(np.asarray(each, dtype=float)) for each in (x, y, z))
-    out = np.hypot(x, y) - size.tool * np.cos(pitch)
-    up = z - size.tool * np.sin(pitch) - size.column
+    out = np.hypot(x, y) - tool * np.cos(pitch)
+    up = z - tool * np.sin(pitch) - column
     reach = np.hypot(out, up)
-    a, b = size.upper_arm, size.forearm
     with np.errstate(invalid="ignore"):
         elbow = -np.arccos((reach**2 - a**2 - b**2) / (2 * a * b))
         upper = np.arctan2(up, out) - np.arctan2(b * np.sin(elbow), a + b * np.cos(elbow))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from warmlink.controllers.lag.fit import first_order
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import KINEMATICS, arm_blueprint, arm_values, axis_name
-from warmlink.orchestration.arm.figures import ArmErrors
+from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup, StartValues
@@ -33,11 +33,9 @@ _FIT_TIME, _FIT_POINTS, _FIT_HEAT, _FIT_SPEED = 7200.0, 721, 20.0, 0.7
 """The lag law is fitted to two hours of 20 W in the shaft at 0.7 rad/s."""
 
 
-def plant(number: int, coupled: bool = True) -> Plant:
-    """Nominal motor and link of an axis; `coupled` with the conductance to the link before it."""
-    motor = dict(axis(number).motor)
-    if not coupled:
-        del motor["neighbour_conductance"]
+def plant(number: int) -> Plant:
+    """Nominal motor and link of an axis by itself, without the conductance to the link before it."""
+    motor = {name: value for name, value in axis(number).motor.items() if name != "neighbour_conductance"}
     return Plant(motor, dict(axis(number).link))
 
 
@@ -54,16 +52,16 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
         return None
     values: dict[str, dict[str, Value]] = {}
     for i in range(1, count + 1):
-        number = (i - 1) % AXES + 1
+        number, compensator = (i - 1) % AXES + 1, f"{axis_name(i)}.{COMPENSATOR}"
         if law == OBSERVER:
             design = _observer(number, sensors.used or (), sensors.noise or 0.0)
-            values[f"{axis_name(i)}.{COMPENSATOR}"] = dict(by_scalar(design.parameters))
+            values[compensator] = dict(by_scalar(design.parameters))
         elif law == LAG:
-            values[f"{axis_name(i)}.{COMPENSATOR}"] = dict(_lag(number))
+            values[compensator] = dict(_lag(number))
     return values
 
 
-@lru_cache(maxsize=8)
+@cache
 def arm(count: int = AXES) -> Setup:
     """The arm, or one of another number of axes."""
     elongations = tuple(f"{axis_name(i)}.link.elongation" for i in range(1, count + 1))
@@ -85,13 +83,13 @@ def _detail(result: Result) -> dict[str, Any]:
 @lru_cache(maxsize=64)
 def _observer(number: int, used: tuple[str, ...], noise: float) -> Design:
     """Observer of one axis by itself: what comes from its neighbours is unknown heat."""
-    return design_controller(OBSERVER, used, noise, plant=plant(number, coupled=False))
+    return design_controller(OBSERVER, used, noise, plant=plant(number))
 
 
 @lru_cache(maxsize=AXES)
 def _lag(number: int) -> dict[str, float]:
     """Lag law of one axis by itself, fitted to the step response of its linear plant."""
-    model = plant_model(plant(number, coupled=False))
+    model = plant_model(plant(number))
     state, into = model.at(_FIT_SPEED)
     values, vectors = np.linalg.eig(state)
     weights = np.linalg.solve(vectors, into[:, INPUTS.index("shaft_heat")] * _FIT_HEAT)

@@ -16,11 +16,12 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.paper.cases import Bench, Case
+from warmlink.orchestration.paper.cases import Case
+from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import Drive, held
 from warmlink.orchestration.paper.fea.mesh import Assembly, Body, bare_link, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea, History
-from warmlink.orchestration.paper.link_model import LinkHistory, follow
+from warmlink.orchestration.paper.link_model import LinkHistory, follow, run_link
 
 Array = NDArray[np.float64]
 
@@ -56,9 +57,9 @@ class Agreement:
     elongation: float
 
 
-def agreements(bench: Bench, progress: Callable[[float], None] | None = None) -> list[Agreement]:
+def agreements(progress: Callable[[float], None]) -> list[Agreement]:
     """Compare the link alone and with what is attached to it, over two cases and three duty cycles."""
-    geometry, materials = bench.geometry, bench.materials
+    geometry, materials = load_geometry(), load_materials()
     storeless = replace(materials, shaft=replace(materials.shaft, specific_heat=1e-2))
     with_shaft, with_diode = (Assembly(diode=diode, elongation_at="centre") for diode in (False, True))
     bodies = {
@@ -69,25 +70,24 @@ def agreements(bench: Bench, progress: Callable[[float], None] | None = None) ->
     }
     models = {name: Fea(body, displacement_order=1) for name, body in bodies.items()}
     cases = [Case.printed(name) for name in ("stationary", "moving")]
-    runs = {case.name: (case.drive(), bench.run_link(case)) for case in cases}
-    runs |= {name: duty_drive(bench, phases) for name, phases in DUTY_CYCLES.items()}
+    runs = {case.name: (case.drive(), run_link(case)) for case in cases}
+    runs |= {name: duty_drive(phases) for name, phases in DUTY_CYCLES.items()}
     found = []
     for done, (run, (drive, link)) in enumerate(runs.items()):
-        if progress:
-            progress(done / len(runs))
+        progress(done / len(runs))
         for name, model in models.items():
             history = model.run(drive, link.time, AMBIENT)
             found.append(compare(run, name, model.body, link, history))
     return found
 
 
-def duty_drive(bench: Bench, phases: Sequence[Phase]) -> tuple[Drive, LinkHistory]:
+def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, LinkHistory]:
     """Run motor and 1-D link as one system; give their heat flow as a drive, and the link's course."""
     link = follow(plant(), phases, SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
     starts = np.cumsum([0.0, *(phase.duration for phase in phases)])
-    speeds = [phase.inputs["link.speed"] * bench.geometry.span / 2 for phase in phases]
+    speeds = [phase.inputs["link.speed"] * load_geometry().span / 2 for phase in phases]
     drive = Drive(
         convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.fea.drive import Drive, graded
 from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
-from warmlink.orchestration.paper.fea.simulate import Fea, History
-from warmlink.orchestration.paper.link_model import LinkHistory, held_link
+from warmlink.orchestration.paper.fea.simulate import Fea
 
 Array = NDArray[np.float64]
 
@@ -55,30 +55,10 @@ class Case:
         return Drive(self.convection, self.ambient, temperature=heated, radiation=radiation)
 
 
-@dataclass
-class Bench:
-    """Geometry, materials and the finite-element models made so far, so that none is made twice."""
-
-    geometry: Geometry = field(default_factory=load_geometry)
-    materials: Materials = field(default_factory=load_materials)
-    _models: dict[Assembly, Fea] = field(default_factory=dict)
-
-    def fea(self, assembly: Assembly) -> Fea:
-        """Return the finite-element model of an assembly."""
-        if assembly not in self._models:
-            self._models[assembly] = Fea(paper_assembly(self.geometry, self.materials, assembly))
-        return self._models[assembly]
-
-    def run_fea(self, case: Case, drive: Drive, assembly: Assembly) -> History:
-        """Run a case on the finite elements."""
-        return self.fea(assembly).run(drive, case.times, case.ambient)
-
-    def run_link(self, case: Case, convection: float | None = None) -> LinkHistory:
-        """Run a case on the 1-D link, its base held at the shaft's temperature; `convection` replaces h."""
-        h = case.convection if convection is None else convection
-        temperatures, every = (case.shaft, case.ambient), float(case.times[1])
-        link = self.materials.link
-        return held_link(self.geometry, link, temperatures, h, case.duration, every).at(case.times)
+@cache
+def fea(assembly: Assembly) -> Fea:
+    """Return the finite-element model of an assembly, which is made once."""
+    return Fea(paper_assembly(load_geometry(), load_materials(), assembly))
 
 
 def steady_time(time: Array, values: Array) -> float:

@@ -10,12 +10,12 @@ from warmlink.orchestration.paper.cases import ZERO_CELSIUS
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.results import CaseResult, Reproduction
 from warmlink.orchestration.paper.statements import front_profile
-from warmlink.orchestration.report.figures import styled
+from warmlink.orchestration.report.figures import Line, styled, time_plot
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-FEA, LINK, ANALYTIC, PAPER, PALE = "#0b5d9c", "#d9730d", "#6b7a86", "#111111", "#c9d2d9"
+FEA, LINK, PAPER, PALE = "#0b5d9c", "#d9730d", "#111111", "#c9d2d9"
 #: Displacements are drawn so many times larger, as in Figure 7 of the paper.
 MAGNIFICATION = 100.0
 HEIGHT = 440
@@ -26,11 +26,12 @@ def figures(result: Reproduction) -> dict[str, Figure]:
     still, moving = result.cases["stationary"], result.cases["moving"]
     return {
         "Temperature along the link after an hour (Figures 2 and 4)": steady_profiles(still, moving),
-        "Stationary case: temperature and elongation (Figure 3)": stationary_history(still),
-        "Moving case: temperature (Figure 5)": temperature_history(moving),
+        "Stationary case: temperature (Figure 3)": _temperatures(still),
+        "Stationary case: elongation (Figure 3)": _elongations(still),
+        "Moving case: temperature (Figure 5)": _printed(_temperatures(moving), [60.0, 60.0], "base", "tip"),
         "Moving case: temperature after an hour, fringe plot (Figure 6)": fringe_plot(moving),
         "Moving case: deformed link, displacement x 100 (Figure 7)": deformed_link(moving),
-        "Moving case: elongation (Figure 8)": elongation_history(moving),
+        "Moving case: elongation (Figure 8)": _printed(_elongations(moving), [60.0], "elongation"),
         "What was tried: elongation after an hour": attempts_chart(result),
     }
 
@@ -53,33 +54,8 @@ def steady_profiles(still: CaseResult, moving: CaseResult) -> Figure:
             x=np.array(places) * 1e3, y=link, name=f"1-D link, {result.case.name}", mode="markers",
             marker={"color": LINK, "symbol": "circle" if dash == "solid" else "circle-open", "size": 9},
         )  # fmt: skip
-    _add_printed(figure, [g.shaft_centre * 1e3, g.diode_centre * 1e3], "base", "tip")
+    _printed(figure, [g.shaft_centre * 1e3, g.diode_centre * 1e3], "base", "tip")
     return _dressed(figure, "position along the link [mm]", "temperature [°C]")
-
-
-def stationary_history(still: CaseResult) -> Figure:
-    """Elongation by all models, and the temperatures of the finite elements, over the hour."""
-    from plotly.subplots import make_subplots
-
-    figure = make_subplots(rows=1, cols=2, subplot_titles=("temperature [°C]", "elongation [µm]"))
-    _add_temperatures(figure, still)
-    _add_elongations(figure, still, row=1, col=2)
-    figure.add_scatter(
-        x=still.fea.time, y=still.printed * 1e6, name="Eq. (4) as printed",
-        line={"color": ANALYTIC, "dash": "dashdot"}, row=1, col=2,
-    )  # fmt: skip
-    figure.update_yaxes(range=[0, 105], row=1, col=2)
-    return _dressed(figure, "time [s]", None)
-
-
-def temperature_history(moving: CaseResult) -> Figure:
-    """Temperatures above shaft and diode, with the paper's two steady values of each."""
-    from plotly import graph_objects as go
-
-    figure = go.Figure()
-    _add_temperatures(figure, moving)
-    _add_printed(figure, [moving.case.duration] * 2, "base", "tip")
-    return _dressed(figure, "time [s]", "temperature [°C]")
 
 
 def fringe_plot(moving: CaseResult) -> Figure:
@@ -132,16 +108,6 @@ def deformed_link(moving: CaseResult) -> Figure:
     return _dressed(figure, "x [mm]", "y [mm]")
 
 
-def elongation_history(moving: CaseResult) -> Figure:
-    """Elongation over the hour, with the two final values of Table III."""
-    from plotly import graph_objects as go
-
-    figure = go.Figure()
-    _add_elongations(figure, moving)
-    _add_printed(figure, [moving.case.duration], "elongation")
-    return _dressed(figure, "time [s]", "elongation [µm]")
-
-
 def attempts_chart(result: Reproduction) -> Figure:
     """Elongation after an hour by every attempt, beside what was measured."""
     from plotly.subplots import make_subplots
@@ -166,7 +132,7 @@ def attempts_chart(result: Reproduction) -> Figure:
     return _dressed(figure, None, None)
 
 
-def _add_printed(figure: Figure, x: list[float], *quantities: str) -> None:
+def _printed(figure: Figure, x: list[float], *quantities: str) -> Figure:
     """Mark what the paper prints for the moving case."""
     paper = load_paper()["moving"]
     for kind, symbol in (("measured", "x"), ("predicted", "cross")):
@@ -175,26 +141,27 @@ def _add_printed(figure: Figure, x: list[float], *quantities: str) -> None:
             name=f"paper, moving, {kind}", mode="markers", cliponaxis=False,
             marker={"color": PAPER, "symbol": symbol, "size": 10},
         )  # fmt: skip
+    return figure
 
 
-def _add_temperatures(figure: Figure, result: CaseResult) -> None:
-    for where, dash, place in (("base", "solid", "shaft"), ("tip", "dash", "diode")):
-        for name, history, colour in (("3-D FEA", result.fea, FEA), ("1-D link", result.link, LINK)):
-            figure.add_scatter(
-                x=history.time, y=history.temperature[where] - ZERO_CELSIUS,
-                name=f"{name}, above the {place}", line={"color": colour, "dash": dash},
-            )  # fmt: skip
+def _temperatures(result: CaseResult) -> Figure:
+    lines = [
+        Line(f"{name}, above the {place}", history.temperature[where] - ZERO_CELSIUS)
+        for name, history in (("3-D FEA", result.fea), ("1-D link", result.link))
+        for where, place in (("base", "shaft"), ("tip", "diode"))
+    ]
+    return time_plot(result.fea.time, lines, "temperature [°C]", height=HEIGHT)
 
 
-def _add_elongations(figure: Figure, result: CaseResult, **cell: int) -> None:
-    for name, values, colour, dash in (
-        ("3-D FEA, elongation", result.fea.elongation, FEA, "solid"),
-        ("1-D link, elongation", result.link.elongation, LINK, "dash"),
-        ("corrected Eq. (4)", result.corrected, ANALYTIC, "dot"),
-    ):
-        figure.add_scatter(
-            x=result.fea.time, y=values * 1e6, name=name, line={"color": colour, "dash": dash}, **cell
-        )
+def _elongations(result: CaseResult) -> Figure:
+    lines = [
+        Line("3-D FEA", result.fea.elongation * 1e6),
+        Line("1-D link", result.link.elongation * 1e6),
+        Line("corrected Eq. (4)", result.corrected * 1e6),
+        # As printed it begins beyond all bounds.
+        Line("Eq. (4) as printed", np.minimum(result.printed * 1e6, 1.3 * result.corrected.max() * 1e6)),
+    ]
+    return time_plot(result.fea.time, lines, "elongation [µm]", height=HEIGHT)
 
 
 def _bands(count: int) -> list[tuple[float, str]]:

@@ -17,7 +17,8 @@ from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.plant import ROD_WIRES
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.paper.data import Geometry, Material
+from warmlink.orchestration.paper.cases import Case
+from warmlink.orchestration.paper.data import load_geometry, load_materials
 
 Array = NDArray[np.float64]
 
@@ -61,28 +62,13 @@ def follow(
     )
 
 
-def held_link(
-    geometry: Geometry,
-    material: Material,
-    temperatures: tuple[float, float],
-    convection: float,
-    duration: float,
-    every: float,
-) -> LinkHistory:
-    """Follow the link from ambient temperature, its base held, all its surfaces cooled.
-
-    Parameters
-    ----------
-    geometry, material : of the link; without radiation
-    temperatures : of base and ambient [K]
-    convection : heat transfer coefficient [W/(m2.K)]
-    duration, every : of the run, and between two points of the history [s]
-    """
-    base, ambient = temperatures
+def run_link(case: Case, convection: float | None = None) -> LinkHistory:
+    """Run a case on the link, its base held at the shaft's temperature; `convection` replaces h."""
+    geometry, material = load_geometry(), load_materials().link
     parameters = {
         "heater.heat_capacity": ENDLESS,
         "heater.contact_resistance": RIGID,
-        "heater.initial_temperature": base,
+        "heater.initial_temperature": case.shaft,
         "link.length": geometry.length,
         "link.width": geometry.width,
         "link.thickness": geometry.thickness,
@@ -92,8 +78,11 @@ def held_link(
         "link.density": material.density,
         "link.specific_heat": material.specific_heat,
         "link.expansion_coefficient": material.expansion_coefficient,
-        "link.convection_still": convection,
-        "link.initial_temperature": ambient,
+        "link.convection_still": case.convection if convection is None else convection,
+        "link.initial_temperature": case.ambient,
     }
-    phase = Phase(duration, {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": ambient})
-    return follow(join("Rod", {"heater": HEATER, "link": LINK}, ROD_WIRES), [phase], every, parameters)
+    phase = Phase(
+        case.duration, {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": case.ambient}
+    )
+    rod, every = join("Rod", {"heater": HEATER, "link": LINK}, ROD_WIRES), float(case.times[1])
+    return follow(rod, [phase], every, parameters).at(case.times)

@@ -14,10 +14,12 @@ from warmlink.controllers.analytic import law
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.orchestration.paper.agreement import agreements
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, Case
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Case, fea
+from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import Drive
 from warmlink.orchestration.paper.fea.mesh import Assembly, bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.link_model import run_link
 from warmlink.orchestration.paper.results import CaseResult, Refinement, Reproduction
 from warmlink.orchestration.paper.rows import paper_rows
 from warmlink.orchestration.paper.statements import findings, paper_statements
@@ -40,25 +42,22 @@ def reproduce(progress: Callable[[float, str], None] | None = None) -> Reproduct
         scikit-fem is not installed.
     """
     tell = progress or (lambda fraction, what: None)
-    bench = Bench()
     cases: dict[str, CaseResult] = {}
     for start, name in ((0.0, "stationary"), (0.14, "moving")):
         tell(start, f"{name} case: 1-D link and 3-D finite elements")
-        cases[name] = _run_case(bench, Case.printed(name))
+        cases[name] = _run_case(Case.printed(name))
     tell(0.2, "what was tried on the disagreements")
-    attempts, gaps = try_everything(
-        bench, lambda f: tell(0.2 + 0.2 * f, "what was tried on the disagreements")
-    )
+    attempts, gaps = try_everything(lambda f: tell(0.2 + 0.2 * f, "what was tried on the disagreements"))
     tell(0.45, "mesh convergence")
-    refinements = _refinements(bench)
+    refinements = _refinements()
     tell(0.7, "1-D link against 3-D finite elements")
-    agreed = agreements(bench, lambda f: tell(0.7 + 0.28 * f, "1-D link against 3-D finite elements"))
+    agreed = agreements(lambda f: tell(0.7 + 0.28 * f, "1-D link against 3-D finite elements"))
     tell(0.98, "the paper's statements")
-    consistent = consistency(bench)
+    consistent = consistency()
     camera = Instance(DRIFT_CAMERA)
     result = Reproduction(
         rows=tuple(paper_rows(cases, attempts)),
-        statements=tuple(paper_statements(bench, cases)),
+        statements=tuple(paper_statements(cases)),
         attempts=tuple(attempts),
         pad_gaps=gaps,
         consistency=tuple(consistent),
@@ -73,15 +72,15 @@ def reproduce(progress: Callable[[float, str], None] | None = None) -> Reproduct
     return result
 
 
-def _run_case(bench: Bench, case: Case) -> CaseResult:
-    history = bench.run_fea(case, case.drive(), FINE)
-    model = bench.fea(FINE)
-    link, span = bench.materials.link, bench.geometry.span
+def _run_case(case: Case) -> CaseResult:
+    model = fea(FINE)
+    history = model.run(case.drive(), case.times, case.ambient)
+    link, span = load_materials().link, load_geometry().span
     depth = np.sqrt(link.diffusivity * np.maximum(history.time, 1e-9))
     return CaseResult(
         case=case,
         fea=history,
-        link=bench.run_link(case),
+        link=run_link(case),
         body=model.body,
         displacement=model.elasticity.displacement(history.final - case.ambient),
         corrected=np.asarray(law.corrected(case.rise, depth, span, link.expansion_coefficient)),
@@ -89,20 +88,17 @@ def _run_case(bench: Bench, case: Case) -> CaseResult:
     )
 
 
-def _refinements(bench: Bench) -> list[Refinement]:
+def _refinements() -> list[Refinement]:
     """Convergence on the assembly (8-node displacement, to afford three meshes) and on the link alone."""
     case = Case.printed("moving")
     heated = Drive(case.convection, case.ambient, heat_flow=1.7)
     runs = [
-        *(
-            ("assembly", n, bench.fea(Assembly(refinement=n)).body, case.drive(), case.times)
-            for n in (1, 2, 3)
-        ),
+        *(("assembly", n, fea(Assembly(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
         *(
             (
                 "link alone, 1.7 W",
                 n,
-                bare_link(bench.geometry, bench.materials, n),
+                bare_link(load_geometry(), load_materials(), n),
                 heated,
                 np.linspace(0.0, 3600.0, 61),
             )

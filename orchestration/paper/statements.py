@@ -5,20 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, steady_time
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_paper
+from warmlink.orchestration.paper.link_model import run_link
 from warmlink.orchestration.paper.results import CaseResult, Statement
 from warmlink.orchestration.paper.tried import Attempt, Consistency
 
 Array = NDArray[np.float64]
 
 
-def paper_statements(bench: Bench, cases: dict[str, CaseResult]) -> list[Statement]:
+def paper_statements(cases: dict[str, CaseResult]) -> list[Statement]:
     """Check the paper's qualitative sentences."""
     moving, still = cases["moving"], cases["stationary"]
     steady = {w: steady_time(moving.fea.time, moving.fea.temperature[w]) for w in ("base", "tip")}
     diode = float(moving.fea.temperature["diode"][-1]) - ZERO_CELSIUS
-    insulated = bench.run_link(still.case, convection=0.0).elongation[-1] * 1e6
+    insulated = run_link(still.case, convection=0.0).elongation[-1] * 1e6
     cooled = still.link.elongation[-1] * 1e6
     on_link = np.unique(moving.body.mesh.t[:, moving.body.mesh.subdomains["link"]])
     largest = np.abs(moving.displacement[:, on_link]).max(axis=1) * 1e6

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Bench, Case, steady_time
-from warmlink.orchestration.paper.data import Geometry, load_paper
-from warmlink.orchestration.paper.fea.mesh import Assembly
+from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Case, fea, steady_time
+from warmlink.orchestration.paper.data import Geometry, load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
+from warmlink.orchestration.paper.fea.simulate import Fea
 
 #: "Several minutes" ([1] III.A) taken as the time constant of the heating pad [s]; assumed.
 HEATER_LAG = 180.0
@@ -53,7 +54,7 @@ class Consistency:
     printed: float
 
 
-def try_everything(bench: Bench, progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
+def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
     """Run every attempt on both cases.
 
     Returns
@@ -61,13 +62,13 @@ def try_everything(bench: Bench, progress: Callable[[float], None]) -> tuple[lis
     attempts, and the pad gaps [m] found: `without` and `with` radiation
     """
     gaps = {
-        "without": _gap_for_printed_base(bench, radiation=False),
-        "with": _gap_for_printed_base(bench, radiation=True),
+        "without": _gap_for_printed_base(radiation=False),
+        "with": _gap_for_printed_base(radiation=True),
     }
     progress(0.4)
     attempts = []
     for number, case in enumerate((Case.printed("stationary"), Case.printed("moving"))):
-        attempts += _attempts(bench, case, gaps)
+        attempts += _attempts(case, gaps)
         progress(0.4 + 0.3 * (number + 1))
     return attempts, gaps
 
@@ -86,9 +87,9 @@ def implied_by_temperatures(geometry: Geometry, base_rise: float, tip_rise: floa
     return expansion * geometry.span * base_rise * math.tanh(m_l) / m_l
 
 
-def consistency(bench: Bench) -> list[Consistency]:
+def consistency() -> list[Consistency]:
     """Elongations that the paper's own temperatures imply, also were the infrared camera 2 K too high."""
-    paper, expansion = load_paper(), bench.materials.link.expansion_coefficient
+    paper, expansion = load_paper(), load_materials().link.expansion_coefficient
     moving, offset = paper["moving"], paper["camera"]["infrared_accuracy"].value
     ambient = moving["ambient"].value
     found = []
@@ -98,12 +99,12 @@ def consistency(bench: Bench) -> list[Consistency]:
         ("the paper's FEA", "predicted", 0.0),
     ):
         base, tip = moving[f"base_{kind}"].value - shift, moving[f"tip_{kind}"].value - shift
-        implied = implied_by_temperatures(bench.geometry, base - ambient, tip - ambient, expansion)
+        implied = implied_by_temperatures(load_geometry(), base - ambient, tip - ambient, expansion)
         found.append(Consistency(name, base, tip, implied * 1e6, moving[f"elongation_{kind}"].value))
     return found
 
 
-def _attempts(bench: Bench, case: Case, gaps: dict[str, float]) -> list[Attempt]:
+def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
     plain, joint, both = Assembly(), Assembly(pad_gap=gaps["without"]), Assembly(pad_gap=gaps["with"])
     drive = case.drive()
     tries = [
@@ -123,7 +124,7 @@ def _attempts(bench: Bench, case: Case, gaps: dict[str, float]) -> list[Attempt]
     measured = load_paper()[case.name]["elongation_measured"].value
     attempts: list[Attempt] = []
     for name, with_drive, assembly in tries:
-        history = bench.run_fea(case, with_drive, assembly)
+        history = fea(assembly).run(with_drive, case.times, case.ambient)
         elongation = float(history.elongation[-1]) * 1e6
         attempts.append(
             Attempt(
@@ -140,15 +141,15 @@ def _attempts(bench: Bench, case: Case, gaps: dict[str, float]) -> list[Attempt]
     return attempts
 
 
-def _gap_for_printed_base(bench: Bench, radiation: bool) -> float:
+def _gap_for_printed_base(radiation: bool) -> float:
     """Bare shaft [m] between pad and link that brings the link to its measured temperature there."""
     case = Case.printed("moving")
     wanted = load_paper()["moving"]["base_measured"].value + ZERO_CELSIUS
     drive = case.drive(radiation=radiation)
 
     def surplus(gap: float) -> float:
-        # The mesh would be kept for each gap tried; a bench of its own is thrown away.
-        model = Bench(bench.geometry, bench.materials).fea(Assembly(pad_gap=gap))
+        # Not by `fea`, which would keep a model of each gap tried.
+        model = Fea(paper_assembly(load_geometry(), load_materials(), Assembly(pad_gap=gap)))
         return float(model.temperatures(drive, case.times, case.ambient)["base"][-1]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.arm_kinematics.equations import COORDINATES
-from warmlink.orchestration.arm.error_map import Workspace, workspace
-from warmlink.orchestration.arm.figures import ArmErrors, by_name, columns
+from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, columns, workspace
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.report.figures import Line, styled, time_plot
 from warmlink.orchestration.report.page import Section, Table

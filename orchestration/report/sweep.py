@@ -9,14 +9,14 @@ from warmlink.orchestration.report.figures import styled
 from warmlink.orchestration.report.page import Section, write_page
 from warmlink.orchestration.report.study import add_points, closing, label, parallel_coordinates
 from warmlink.orchestration.studies.axis import Axis
-from warmlink.orchestration.studies.points import Evaluation
+from warmlink.orchestration.studies.points import Judged
 from warmlink.orchestration.studies.study import Study
 
 MOST_LINES = 5000
 """Points that the parallel coordinates show; the table holds them all."""
 
 
-def write_report(study: Study, found: list[Evaluation], path: Path) -> None:
+def write_report(study: Study, found: list[Judged], path: Path) -> None:
     """Write `report.html`."""
     complete = [evaluation for evaluation in found if evaluation.reason is None]
     sections = []
@@ -34,7 +34,7 @@ def write_report(study: Study, found: list[Evaluation], path: Path) -> None:
     write_page(path, study.title, lead, [*sections, *closing(study, found, "point")])
 
 
-def _over(study: Study, axis: Axis, complete: list[Evaluation]) -> Any:
+def _over(study: Study, axis: Axis, complete: list[Judged]) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()

@@ -8,10 +8,9 @@ from typing import Any
 from warmlink.orchestration.report.figures import COLOURS, styled
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.report.study import add_points, closing, parallel_coordinates
-from warmlink.orchestration.studies.points import best
+from warmlink.orchestration.studies.points import Judged, best
 from warmlink.orchestration.studies.storage import Storage
 from warmlink.orchestration.studies.study import Study
-from warmlink.orchestration.studies.tune import Trial
 
 _HISTORY = "Each trial's objective, and the best of those that keep every constraint so far."
 _IMPORTANCE = (
@@ -20,7 +19,7 @@ _IMPORTANCE = (
 _COORDINATES = "Each line is a trial; drag along an axis to pick some."
 
 
-def write_report(study: Study, storage: Storage, trials: list[Trial], path: Path) -> None:
+def write_report(study: Study, storage: Storage, trials: list[Judged], path: Path) -> None:
     """Write `report.html`."""
     complete = [trial for trial in trials if trial.reason is None]
     sections = [Section("Trials", _HISTORY, figure=_history(study, trials))]
@@ -38,7 +37,7 @@ def write_report(study: Study, storage: Storage, trials: list[Trial], path: Path
     write_page(path, study.title, _lead(study, trials, winner), sections)
 
 
-def _lead(study: Study, trials: list[Trial], winner: Trial | None) -> str:
+def _lead(study: Study, trials: list[Judged], winner: Judged | None) -> str:
     if winner is None:
         return f"None of {len(trials)} trials keeps every constraint."
     first = trials[0]
@@ -48,12 +47,12 @@ def _lead(study: Study, trials: list[Trial], winner: Trial | None) -> str:
     return f"{text}."
 
 
-def _winner(study: Study, winner: Trial) -> Table:
+def _winner(study: Study, winner: Judged) -> Table:
     rows = [(axis.name, axis.shown(winner.point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
     return Table(("parameter", "winner", "as shipped"), rows)
 
 
-def _history(study: Study, trials: list[Trial]) -> Any:
+def _history(study: Study, trials: list[Judged]) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass, field
+from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -19,15 +19,20 @@ class Judged:
 
     Attributes
     ----------
+    number : of the point in its study, from 0
     objective : NaN where there is none
     excess : by how much each constraint is exceeded, 0 or below where it is kept
     reason : why there is no objective, None where there is one
+    outcomes : of its runs in the order of `Study.runs`; none where a component refused the point, nor
+        of trials read back from a storage
     """
 
+    number: int
     point: Point
-    objective: float
-    excess: tuple[float, ...]
-    reason: str | None
+    objective: float = math.nan
+    excess: tuple[float, ...] = ()
+    reason: str | None = None
+    outcomes: tuple[Outcome, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def feasible(self) -> bool:
@@ -37,6 +42,7 @@ class Judged:
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {
+            "number": self.number,
             "parameters": dict(self.point),
             "objective": None if math.isnan(self.objective) else self.objective,
             "feasible": self.feasible,
@@ -44,17 +50,7 @@ class Judged:
         }
 
 
-@dataclass(frozen=True)
-class Evaluation(Judged):
-    """A point and its runs, in the order of `Study.runs`; no runs where a component refused the point."""
-
-    outcomes: tuple[Outcome, ...]
-
-
-AnyJudged = TypeVar("AnyJudged", bound=Judged)
-
-
-def best(found: Sequence[AnyJudged]) -> AnyJudged | None:
+def best(found: Sequence[Judged]) -> Judged | None:
     """The feasible point with the smallest objective, the earliest of equals; None where there is none."""
     return min((each for each in found if each.feasible), key=lambda each: each.objective, default=None)
 
@@ -70,38 +66,39 @@ def latin_hypercube(study: Study, count: int) -> list[Point]:
     ]
 
 
-def evaluate(study: Study, points: Sequence[Point], workers: Workers) -> Iterator[tuple[int, Evaluation]]:
-    """Run points and give each one's place and what it came to, in the order in which they end."""
+def evaluate(study: Study, points: Sequence[Point], workers: Workers, first: int = 0) -> Iterator[Judged]:
+    """Run points, numbered from the first, and give what each came to, in the order in which they end."""
     cases: list[Case] = []
     owner: list[int] = []
-    runs = len(study.runs)
-    found: dict[int, list[Outcome | None]] = {}
+    found: dict[int, dict[int, Outcome]] = {}
     for i, point in enumerate(points):
         try:
-            mine = study.cases(point, f"point {i}")
+            mine = study.cases(point, f"point {first + i}")
         except InputError as fault:
-            yield i, Evaluation(point, math.nan, (), str(fault), ())
+            yield Judged(first + i, point, reason=str(fault))
             continue
-        found[i] = [None] * runs
-        owner += [i] * runs
+        owner += [i] * len(mine)
         cases += mine
-    first = {i: place for place, i in reversed(list(enumerate(owner)))}
     for place, outcome in workers.run(cases):
         i = owner[place]
-        found[i][place - first[i]] = outcome
-        if all(each is not None for each in found[i]):
-            outcomes = tuple(each for each in found.pop(i) if each is not None)
-            yield i, judged(study, points[i], outcomes, cases[first[i] : first[i] + runs])
+        found.setdefault(i, {})[place] = outcome
+        if len(found[i]) == len(study.runs):
+            outcomes = found.pop(i)
+            places = sorted(outcomes)
+            ended = tuple(outcomes[each] for each in places)
+            yield judged(study, first + i, points[i], ended, [cases[each] for each in places])
 
 
-def judged(study: Study, point: Point, outcomes: tuple[Outcome, ...], cases: Sequence[Case]) -> Evaluation:
+def judged(
+    study: Study, number: int, point: Point, outcomes: tuple[Outcome, ...], cases: Sequence[Case]
+) -> Judged:
     """Objective and constraints of a point whose runs are done."""
     for outcome, case in zip(outcomes, cases, strict=True):
         if outcome.stopped is not None:
-            where = ", ".join(case.label[1:])
-            return Evaluation(point, math.nan, (), f"{where}: {outcome.stopped}", outcomes)
+            reason = f"{', '.join(case.label[1:])}: {outcome.stopped}"
+            return Judged(number, point, reason=reason, outcomes=outcomes)
     objective = study.objective.value(outcomes, cases)
     excess = tuple(constraint.excess(outcomes, cases) for constraint in study.constraints)
     if not all(math.isfinite(value) for value in (objective, *excess)):
-        return Evaluation(point, math.nan, (), f"{study.objective.title} is {objective}", outcomes)
-    return Evaluation(point, objective, excess, None, outcomes)
+        return Judged(number, point, reason=f"{study.objective.title} is {objective}", outcomes=outcomes)
+    return Judged(number, point, objective, excess, None, outcomes)

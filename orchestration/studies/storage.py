@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
-from warmlink.orchestration.studies.points import Evaluation
+from warmlink.orchestration.studies.points import Judged
 from warmlink.orchestration.studies.study import Study
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class Storage:
         with _answering("cannot be read"):
             return list(self.study.get_trials(deepcopy=False))
 
-    def add(self, evaluation: Evaluation) -> None:
+    def add(self, evaluation: Judged) -> None:
         """Add the trial that comes next.
 
         Raises

@@ -11,7 +11,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.objective import METRICS
-from warmlink.orchestration.studies.points import Evaluation, evaluate, latin_hypercube
+from warmlink.orchestration.studies.points import Judged, evaluate, latin_hypercube
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
 
 AT_ONCE = 1000
@@ -41,17 +41,17 @@ def points_of(study: Study) -> list[Point]:
     return latin_hypercube(study, study.sweep.points)
 
 
-def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Evaluation]:
+def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Judged]:
     """Run the points; gives what each came to in their order."""
-    found: dict[int, Evaluation] = {}
+    found: list[Judged] = []
     for first in range(0, len(points), AT_ONCE):
-        for i, evaluation in evaluate(study, points[first : first + AT_ONCE], workers):
-            found[first + i] = evaluation
+        for judged in evaluate(study, points[first : first + AT_ONCE], workers, first):
+            found.append(judged)
             progress(len(found))
-    return [found[i] for i in range(len(points))]
+    return sorted(found, key=lambda judged: judged.number)
 
 
-def write_parquet(study: Study, evaluations: list[Evaluation], path: Path) -> None:
+def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
     """Write a row for each run: point, values, duty cycle, mismatch, figures, objective, reason.
 
     Figures that a run does not have are null; the objective is that of all runs of the point.
@@ -64,15 +64,15 @@ def write_parquet(study: Study, evaluations: list[Evaluation], path: Path) -> No
     columns |= {"duty_cycle": [], "mismatch": []}
     columns |= {name: [] for name in METRICS if name != "outside_tolerance_min"}
     columns |= {"within_tolerance_min": [], "objective": [], "feasible": [], "reason": []}
-    for i, evaluation in enumerate(evaluations):
+    for each in found:
         for k, (duty, mismatch) in enumerate(study.runs):
-            row = {"point": i, "duty_cycle": duty, "mismatch": mismatch}
-            row |= {axis.heading: evaluation.point[axis.name] for axis in study.axes}
-            row |= evaluation.outcomes[k].to_dict() if evaluation.outcomes else {}
+            row = {"point": each.number, "duty_cycle": duty, "mismatch": mismatch}
+            row |= {axis.heading: each.point[axis.name] for axis in study.axes}
+            row |= each.outcomes[k].to_dict() if each.outcomes else {}
             row |= {
-                "objective": evaluation.objective if evaluation.reason is None else None,
-                "feasible": evaluation.feasible,
-                "reason": evaluation.reason,
+                "objective": each.objective if each.reason is None else None,
+                "feasible": each.feasible,
+                "reason": each.reason,
             }
             for name, column in columns.items():
                 column.append(row.get(name))

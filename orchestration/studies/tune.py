@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.points import Evaluation, Judged, best, evaluate, latin_hypercube
+from warmlink.orchestration.studies.points import Judged, best, evaluate, latin_hypercube
 from warmlink.orchestration.studies.storage import EXCESS, REASON, Storage, distributions, internal
 from warmlink.orchestration.studies.study import Point, Study
 
@@ -24,26 +24,15 @@ if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True)
-class Trial(Judged):
-    """One finished trial."""
-
-    number: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {"number": self.number, **super().to_dict()}
-
-
 @dataclass(frozen=True, repr=False)
 class Tuned(Answer):
     """A study with all its trials by number."""
 
     study: Study
-    trials: list[Trial]
+    trials: list[Judged]
 
     @property
-    def best(self) -> Trial | None:
+    def best(self) -> Judged | None:
         """The trial with the smallest objective that keeps every constraint; None where there is none."""
         return best(self.trials)
 
@@ -100,7 +89,7 @@ class Tuned(Answer):
 SPREAD = 16
 """Trials before the sampler goes by results: two batches of 8, which hold the 10 that Optuna asks for."""
 
-Progress = Callable[[int, Trial | None], None]
+Progress = Callable[[int, Judged | None], None]
 """Called with the number of trials done and the best so far."""
 
 
@@ -115,7 +104,7 @@ def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -
     done = [_of_storage(trial) for trial in storage.trials()][: study.tune.trials]
     _probe(study, workers, done)
     chooser = _Chooser(study)
-    trials: list[Trial] = []
+    trials: list[Judged] = []
     while len(trials) < study.tune.trials:
         first = len(trials)
         count = min(study.tune.batch, study.tune.trials - first)
@@ -134,20 +123,20 @@ def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -
 
 def _run(
     study: Study, points: list[Point], first: int, workers: Workers, storage: Storage
-) -> Iterator[Trial]:
+) -> Iterator[Judged]:
     """Run points and store them in the order of their numbers, each as soon as those before it are there."""
-    ended: dict[int, Evaluation] = {}
-    stored = 0
-    for i, evaluation in evaluate(study, points, workers):
-        ended[i] = evaluation
+    ended: dict[int, Judged] = {}
+    stored = first
+    for trial in evaluate(study, points, workers, first):
+        ended[trial.number] = trial
         while stored in ended:
             found = ended.pop(stored)
             storage.add(found)
-            yield Trial(found.point, found.objective, found.excess, found.reason, first + stored)
+            yield found
             stored += 1
 
 
-def _probe(study: Study, workers: Workers, done: list[Trial]) -> None:
+def _probe(study: Study, workers: Workers, done: list[Judged]) -> None:
     """Refuse a study whose first point gives no objective: hardly any other would.
 
     Raises
@@ -158,12 +147,10 @@ def _probe(study: Study, workers: Workers, done: list[Trial]) -> None:
     if done:
         return
     point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
-    for _, evaluation in evaluate(study, [point], workers):
-        if evaluation.reason is not None:
+    for probe in evaluate(study, [point], workers):
+        if probe.reason is not None:
             where = "as shipped" if study.shipped else "in the middle of its bounds"
-            raise InputError(
-                f"{study.name}: there is no objective {where}: {evaluation.reason}; mend the study"
-            )
+            raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")
 
 
 class _Chooser:
@@ -191,7 +178,7 @@ class _Chooser:
             points.append({name: float(trial.params[name]) for name in self._distributions})
         return points
 
-    def tell(self, batch: list[Trial]) -> None:
+    def tell(self, batch: list[Judged]) -> None:
         """Take the results of the points last chosen."""
         from optuna.trial import TrialState
 
@@ -246,18 +233,18 @@ def _constraints(trial: optuna.trial.FrozenTrial) -> list[float]:
     return list(trial.user_attrs.get(EXCESS, []))
 
 
-def _of_storage(trial: optuna.trial.FrozenTrial) -> Trial:
+def _of_storage(trial: optuna.trial.FrozenTrial) -> Judged:
     attributes = trial.user_attrs
-    return Trial(
+    return Judged(
+        trial.number,
         {name: float(value) for name, value in trial.params.items()},
         math.nan if trial.value is None else trial.value,
         tuple(attributes.get(EXCESS) or ()),
         attributes.get(REASON),
-        trial.number,
     )
 
 
-def _check_repeats(study: Study, trial: Trial, point: Point, storage: Storage) -> None:
+def _check_repeats(study: Study, trial: Judged, point: Point, storage: Storage) -> None:
     if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
         raise InputError(
             f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this version "

@@ -11,7 +11,7 @@ from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report
 from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.studies.points import Evaluation
+    from warmlink.orchestration.studies.points import Judged
     from warmlink.orchestration.studies.study import Study
 
 
@@ -59,7 +59,7 @@ def sweep(
         answer(f"report  {folder / 'report.html'}")
 
 
-def _answer(study: Study, found: list[Evaluation], leader: Evaluation | None) -> str:
+def _answer(study: Study, found: list[Judged], leader: Judged | None) -> str:
     lines = [f"{study.title} · {study.controller.name} · {len(found)} points of {len(study.runs)} runs"]
     if leader is not None:
         objectives = [evaluation.objective for evaluation in found if evaluation.reason is None]
@@ -73,7 +73,7 @@ def _answer(study: Study, found: list[Evaluation], leader: Evaluation | None) ->
     return "\n".join(lines)
 
 
-def _figures(study: Study, found: list[Evaluation], leader: Evaluation | None) -> dict[str, Any]:
+def _figures(study: Study, found: list[Judged], leader: Judged | None) -> dict[str, Any]:
     return {
         "study": study.name,
         "objective": study.objective.title,

@@ -11,7 +11,7 @@ from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report
 from warmlink.orchestration.console import answer, answer_json, noted_progress_bar
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.studies.tune import Trial
+    from warmlink.orchestration.studies.points import Judged
 
 
 def tune(
@@ -77,5 +77,5 @@ def tune(
         answer(f"report  {folder / 'report.html'}")
 
 
-def _note(leader: Trial | None) -> str:
+def _note(leader: Judged | None) -> str:
     return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"

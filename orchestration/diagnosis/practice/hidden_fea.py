@@ -32,8 +32,7 @@ from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, N
 from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import JUST_BEFORE, Drive
 from warmlink.orchestration.paper.fea.mesh import Body, bare_link
-from warmlink.orchestration.paper.fea.simulate import Fea
-from warmlink.orchestration.paper.fea.stepping import HeatStepper
+from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 Vector = NDArray[np.float64]

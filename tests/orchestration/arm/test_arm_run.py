@@ -14,10 +14,8 @@ import pytest
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.blueprint import arm_values
-from warmlink.orchestration.arm.error_map import workspace
-from warmlink.orchestration.arm.figures import ArmErrors
+from warmlink.orchestration.arm.errors import ArmErrors, sensitivities, workspace
 from warmlink.orchestration.arm.library import program_names
-from warmlink.orchestration.arm.pose import sensitivities
 from warmlink.orchestration.arm.setup import DESIGNED
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.fmu_store import FmuStore

@@ -170,7 +170,7 @@ def test_the_geometry_is_the_kinematics_own() -> None:
     from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 
     start = {s.name: s.start for s in KINEMATICS.scalars()}
-    lengths = [each.length for each in axes()]
+    lengths = [each.link["length"] for each in axes()]
     assert start["link_offset[1]"] == pytest.approx(lengths[0])
     assert start["link_length[2]"] == pytest.approx(lengths[1])
     assert start["link_offset[4]"] == pytest.approx(lengths[2] + lengths[3])

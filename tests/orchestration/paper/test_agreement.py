@@ -11,7 +11,7 @@ from warmlink.orchestration.paper.agreement import (
     Agreement,
     duty_drive,
 )
-from warmlink.orchestration.paper.cases import Bench
+from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.mesh import bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea
 from warmlink.orchestration.paper.results import Reproduction
@@ -61,8 +61,7 @@ def test_diode_adds_less_than_one_percent_and_a_third_of_a_kelvin(found, run: st
 
 def test_finite_elements_meet_the_independent_figures_of_the_cell() -> None:
     """100 % duty from cold: 14.07, 49.95, 75.77 um by other finite elements and fine finite volumes."""
-    bench = Bench()
-    drive, link = duty_drive(bench, DUTY_CYCLES["continuous"])
-    history = Fea(bare_link(bench.geometry, bench.materials, 2), 1).run(drive, link.time, AMBIENT)
+    drive, link = duty_drive(DUTY_CYCLES["continuous"])
+    history = Fea(bare_link(load_geometry(), load_materials(), 2), 1).run(drive, link.time, AMBIENT)
     ours = np.interp([600.0, 1800.0, 3600.0], history.time, history.elongation) * 1e6
     np.testing.assert_allclose(ours, [14.07, 49.95, 75.77], rtol=1e-3)

@@ -15,8 +15,7 @@ from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import Drive, graded, held, within
 from warmlink.orchestration.paper.fea.heat import STEFAN_BOLTZMANN, HeatModel
 from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
-from warmlink.orchestration.paper.fea.simulate import Fea
-from warmlink.orchestration.paper.fea.stepping import HeatStepper
+from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
 
 MATERIALS, GEOMETRY = load_materials(), load_geometry()
 LINK = MATERIALS.link

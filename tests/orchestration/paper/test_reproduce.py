@@ -15,7 +15,7 @@ from benchmarks.optics import Camera, drift_noise
 from tests import closed_forms
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.cases import Bench, Case, steady_time
+from warmlink.orchestration.paper.cases import Case, fea, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.presentation import readable, terminal, write_report
 from warmlink.orchestration.paper.results import Reproduction
@@ -230,8 +230,7 @@ def test_steady_time_is_three_time_constants_of_an_exponential() -> None:
     assert steady_time(time, 1 - np.exp(-time / 250)) == pytest.approx(750, abs=0.1)
 
 
-def test_bench_makes_a_model_once() -> None:
+def test_a_model_is_made_once() -> None:
     from warmlink.orchestration.paper.fea.mesh import Assembly
 
-    bench = Bench()
-    assert bench.fea(Assembly()) is bench.fea(Assembly())
+    assert fea(Assembly()) is fea(Assembly())

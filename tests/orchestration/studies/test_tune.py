@@ -14,10 +14,10 @@ from warmlink.orchestration.report.tuning import write_report
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.ledger import Ledger
-from warmlink.orchestration.studies.points import best
+from warmlink.orchestration.studies.points import Judged, best
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
-from warmlink.orchestration.studies.tune import Trial, tune
+from warmlink.orchestration.studies.tune import tune
 from warmlink.orchestration.studies.winner import write_winner
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
@@ -50,7 +50,7 @@ class Formula:
             )
 
 
-def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Trial]:
+def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Judged]:
     storage = Storage(study, fmus, default_url(folder))
     return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None).trials
 
@@ -65,7 +65,7 @@ def make(folder: Path, name: str) -> Path:
     return folder / name
 
 
-def same(one: list[Trial], other: list[Trial]) -> bool:
+def same(one: list[Judged], other: list[Judged]) -> bool:
     return repr(one) == repr(other)
 
 

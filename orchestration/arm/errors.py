@@ -1,22 +1,54 @@
-"""Where the tool point's error comes from: coordinates and axes of a run of the arm."""
+"""How the links' growth moves the tool point: pose by pose, in a run, and over the workspace."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES, COORDINATES
 from warmlink.orchestration.arm.blueprint import POSES, axis_name
 from warmlink.orchestration.arm.geometry import axes
-from warmlink.orchestration.arm.pose import sensitivities
+from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 Array = NDArray[np.float64]
+
+DOWN = -np.pi / 2
+
+
+@cache
+def _settled() -> Array:
+    starts = [scalar.start for scalar in KINEMATICS.scalars()][: KINEMATICS.p.size]
+    return np.asarray(KINEMATICS.settled(np.array(starts, dtype=float)))
+
+
+def sensitivities(angles: Array) -> Array:
+    """Derivative of the tool point by each elongation.
+
+    Parameters
+    ----------
+    angles : joint angles in rad, shape (n, 6)
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (n, 3, 6), of unit columns.
+    """
+    poses, which = np.unique(angles, axis=0, return_inverse=True)
+    found = np.empty((len(poses), len(COORDINATES), AXES))
+    for k, pose in enumerate(poses):
+        u = np.zeros(KINEMATICS.u.size)
+        u[:AXES] = pose
+        y = KINEMATICS.y.read(KINEMATICS.outputs_of(np.zeros(0), u, _settled(), 0.0))
+        found[k] = [getattr(y, f"sensitivity_{name}") for name in COORDINATES]
+    return found[which.reshape(-1)]
 
 
 class ArmErrors:
@@ -76,3 +108,36 @@ def columns(result: Result, variable: str) -> Array:
 def by_name(values: Array) -> Mapping[str, float]:
     """A value for each axis under the axes' names."""
     return {axis.name: float(value) for axis, value in zip(axes(), values, strict=True)}
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A grid over the half-plane that the tool, pointing down, reaches.
+
+    Turning the waist turns the error with the arm, so that a vertical half-plane shows the whole workspace.
+
+    Attributes
+    ----------
+    out, up : distances in m from the axis of the waist and from the base, shapes (columns,) and (rows,)
+    sensitivity : derivative of the tool point by each elongation, NaN out of reach, shape
+        (rows, columns, 3, 6)
+    """
+
+    out: Array
+    up: Array
+    sensitivity: Array
+
+    def error(self, growth: Array) -> Array:
+        """Length in m of the error that elongations in m make, shape (6,), at each point: (rows, columns)."""
+        return np.asarray(np.linalg.norm(self.sensitivity @ growth, axis=-1))
+
+
+def workspace(columns: int = 36, rows: int = 36, pitch: float = DOWN) -> Workspace:
+    """Grid of the workspace with the tool at a pitch in rad."""
+    out, up = np.linspace(0.15, 0.9, columns), np.linspace(-0.1, 0.75, rows)
+    x, z = (each.ravel() for each in np.meshgrid(out, up))
+    angles = joint_angles(x, np.zeros_like(x), z, pitch)
+    reached = np.all(np.isfinite(angles), axis=1)
+    found = np.full((x.size, 3, angles.shape[1]), np.nan)
+    found[reached] = sensitivities(angles[reached])
+    return Workspace(out, up, found.reshape(rows, columns, 3, -1))
