@@ -39,10 +39,33 @@ def build(
     json: Json = False,
 ) -> None:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them."""
+    built = build_files(out, fmus, platforms)
+    if json:
+        answer_json([str(path) for path in built])
+    else:
+        for path in built:
+            answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+
+
+def build_files(out: str | Path = "dist", fmus: str = "all", platforms: str | None = None) -> list[Path]:
+    """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
+
+    Parameters
+    ----------
+    out : folder
+    fmus : native, python or all
+    platforms : native platforms, as `x86_64-linux,x86_64-windows`, or all; this machine's by default
+
+    Raises
+    ------
+    InputError
+        If there is no such kind or platform, or the folder cannot be written.
+    """
     from warmlink.fmus.names import instead
 
     if fmus not in KINDS:
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
+    out = Path(out)
     try:
         built = _build(fmus, platforms, out)
     except OSError as fault:
@@ -51,11 +74,7 @@ def build(
         raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
     for path in built:
         _validate(path)
-    if json:
-        answer_json([str(path) for path in built])
-    else:
-        for path in built:
-            answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
+    return built
 
 
 def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:

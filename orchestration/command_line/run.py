@@ -61,9 +61,9 @@ def run(
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.pacing import Interruption
-    from warmlink.orchestration.scenarios.changes import changed
     from warmlink.orchestration.scenarios.closed_loop import run_scenario
     from warmlink.orchestration.scenarios.load import load_scenario
+    from warmlink.orchestration.scenarios.run import changed
 
     sets = options.sets_given(parameters, set_)
     asked = changed(

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.system.model import System
 
-DEFAULT_STEPS = 500
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
 
@@ -101,6 +100,7 @@ def simulate(
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.simulation import experiment_of
     from warmlink.orchestration.system.read import read_system
 
     chosen, folder, pacing = algorithm(master), out or Path("out") / system.stem, _pacing(real_time)
@@ -114,7 +114,7 @@ def simulate(
         read = read_system(system, work)
         for told in read.remarks:
             remark(told)
-        stop_time, step_size = _experiment(read, system, stop, step)
+        stop_time, step_size = experiment_of(read, stop, step)
         run = partial(
             simulate_system,
             read,
@@ -204,18 +204,6 @@ def _stepping(name: str) -> Stepping:
         if name == known:
             return known
     raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
-
-
-def _experiment(system: System, file: Path, stop: str | None, step: str | None) -> tuple[float, float]:
-    """Stop time and communication step size in s."""
-    from warmlink.orchestration.scenarios.quantity import positive
-
-    proposed = system.default_experiment
-    stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
-    if stop_time is None:
-        raise InputError(f'{file}: the system proposes no stop time; give one, as --stop "1 h"')
-    step_size = proposed.step_size if step is None else positive(step, "s", "--step")
-    return stop_time, step_size or stop_time / DEFAULT_STEPS
 
 
 def _recorded(system: System, watch: Sequence[str] | None) -> tuple[str, ...] | None:

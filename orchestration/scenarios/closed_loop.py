@@ -105,8 +105,10 @@ class ClosedLoop(Answer):
         return tuple(each for each in told if each)
 
     def to_frame(self) -> pandas.DataFrame:
-        """Time series of every recorded variable, with units in the column names."""
-        return self.result.to_frame()
+        """Time series of every recorded variable and of the tool point's error, with units in their names."""
+        frame = self.result.to_frame()
+        frame["error [m]"], frame["uncompensated_error [m]"] = self.error, self.uncompensated_error
+        return frame
 
     def summary(self) -> str:
         """What the run came to, in a few lines."""

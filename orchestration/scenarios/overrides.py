@@ -92,6 +92,11 @@ def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> 
         raise InputError(sentence)
 
 
+def given_values(given: Mapping[str, str | float] | str | Path) -> dict[str, str | float]:
+    """Start values as written, or those of a parameter set (SSV); raises as `parameters_of`."""
+    return dict(given) if isinstance(given, Mapping) else dict(parameters_of(Path(given)))
+
+
 def parameters_of(path: Path) -> dict[str, float]:
     """Start values in SI units by `instance.variable`; names without an instance are the compensator's.
 

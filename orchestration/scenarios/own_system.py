@@ -10,7 +10,6 @@ controller = "compensator"                     # the instance that controllers t
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +19,6 @@ from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.fmu_store import cache_folder
 from warmlink.orchestration.scenarios.entries import Names, Text
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.setup import Roles, Setup
@@ -29,7 +27,6 @@ from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
-from warmlink.orchestration.text_files import is_file
 
 DUTY = "duty"
 """Instance that drives the inputs named in the roles."""
@@ -80,9 +77,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     where = f"{where}: roles"
     if roles is None:
         raise InputError(f"{where} is missing; write [roles] and below it score = {Scored.example!r}")
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
-    system = read_system(path, _kept(path))
+    system = read_system(path)
     for name in roles.controller:
         if name not in system.components:
             known = instead(name, system.components)
@@ -99,7 +94,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         components[name] = model if own else f"{name} of {system.name}"
         if not own:
             foreign[components[name]] = held.fmu
-        values[name] = dict(held.values)
+        values[name] = dict(held.parameters.values)
     wires = [(each.source, each.target) for each in system.connections]
     driven = [(f"{DUTY}.{demand}", target) for demand, target in _driven(system, roles, where)]
     if driven:
@@ -166,10 +161,3 @@ def _check_variable(system: System, name: str, where: str) -> None:
     variables = read_description(system.components[instance].fmu).variables
     if variable not in variables:
         raise InputError(f"{where}: {name}: {instance} has no such variable; {instead(variable, variables)}")
-
-
-def _kept(path: Path) -> Path:
-    """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
-    folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import remark
-from warmlink.orchestration.files import locked_folder
+from warmlink.orchestration.files import locked_folder, temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.cores.local import LocalWorkers, check_jobs
@@ -27,12 +27,25 @@ class Means:
     scheduler: str | None = None
 
 
+USUAL = Means()
+
+
 @dataclass(frozen=True)
 class AtWork:
     """Workers, and the FMUs that they run."""
 
     fmus: FmuSet
     workers: Workers
+
+
+@contextmanager
+def folder_for(out: str | Path | None) -> Iterator[Path]:
+    """The folder asked for, or one that goes again."""
+    if out is not None:
+        yield Path(out)
+        return
+    with temporary_folder() as home:
+        yield home / "study"
 
 
 @contextmanager

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
-from warmlink.fmus.component import Component
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
-from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.library import NAME as ARM
-from warmlink.orchestration.catalogue import Controller, shipped
-from warmlink.orchestration.own_law import controller_named
-from warmlink.orchestration.scenarios.load import load_scenario, names_on
-from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
-from warmlink.orchestration.scenarios.overrides import StartValueSet
-from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.console import Answer, progress_bar
+from warmlink.orchestration.scenarios.mismatch import NOMINAL
+from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import CELL
-from warmlink.orchestration.studies.case import Case, Outcome, case_of
+from warmlink.orchestration.studies.at_work import USUAL, Means, at_work, folder_for
+from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.given import assigned
+from warmlink.orchestration.studies.plan import plan_on
+
+if TYPE_CHECKING:
+    import pandas
 
 COLUMNS = (
     "controller",
@@ -36,20 +33,6 @@ COLUMNS = (
     "equal_within_um",
 )
 """Columns of `compare.csv`."""
-
-DEFAULT_MISMATCHES = (
-    NOMINAL,
-    "thermal_high",
-    "thermal_low",
-    "insulated",
-    "ventilated",
-    "draw_1",
-    "draw_2",
-    "noisy_sensors",
-    "camera_absent",
-)
-SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
-"""Systems whose scenarios are compared unasked, each with the mismatches taken then."""
 
 Progress = Callable[[float], None]
 
@@ -97,8 +80,8 @@ class Row:
         return self.beyond_tolerance or self.worse_than_none
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Answer):
     """All rows, by controller, duty cycle and mismatch in the order asked for."""
 
     controllers: tuple[str, ...]
@@ -114,6 +97,19 @@ class Comparison:
         """The worst of some rows of a controller; a run that stopped is worst."""
         rows = [self.row(controller, duty, mismatch) for duty in duty_cycles for mismatch in mismatches]
         return max(rows, key=lambda row: (row.outcome.stopped is not None, row.outcome.max_abs_um))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """A row for each run with its figures."""
+        import pandas
+
+        return pandas.DataFrame(self.records())
+
+    def summary(self) -> str:
+        """Largest error in um of each controller, a line for each duty cycle and mismatch."""
+        table = self.to_frame().pivot_table(
+            "max_abs_um", ["duty_cycle", "mismatch"], "controller", sort=False, dropna=False
+        )
+        return f"largest error in um\n{table.round(1).to_string()}"
 
     def records(self) -> list[dict[str, Any]]:
         """Every row with its figures by name, as JSON has them."""
@@ -139,117 +135,42 @@ class Comparison:
         return bool(known) and row.outcome.max_abs_um - min(known) <= (row.equal_within_um or 0.0)
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What is compared: every duty cycle with every controller, under every mismatch."""
-
-    scenarios: tuple[Scenario, ...]
-    mismatches: tuple[Mismatch, ...]
-
-    @property
-    def laws(self) -> dict[str, Component]:
-        """Component of each controller by its name."""
-        return {each.controller.name: each.controller.component for each in self.scenarios}
-
-    @property
-    def cases(self) -> list[Case]:
-        """The runs in the order of the rows, every start value checked.
-
-        The error budget of the elongation depends on the plant alone, so `none` finds it for all.
-
-        Raises
-        ------
-        InputError
-            If a scenario or mismatch names what does not exist, or a component refuses a value.
-        """
-        cases = []
-        alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
-        for scenario in self.scenarios:
-            name = scenario.controller.name
-            for mismatch in self.mismatches:
-                needed = alone or mismatch.name == NOMINAL or mismatch.touches_plant
-                label = (name, scenario.name, mismatch.name)
-                budget = name == NO_CONTROLLER and needed
-                cases.append(case_of(mismatch.applied(scenario), label, with_budget=budget))
-        return cases
-
-
-def plan(
-    controllers: Sequence[Controller],
-    duties: Sequence[Scenario],
-    mismatches: Sequence[Mismatch],
-    sets: Sequence[StartValueSet] = (),
-) -> Plan:
-    """What to compare, `none` before all other controllers.
-
-    Parameters
-    ----------
-    controllers, duties, mismatches : each with each
-    sets : other start values, for the controllers that have them; a mismatch comes on top
-
-    Raises
-    ------
-    InputError
-        If two have one name, which a table could not tell apart, no controller has what is set, or one has no
-        design for the system.
-    """
-    laws = [shipped(NO_CONTROLLER), *(law for law in controllers if law.name != NO_CONTROLLER)]
-    _distinct(laws, "controllers")
-    _distinct(duties, "duty cycles")
-    _distinct(mismatches, "mismatches")
-    given = assigned(sets, {law.name: law.component for law in laws})
-    scenarios = [
-        replace(duty, controller=law, parameters={**duty.parameters, **given[law.name]})
-        for law in laws
-        for duty in duties
-    ]
-    for each in scenarios:
-        if each.design is None:
-            raise InputError(f"{each.controller.name}: has no design for {each.setup.name}; leave it out")
-    return Plan(tuple(scenarios), tuple(mismatches))
-
-
-def plan_on(
-    system: str = CELL.name,
+def compare(
     controllers: Sequence[str] | None = None,
     duty_cycles: Sequence[str] | None = None,
     mismatches: Sequence[str] | None = None,
-    sets: Sequence[StartValueSet] = (),
-) -> Plan:
-    """What to compare, by names and files; what is None is all that is usual for the system.
+    *,
+    system: str = CELL.name,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    means: Means = USUAL,
+    out: str | Path | None = None,
+) -> Comparison:
+    """Hold controllers against each other and against none, over duty cycles and mismatches.
+
+    Parameters
+    ----------
+    controllers : names, or laws of one's own as `my_law.py:MyLaw`; all that are designed for the system
+    duty_cycles, mismatches : names or files; all that are usual for the system
+    system : WarmupCell or SixAxisArm
+    parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
+    means : kind of FMU and number of processes
+    out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
 
     Raises
     ------
     InputError
-        If there is none of a name, or as `plan`.
+        If there is none of a name, or a value is refused.
     """
-    if system not in SYSTEMS:
-        raise InputError(f"--system {system}: no such system to compare on; {instead(system, SYSTEMS)}")
-    if controllers is None:
-        controllers = designed_for(system)
-    duty_cycles = names_on(system) if duty_cycles is None else duty_cycles
-    mismatches = SYSTEMS[system] if mismatches is None else mismatches
-    for option, names, example in (
-        ("--duty-cycles", duty_cycles, "windshield_wiper,stop_and_go"),
-        ("--mismatch", mismatches, "nominal,thermal_high"),
+    given = given_values(parameters)
+    sets = [StartValueSet("parameters", given)] if given else []
+    asked = plan_on(system, controllers, duty_cycles, mismatches, sets)
+    cases = asked.cases
+    with (
+        folder_for(out) as folder,
+        at_work(asked.scenarios, means, folder) as work,
+        progress_bar(f"{len(cases)} runs") as progress,
     ):
-        if not names:
-            raise InputError(f"{option}: names none; give some, as {option} {example}")
-    return plan(
-        [controller_named(name) for name in dict.fromkeys(controllers)],
-        [load_scenario(name) for name in duty_cycles],
-        [load_mismatch(name) for name in mismatches],
-        sets,
-    )
-
-
-def designed_for(system: str) -> list[str]:
-    """Controllers to compare where none are named: all, or those that have a design for the system."""
-    if system != ARM:
-        return list(catalogue.controllers())
-    from warmlink.orchestration.arm.setup import DESIGNED
-
-    return list(DESIGNED)
+        return run_comparison(cases, work.workers, progress)
 
 
 def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) -> Comparison:
@@ -291,13 +212,6 @@ def write_csv(comparison: Comparison, path: Path) -> None:
                     _cell(row.equal_within_um),
                 ]
             )
-
-
-def _distinct(held: Sequence[Controller | Scenario | Mismatch], what: str) -> None:
-    names = [each.name for each in held]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(f"{twice[0]}: two {what} of that name; rename one")
 
 
 def _row(case: Case, outcome: Outcome, without: Outcome, budget: Outcome) -> Row:

@@ -2,25 +2,164 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
+from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import Network, Plant
+from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
-from warmlink.fmus.component import Component
+from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Component
 from warmlink.fmus.component import Parameter as Declared
 from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.names import instead, listed
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.console import Answer, remark
+from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
+from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.scenarios.run import changed
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
+
+if TYPE_CHECKING:
+    from warmlink.controllers.design.reduction import ReducedPlant
+
+WITH_CAMERA = "observer_drift"
+"""The law that uses the camera."""
+
+
+@dataclass(frozen=True, repr=False)
+class Designed(Answer):
+    """A controller's gains for a system.
+
+    Attributes
+    ----------
+    law : name of the controller
+    sensors : temperatures that it uses
+    values : parameters of its component
+    plant : what it was designed for
+    reduced : the model that it holds; None for a law without one
+    """
+
+    law: str
+    sensors: tuple[str, ...]
+    values: Values
+    plant: Plant | Network
+    reduced: ReducedPlant | None = None
+
+    @property
+    def given(self) -> dict[str, float]:
+        """Parameters of the system's motors and links that differ from nominal, in SI units."""
+        return dict(self.plant.given if isinstance(self.plant, Network) else self.plant.network.given)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Start values for `run` and `compare`, in SI units."""
+        return {f"{COMPENSATOR}.{name}": value for name, value in by_scalar(self.values).items()}
+
+    def write(self, path: str | Path) -> None:
+        """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
+        write_design(self.law, self.values, Path(path))
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON, the gains apart."""
+        facts: dict[str, Any] = {"law": self.law, "sensors": list(self.sensors)}
+        if self.reduced is not None:
+            facts |= {
+                "modes": self.reduced.order,
+                "reduction_error_um": 1e6 * self.reduced.error.elongation_step,
+                "reduction_error_K": self.reduced.error.temperature_step,
+            }
+        return {**facts, "plant": self.given}
+
+    def summary(self) -> str:
+        """What was designed, in a few lines."""
+        facts, changed = self.to_dict(), list(self.given)
+        lines = [f"{self.law} from {', '.join(self.sensors) or 'the duty alone'}"]
+        if self.reduced is not None:
+            elongation, temperature = facts["reduction_error_um"], facts["reduction_error_K"]
+            lines.append(
+                f"{facts['modes']} modes; the reduction costs at most {elongation:.2g} µm "
+                f"and {temperature:.2g} K"
+            )
+        lines.append(f"plant: {listed(changed) + ' changed from nominal' if changed else 'nominal'}")
+        return "\n".join(lines)
+
+
+def design(
+    system: str | Path = WARMUP_CELL.name,
+    law: str = "observer",
+    sensors: Sequence[str] = ("base", "tip"),
+    *,
+    sensor_std: str | float = 0.1,
+    camera_std: str | float | None = None,
+    sample_time: str | float = 1.0,
+    parameters: Mapping[str, str | float] = MappingProxyType({}),
+) -> Designed:
+    """Work out a controller's gains for a system.
+
+    Parameters
+    ----------
+    system : WarmupCell, an SSP with one motor and one link, or a scenario (TOML) of any motors and links
+    law : observer, observer_drift or regression
+    sensors : temperatures that the law uses: any of shaft, winding, base, middle, tip
+    sensor_std, camera_std : standard deviation of the noise of a thermometer and of the camera, in K and m
+    sample_time : time between two corrections, in s
+    parameters : what differs in the plant from the system, `"2 W/K"` under `motor.joint_conductance`
+
+    Raises
+    ------
+    InputError
+        If there is no such law, sensor or system, or a value is out of range.
+    """
+    if law not in PLANT_FACTS:
+        raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
+    if camera_std is not None and law != WITH_CAMERA:
+        raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
+    plant = _plant(str(system), law, parameters)
+    noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
+    if period < SHORTEST_SAMPLE_TIME:
+        raise InputError(
+            f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
+        )
+    if law == "regression":
+        values = {**fit_regression(training_run(plant), list(sensors), noise), "sample_time": period}
+        return Designed(law, tuple(sensors), values, plant)
+    camera = None if camera_std is None else positive(camera_std, "m", "--camera-std")
+    found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
+    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
+
+
+def _plant(system: str, law: str, given: Mapping[str, str | float]) -> Plant | Network:
+    """What to design for, other parameters given."""
+    if system.endswith(".toml"):
+        return network_of(changed(load_scenario(system), controller=law, parameters=given))
+    if system == WARMUP_CELL.name:
+        return with_values(Plant(), given)
+    if system in SHIPPED:
+        raise InputError(
+            f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
+        )
+    with temporary_folder() as work:
+        read = read_system(Path(system), work)
+        for told in read.remarks:
+            remark(told)
+        return with_values(plant_of(read), given)
 
 
 def plant_of(system: System) -> Plant:
@@ -129,7 +268,7 @@ def _differing(system: System, component: Component) -> dict[str, float]:
         if not isinstance(each.variable, Declared):
             continue
         start = variables[each.name].start if each.name in variables else None
-        value = found[0].values.get(each.name, start)
+        value = found[0].parameters.values.get(each.name, start)
         if value is not None and float(value) != each.start:
             differing[each.name] = float(value)
     return differing

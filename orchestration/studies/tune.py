@@ -10,14 +10,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import Answer
+from warmlink.orchestration.console import Answer, progress_bar
+from warmlink.orchestration.studies.at_work import USUAL, Means, at_work, folder_for
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.points import Judged, best, evaluate, latin_hypercube
-from warmlink.orchestration.studies.storage import EXCESS, REASON, Storage, distributions, internal
-from warmlink.orchestration.studies.study import Point, Study
+from warmlink.orchestration.studies.storage import (
+    EXCESS,
+    REASON,
+    Storage,
+    default_url,
+    distributions,
+    import_optuna,
+    internal,
+)
+from warmlink.orchestration.studies.study import Point, Study, load_study
 
 if TYPE_CHECKING:
     import optuna
@@ -119,6 +129,38 @@ def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -
         trials += batch
         progress(len(trials), best(trials))
     return Tuned(study, trials)
+
+
+def tune_study(
+    study: str | Path | Study,
+    trials: int | None = None,
+    *,
+    means: Means = USUAL,
+    out: str | Path | None = None,
+) -> Tuned:
+    """Find a controller's best parameters with Optuna, judged in closed loop.
+
+    Parameters
+    ----------
+    study : a study file (TOML), or a shipped study by name
+    trials : how many; what the study says by default
+    means : kind of FMU, and number of processes or a Dask scheduler
+    out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
+
+    Raises
+    ------
+    InputError
+        If there is no such study, or it asks for what does not exist or cannot be.
+    """
+    import_optuna()
+    asked = (study if isinstance(study, Study) else load_study(str(study))).lasting(trials)
+    with (
+        folder_for(out) as folder,
+        at_work(asked.scenarios, means, folder) as work,
+        progress_bar(asked.title) as show,
+    ):
+        storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(folder))
+        return tune(asked, work.workers, storage, lambda done, leader: show(done / asked.tune.trials))
 
 
 def _run(

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 
 ConnectorKind = Literal[
@@ -31,13 +32,21 @@ class Connector:
 
 
 @dataclass(frozen=True)
+class ParameterSet:
+    """Named start values of one component, in the units of that component's own variables."""
+
+    name: str = "parameters"
+    values: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Component:
-    """One FMU in the system: its file, its connectors, and start values in its variables' own units."""
+    """One FMU in the system: where its file lies, its connectors, and the values it starts from."""
 
     name: str
     fmu: Path
     connectors: tuple[Connector, ...] = ()
-    values: dict[str, Value] = field(default_factory=dict)
+    parameters: ParameterSet = ParameterSet()
 
 
 @dataclass(frozen=True)
@@ -76,8 +85,8 @@ class DefaultExperiment:
     step_size: float | None = None
 
 
-@dataclass(frozen=True)
-class System:
+@dataclass(frozen=True, repr=False)
+class System(Answer):
     """Components by name, in the order given, and the connections between them.
 
     Parameters
@@ -95,8 +104,12 @@ class System:
     units: dict[str, Unit] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
+    def summary(self) -> str:
+        """Name, components and number of connections."""
+        return f"{self.name}: {', '.join(self.components)}; {len(self.connections)} connections"
+
     def with_values(self, component: str, values: Mapping[str, Value]) -> System:
         """Give the same system with some start values of one component replaced."""
         old = self.components[component]
-        changed = replace(old, values={**old.values, **values})
-        return replace(self, components={**self.components, component: changed})
+        parameters = replace(old.parameters, values={**old.parameters.values, **values})
+        return replace(self, components={**self.components, component: replace(old, parameters=parameters)})

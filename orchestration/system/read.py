@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.fmu_store import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import Component, ParameterSet, System
 from warmlink.orchestration.system.ssp.declared import Description
 from warmlink.orchestration.system.ssp.flatten import Flat, flatten
 from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
@@ -15,9 +17,10 @@ from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.ssp.ssd import read_ssd
 from warmlink.orchestration.system.ssp.start_values import StartValues
 from warmlink.orchestration.system.units import Unit
+from warmlink.orchestration.text_files import is_file
 
 
-def read_system(path: Path, workdir: Path) -> System:
+def read_system(path: str | Path, workdir: Path | None = None) -> System:
     """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
 
     Parameters
@@ -25,7 +28,8 @@ def read_system(path: Path, workdir: Path) -> System:
     path
         The .ssp file, or an .ssd file that lies beside its resources.
     workdir
-        Folder into which the SSP is unpacked; the components' FMU files lie there afterwards.
+        Folder into which the SSP is unpacked; the components' FMU files lie there afterwards. By default one
+        in warmlink's cache, which stays.
 
     Returns
     -------
@@ -37,10 +41,20 @@ def read_system(path: Path, workdir: Path) -> System:
     InputError
         If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
     """
+    path = Path(path)
     try:
-        return _read(path, workdir)
+        return _read(path, _kept(path) if workdir is None else workdir)
     except RecursionError:
         raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
+
+
+def _kept(path: Path) -> Path:
+    """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
+    folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def _read(path: Path, workdir: Path) -> System:
@@ -76,7 +90,9 @@ def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, Mo
     components = {}
     for place, declared in flat.components.items():
         name = ".".join(place)
-        components[name] = Component(name, declared.fmu, connectors[place], start.found[place])
+        components[name] = Component(
+            name, declared.fmu, connectors[place], ParameterSet(values=start.found[place])
+        )
     return System(
         description.name,
         components,

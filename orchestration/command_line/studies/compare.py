@@ -57,14 +57,8 @@ def compare(
     from warmlink.orchestration.command_line.studies.in_order import interruptible, results
     from warmlink.orchestration.fmu_store import kind_named
     from warmlink.orchestration.studies.at_work import Means, at_work
-    from warmlink.orchestration.studies.compare import (
-        SYSTEMS,
-        designed_for,
-        plan_on,
-        run_comparison,
-        write_csv,
-    )
-    from warmlink.orchestration.studies.given import told
+    from warmlink.orchestration.studies.compare import run_comparison, write_csv
+    from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, told
 
     sets = options.sets_given(parameters, set_)
     laws = options.listed(controllers)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.master.recording.audit import Audit, Balance
 from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -47,8 +48,8 @@ class Statistics:
     largest_lag: float = 0.0
 
 
-@dataclass(frozen=True)
-class Result:
+@dataclass(frozen=True, repr=False)
+class Result(Answer):
     """A run's values up to where it came.
 
     Attributes
@@ -88,6 +89,12 @@ class Result:
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """Give a recorded column by its full name, shape (points,)."""
         return self.table[name]
+
+    def summary(self) -> str:
+        """How far the run came, and what it holds."""
+        ended = f"to {self.times[-1]:g} s" if len(self.times) else "none"
+        told = f"; stopped early: {self.reason}" if self.reason else ""
+        return f"{len(self.times)} communication points, {ended}, of {len(self.table.names)} variables{told}"
 
     def to_frame(self) -> pandas.DataFrame:
         """Give a data frame with units in its column names."""

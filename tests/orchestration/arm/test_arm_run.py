@@ -26,9 +26,10 @@ from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenari
 from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
-from warmlink.orchestration.studies.compare import plan, run_comparison, write_csv
+from warmlink.orchestration.studies.compare import run_comparison, write_csv
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.plan import plan
 
 HOUR = 3600.0
 

@@ -19,13 +19,12 @@ from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.compare import (
     COLUMNS,
     Comparison,
-    plan,
     run_comparison,
     write_csv,
 )
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.given import assigned, told
+from warmlink.orchestration.studies.plan import assigned, plan, told
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 

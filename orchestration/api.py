@@ -1,0 +1,72 @@
+"""What notebooks and scripts use: `from warmlink.orchestration import api as wl`.
+
+Each name is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from warmlink.controllers.design.linearise import linearise
+    from warmlink.fmus.component.join import join
+    from warmlink.fmus.errors import InputError
+    from warmlink.orchestration.command_line.build import build_files as build
+    from warmlink.orchestration.diagnosis.found import diagnose
+    from warmlink.orchestration.report.plot import plot
+    from warmlink.orchestration.scenarios.run import run
+    from warmlink.orchestration.simulation import simulate
+    from warmlink.orchestration.studies.at_work import Means
+    from warmlink.orchestration.studies.compare import compare
+    from warmlink.orchestration.studies.design import design
+    from warmlink.orchestration.studies.tune import tune_study as tune
+    from warmlink.orchestration.system.read import read_system
+
+__all__ = [
+    "InputError",
+    "Means",
+    "build",
+    "compare",
+    "design",
+    "diagnose",
+    "join",
+    "linearise",
+    "plot",
+    "read_system",
+    "run",
+    "simulate",
+    "tune",
+]
+
+_PLACES = {
+    "InputError": "fmus.errors:InputError",
+    "Means": "orchestration.studies.at_work:Means",
+    "build": "orchestration.command_line.build:build_files",
+    "compare": "orchestration.studies.compare:compare",
+    "design": "orchestration.studies.design:design",
+    "diagnose": "orchestration.diagnosis.found:diagnose",
+    "join": "fmus.component.join:join",
+    "linearise": "controllers.design.linearise:linearise",
+    "plot": "orchestration.report.plot:plot",
+    "read_system": "orchestration.system.read:read_system",
+    "run": "orchestration.scenarios.run:run",
+    "simulate": "orchestration.simulation:simulate",
+    "tune": "orchestration.studies.tune:tune_study",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is named."""
+    if name not in _PLACES:
+        from warmlink.fmus.names import instead
+
+        raise AttributeError(f"warmlink.orchestration.api has no {name}; {instead(name, __all__)}")
+    module, _, attribute = _PLACES[name].partition(":")
+    found = getattr(import_module(f"warmlink.{module}"), attribute)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return __all__

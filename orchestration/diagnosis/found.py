@@ -1,0 +1,90 @@
+"""A diagnosis as a notebook has it: asked for in one call, and shown in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from warmlink.orchestration.console import Answer, remark, spinner
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
+from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.data.nominal import parameters_of
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True, repr=False)
+class Found(Answer):
+    """What a simulation gets wrong, and why."""
+
+    diagnosis: Diagnosis
+
+    @property
+    def verdict(self) -> str:
+        """One of adequate, named, ambiguous, unknown."""
+        return self.diagnosis.verdict
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Names of the causes found, strongest first."""
+        return tuple(item.title for item in self.diagnosis.causes)
+
+    def summary(self) -> str:
+        """At most ten lines of plain words."""
+        return summary(self.diagnosis)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What stands in `diagnosis.json`."""
+        return json_content(self.diagnosis)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """A row for each parameter of the causes found: value, unit and 95 % interval."""
+        import pandas
+
+        entries = [cause_entry(self.diagnosis, item) for item in self.diagnosis.causes]
+        rows = [
+            {"cause": entry["name"], "parameter": name, **figures}
+            for entry in entries
+            for name, figures in entry["parameters"].items()
+        ]
+        return pandas.DataFrame(
+            rows, columns=["cause", "parameter", "value", "std", "low95", "high95", "unit"]
+        )
+
+
+def diagnose(
+    *sources: str | Path | pandas.DataFrame,
+    assume: Mapping[str, str | float] = MappingProxyType({}),
+    parameters: Mapping[str, str] = MappingProxyType({}),
+    scenario: str | Path | None = None,
+) -> Found:
+    """Show what the simulation gets wrong and name the cause.
+
+    Parameters
+    ----------
+    sources : files or DataFrames measured on one warm-up cell, with columns as `tip_temperature [degC]`; or
+        an experiment (TOML)
+    assume : inputs that were not logged, as `{"torque": 0, "ambient_temperature": "22 degC"}`
+    parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
+    scenario : a scenario (TOML) of the cell as it is known
+
+    Raises
+    ------
+    InputError
+        If a source, or something in it, cannot be used.
+    """
+    known = {} if scenario is None else parameters_of(str(scenario))
+    assumed = [f"{name}={value}" for name, value in assume.items()]
+    with spinner("Diagnosing") as progress:
+        progress("reading")
+        experiment = read(sources, assumed, {**known, **parameters})
+        found = Found(diagnose_experiment(experiment, progress))
+    for each in found.diagnosis.experiment.remarks:
+        remark(each)
+    return found

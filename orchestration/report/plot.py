@@ -1,0 +1,81 @@
+"""Variables of one run, or of two beside each other, over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.report.figures import Line, time_plot
+from warmlink.orchestration.scenarios.quantity import heading
+
+if TYPE_CHECKING:
+    import pandas
+
+TIME = "time [s]"
+
+
+def plot(results: Any, *variables: str, against: Any = None) -> Any:
+    """Plotly figure of variables over time, all of one unit.
+
+    Parameters
+    ----------
+    results : what `run` or `simulate` gave, a DataFrame, or a file or folder with their results
+    variables : names, as `link.elongation`; the error of the tool point that `run` tells, by default
+    against : other results, whose variables are drawn beside them
+
+    Raises
+    ------
+    InputError
+        If there are no such results or variables, or they are not of one unit.
+    """
+    frame = frame_of(results)
+    columns = {heading(str(column))[0]: str(column) for column in frame.columns if column != TIME}
+    if not variables and "error" in columns:
+        variables = ("uncompensated_error", "error")
+    for name in variables:
+        if name not in columns:
+            raise InputError(f"{name}: no such variable in the results; {instead(name, columns)}")
+    units = {heading(columns[name])[1] or "1" for name in variables}
+    if len(units) != 1:
+        told = ", ".join(sorted(units)) or "nothing"
+        raise InputError(f"{', '.join(variables) or 'no variable'}: is of {told}; name variables of one unit")
+    (unit,) = units
+    lines = [Line(name, frame[columns[name]]) for name in variables]
+    if against is not None:
+        other = frame_of(against)
+        for name in variables:
+            if columns[name] not in other:
+                raise InputError(f"{name}: the results to compare with have no such variable; leave it out")
+            there = np.interp(frame[TIME], other[TIME], other[columns[name]])
+            lines.append(Line(f"{name}, the other", there))
+    if unit == "m" and max(np.nanmax(np.abs(line.values)) for line in lines) < 1e-3:
+        unit, lines = "µm", [Line(line.name, 1e6 * np.asarray(line.values)) for line in lines]
+    return time_plot(frame[TIME], lines, f"{', '.join(variables)} [{unit}]")
+
+
+def frame_of(results: Any) -> pandas.DataFrame:
+    """Results of a run as columns, wherever they are; raises InputError where there are none."""
+    import pandas
+
+    if isinstance(results, pandas.DataFrame):
+        return results
+    if not isinstance(results, str | Path):
+        found: pandas.DataFrame = results.to_frame()
+        return found
+    path = Path(results)
+    places = [path / "results.parquet", path / "results.csv"] if path.is_dir() else [path]
+    for place in places:
+        if place.is_file():
+            read = pandas.read_parquet if place.suffix == ".parquet" else pandas.read_csv
+            try:
+                table = read(place)
+            except (OSError, ValueError) as fault:
+                raise InputError(f"{place}: cannot be read ({str(fault).splitlines()[0]})") from None
+            if TIME not in table:
+                raise InputError(f"{place}: has no column {TIME!r}; give results of run or simulate")
+            return table
+    raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")

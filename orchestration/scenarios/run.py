@@ -1,0 +1,96 @@
+"""A scenario with what somebody asks of it beside what its file says, and its run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+from warmlink.orchestration.console import progress_bar, remark
+from warmlink.orchestration.fmu_store import FmuKind, store
+from warmlink.orchestration.own_law import controller_named
+from warmlink.orchestration.scenarios import mismatch
+from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenario
+from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.overrides import given_values
+from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
+
+
+def changed(
+    scenario: Scenario,
+    *,
+    controller: str | None = None,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    mismatches: Sequence[str] = (),
+    step: str | float | None = None,
+    stop: str | float | None = None,
+    master: str | None = None,
+) -> Scenario:
+    """Scenario with what is given changed; the rest is as its file says.
+
+    Parameters
+    ----------
+    controller : name of a shipped one, or a law of one's own, as `my_law.py:MyLaw`
+    parameters : start values, `"2 W/K"` under `motor.joint_conductance`, or the path of a parameter set (SSV)
+    mismatches : names or files, one on top of the other
+    step, stop : communication step size and stop time, `"1 h"` or in s
+    master : name of the algorithm
+
+    Raises
+    ------
+    InputError
+        If there is no such controller or mismatch, or a time is none.
+    """
+    scenario = replace(
+        scenario,
+        duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
+        step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
+        master=master or scenario.master,
+        controller=scenario.controller if controller is None else controller_named(controller),
+        parameters={**scenario.parameters, **given_values(parameters)},
+    )
+    for name in mismatches:
+        scenario = mismatch.load(name).applied(scenario)
+    return scenario
+
+
+def run(
+    scenario: str | Path | Scenario = DEFAULT_SCENARIO,
+    controller: str | None = None,
+    *,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    mismatches: Sequence[str] = (),
+    step: str | float | None = None,
+    stop: str | float | None = None,
+    master: str | None = None,
+    fmus: FmuKind | None = None,
+) -> ClosedLoop:
+    """Run a scenario with a controller and without, and say how far off the tool point is.
+
+    Parameters
+    ----------
+    scenario : name of a shipped one, or a TOML or CSV file
+    controller, parameters, mismatches, step, stop, master : what differs from it, as for `changed`
+    fmus : native (C) or python; native where there is a C compiler
+
+    Raises
+    ------
+    InputError
+        If something that is named does not exist, or a value is refused.
+    SlaveError
+        If the run did not get to a first value.
+    """
+    found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+    asked = changed(
+        found,
+        controller=controller,
+        parameters=parameters,
+        mismatches=mismatches,
+        step=step,
+        stop=stop,
+        master=master,
+    )
+    with progress_bar(asked.title) as progress:
+        return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress)

@@ -1,0 +1,83 @@
+"""Anybody's system of FMUs, run for a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import progress_bar, remark
+from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.guard import guarded
+from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.run import simulate as simulate_system
+from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.read import read_system
+
+DEFAULT_STEPS = 500
+
+
+def simulate(
+    system: str | Path | System,
+    stop: str | float | None = None,
+    step: str | float | None = None,
+    *,
+    master: str = "jacobi",
+    record: Sequence[str] | None = None,
+) -> Result:
+    """Run a system of FMUs.
+
+    Parameters
+    ----------
+    system : an SSP file from any tool, or a system that was read or made
+    stop, step : stop time and communication step size, `"1 h"` or in s; what the system proposes by default
+    master : name of the algorithm
+    record : variables to keep, as `link.elongation`; every output by default
+
+    Raises
+    ------
+    InputError
+        If the file or something in it cannot be used, or a name is not known.
+    SlaveError
+        If the run did not get to a first value.
+    """
+    chosen = algorithm(master)
+    with temporary_folder() as work:
+        read = system if isinstance(system, System) else read_system(Path(system), work)
+        for told in read.remarks:
+            remark(told)
+        stop_time, step_size = experiment_of(read, stop, step)
+        begins = read.default_experiment.start_time
+        with progress_bar(read.name) as progress:
+            return guarded(
+                lambda line: simulate_system(
+                    read,
+                    stop_time,
+                    step_size,
+                    chosen,
+                    start_time=begins,
+                    record=record,
+                    unpacked=work,
+                    line=line,
+                ),
+                lambda done, count: progress(done / count),
+                remark,
+            )
+
+
+def experiment_of(system: System, stop: str | float | None, step: str | float | None) -> tuple[float, float]:
+    """Stop time and communication step size in s: what is given, or what the system proposes.
+
+    Raises
+    ------
+    InputError
+        If there is no stop time, or a time is none.
+    """
+    proposed = system.default_experiment
+    stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
+    if stop_time is None:
+        raise InputError(f'{system.name}: the system proposes no stop time; give one, as --stop "1 h"')
+    step_size = proposed.step_size if step is None else positive(step, "s", "--step")
+    return stop_time, step_size or stop_time / DEFAULT_STEPS

@@ -1,0 +1,143 @@
+"""What notebooks and scripts use: the README's scripts, and that every result shows itself."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import api as wl
+from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.diagnosis.practice import hide
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios.duties.duty import Segment
+from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.system.write import write_ssp
+
+README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+SECTION = README.partition("## You work in a notebook")[2].partition("\n## ")[0]
+SCRIPTS = re.findall(r"```python\n(.*?)```", SECTION, re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a system and a measured run."""
+    folder = tmp_path_factory.mktemp("notebook")
+    (folder / "dist").mkdir()
+    scenario = load_scenario("stop_and_go")
+    write_ssp(scenario.system(scenario.files(FmuStore("native"))), folder / "dist" / "WarmupCell.ssp")
+    work = [Segment(1800.0, 3.43, 2.5), Segment(1800.0)]
+    hide.write_csv(hide.hide({"hub_heat_loss": 0.1}, work), folder / "run.csv")
+    return folder
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=["run", "simulate", "diagnose"])
+def test_a_script_of_the_readme_is_six_lines_or_fewer_and_works(
+    script: str, place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(place)
+    assert len([line for line in script.splitlines() if line]) <= 6
+    exec(script, {})
+    printed = capsys.readouterr().out
+    if "run(" in script:
+        assert "removed" in printed
+        assert Path("error.html").stat().st_size > 1e5
+    elif "simulate" in script:
+        assert "link.elongation [m]" in printed
+    else:
+        assert printed.startswith("named ('hub_heat_loss',)")
+
+
+def test_every_name_is_there_and_says_what_it_does() -> None:
+    assert {"run", "simulate", "read_system", "compare", "tune", "design"} < set(wl.__all__)
+    assert {"diagnose", "build", "join", "linearise", "plot"} < set(wl.__all__)
+    for name in wl.__all__:
+        assert getattr(wl, name).__doc__, name
+    with pytest.raises(AttributeError, match=r"has no rum; did you mean run\?"):
+        wl.rum  # noqa: B018
+
+
+def test_importing_it_loads_nothing_heavy() -> None:
+    script = (
+        "import sys\nfrom warmlink.orchestration import api\n"
+        "print([name for name in sys.modules if name.partition('.')[0] in ('warmlink', 'numpy')])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['warmlink', 'warmlink.orchestration', 'warmlink.orchestration.api']"
+
+
+def test_results_show_themselves_and_give_a_frame(place: Path) -> None:
+    outcome = wl.run("stop_and_go", "lag", stop="2 min", step="2 s")
+    assert repr(outcome).startswith("stop_and_go · 2 min")
+    assert outcome._repr_html_().startswith("<pre>stop_and_go")
+    frame = outcome.to_frame()
+    np.testing.assert_array_equal(frame["error [m]"], outcome.error)
+    figure = wl.plot(outcome, "link.elongation", against=frame)
+    assert [line.name for line in figure.data] == ["link.elongation", "link.elongation, the other"]
+    np.testing.assert_array_equal(figure.data[0].y, figure.data[1].y)
+    assert figure.layout.yaxis.title.text == "link.elongation [µm]"
+    system = wl.read_system(place / "dist" / "WarmupCell.ssp")
+    assert repr(system).startswith("WarmupCell: duty, motor, link")
+
+
+def test_a_design_goes_into_a_run(place: Path) -> None:
+    found = wl.design(sensors=["base"], parameters={"link.length": "400 mm"})
+    assert "plant: link.length changed from nominal" in repr(found)
+    found.write(place / "observer.ssv")
+    runs = [
+        wl.run("stop_and_go", "observer", parameters=given, stop="2 min")
+        for given in (found.parameters, place / "observer.ssv")
+    ]
+    assert runs[0].metrics == runs[1].metrics
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: wl.run("wiper"), "wiper: no such scenario"),
+        (lambda: wl.run(controller="lagg"), "lagg: no such controller; did you mean lag"),
+        (lambda: wl.run(parameters={"link.lenght": 1}), "did you mean length"),
+        (lambda: wl.simulate("absent.ssp"), "absent.ssp"),
+        (lambda: wl.read_system("absent.ssp"), "absent.ssp: no such file"),
+        (lambda: wl.compare(mismatches=[]), "--mismatch: names none"),
+        (lambda: wl.compare(system=ARM, controllers=["regression"]), "has no design for SixAxisArm"),
+        (lambda: wl.design(law="lag"), "'lag' has no design"),
+        (lambda: wl.diagnose(pandas.DataFrame({"a": [1.0]})), "time"),
+        (lambda: wl.tune("absent"), "absent: no such study"),
+        (lambda: wl.build(fmus="nativ"), "did you mean native"),
+        (lambda: wl.plot("absent"), "absent: no results there"),
+        (lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0]}), "b"), "b: no such variable"),
+        (
+            lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0], "b [m]": 0.0}), "a", "b"),
+            "is of K, m; name variables of one unit",
+        ),
+    ],
+)
+def test_what_cannot_be_used_ends_in_the_sentence_of_the_command(call: object, sentence: str) -> None:
+    assert callable(call)
+    with pytest.raises(InputError) as refusal:
+        call()
+    assert sentence in str(refusal.value)
+
+
+def test_a_script_that_compares_needs_no_guard(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    (tmp_path / "work.toml").write_text(
+        "stop_time = '60 s'\nrepeat = true\n[[segment]]\nduration = '60 s'\nspeed = '3 rad/s'\n"
+    )
+    script.write_text(
+        "from warmlink.orchestration import api as wl\nprint('begun')\n"
+        "print(wl.compare(['none'], ['work.toml'], ['nominal'], means=wl.Means(jobs=1)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script.name], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.stdout.startswith("begun\nlargest error in um"), done.stderr
+    assert "nan" not in done.stdout.lower()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["script.py", "work.toml"]
