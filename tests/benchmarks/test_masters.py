@@ -50,14 +50,6 @@ def test_all_run_the_same_thing(cases: list[list[Row]]) -> None:
         assert abs(iterated.off_by) < 0.1 * abs(explicit[0].off_by)
 
 
-@pytest.mark.slow
-def test_the_compiled_loop_is_the_fastest_on_trivial_fmus(cases: list[list[Row]]) -> None:
-    times = {row.master: row.step_us for row in cases[0]}
-    if "warmlink, compiled" not in times:
-        pytest.skip("numba is not installed")
-    assert times["warmlink, compiled"] == min(t for t in times.values() if t is not None)
-
-
 def test_a_master_that_fails_says_so_in_its_row(tmp_path: Path) -> None:
     job = masters.Job(str(tmp_path / "absent.ssp"), 10, 1.0, "c.y", 1)
     row = masters._timed(masters.Case("nothing", job), Host("warmlink, plain", "ours:plain"))
