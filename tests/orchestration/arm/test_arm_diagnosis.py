@@ -14,7 +14,7 @@ from warmlink.orchestration.arm.diagnose import diagnose_arm
 from warmlink.orchestration.arm.hide import hide_in_arm, possible_effects
 from warmlink.orchestration.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.arm.setup import arm
-from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.command_line.diagnose import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
@@ -30,7 +30,7 @@ RESISTANCE = 0.6
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     store = FmuStore("native")
     try:
-        store.files(arm().kinds([controller("none")]))
+        store.files(arm().kinds | shipped("none").kinds)
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("arm") / "arm.csv"
