@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, cast
 
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Around, Stepper
 from warmlink.orchestration.master.algorithms.substeps import REPEATABLE, SubSteps, halvings
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
@@ -22,25 +22,17 @@ CAREFUL_STEPS = 16
 
 
 @dataclass(frozen=True)
-class Retry(Algorithm):
+class Retry(Around):
     """Repeat a discarded step in halves, quarters and so on, down to a minimum.
 
     Parameters
     ----------
-    inner : Algorithm
-        Does the steps.
     minimum_step : float, optional
         In s; default: 1/1024 of the communication step size.
     """
 
-    inner: Algorithm
     minimum_step: float | None = None
     repeats_steps: ClassVar[bool] = True
-
-    @property
-    def order(self) -> int:
-        """Order of convergence of the inner algorithm."""
-        return self.inner.order
 
     @property
     def whole_steps(self) -> Algorithm:

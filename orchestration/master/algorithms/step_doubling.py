@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Around, Stepper
 from warmlink.orchestration.master.algorithms.iteration import Vector
 from warmlink.orchestration.master.algorithms.signals import continuous_inputs
 from warmlink.orchestration.master.algorithms.substeps import SubSteps, halvings, refuse_unless_repeatable
@@ -20,7 +20,7 @@ SHARE_OF_NOMINAL = 1e-6
 
 
 @dataclass(frozen=True)
-class StepDoubling(Algorithm):
+class StepDoubling(Around):
     """Keep the coupling error of chosen variables within tolerances over the whole run.
 
     The two results differ by (2**p - 1) times the error of the finer one, p being the order of the inner
@@ -30,8 +30,6 @@ class StepDoubling(Algorithm):
 
     Parameters
     ----------
-    inner : Algorithm
-        Does the steps.
     tolerances : mapping, optional
         Largest error by `slave.variable`, in that variable's unit; default: 1e-6 of the nominal value for
         every continuous signal that is exchanged.
@@ -40,15 +38,9 @@ class StepDoubling(Algorithm):
         step size.
     """
 
-    inner: Algorithm
     tolerances: Mapping[str, float] | None = None
     minimum_step: float | None = None
     repeats_steps: ClassVar[bool] = True
-
-    @property
-    def order(self) -> int:
-        """Order of convergence of the inner algorithm."""
-        return self.inner.order
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network, whose slaves must all be able to repeat steps."""

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from typing import ClassVar, cast
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Stepper, StepperAround
 from warmlink.orchestration.master.algorithms.signals import switching_outputs
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -39,7 +39,7 @@ def refuse_unless_repeatable(network: Network, purpose: str) -> None:
         raise InputError(f"{', '.join(stuck or rigid)}: {why}; choose a fixed step")
 
 
-class SubSteps(Stepper):
+class SubSteps(StepperAround):
     """Covers each macro step with parts whose size follows an error estimate.
 
     Parameters
@@ -55,9 +55,8 @@ class SubSteps(Stepper):
     """
 
     def __init__(self, network: Network, inner: Stepper, levels: int, growth: float) -> None:
+        super().__init__(inner)
         self.network = network
-        self.inner = inner
-        self.remarks = inner.remarks
         self._ticks = 1 << levels
         self._size = self._ticks
         self._growth = growth
@@ -88,12 +87,12 @@ class SubSteps(Stepper):
 
     def memory(self) -> object:
         """Give the size reached and the inner stepper's memory."""
-        return self._size, self.inner.memory()
+        return self._size, super().memory()
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""
         self._size, carried = cast("tuple[int, object]", memory)
-        self.inner.recall(carried)
+        super().recall(carried)
 
     def back(self, snapshot: Snapshot, memory: object) -> None:
         """Undo a part."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Around, Stepper, StepperAround
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.check import checked_value
@@ -24,19 +24,13 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Tuned(Algorithm):
+class Tuned(Around):
     """Change tunable parameters at communication points, then step as the inner algorithm does.
 
     A change between two communication points acts from the later one on.
     """
 
-    inner: Algorithm
     changes: tuple[Change, ...]
-
-    @property
-    def order(self) -> int:
-        """Order of convergence of the inner algorithm."""
-        return self.inner.order
 
     def bind(self, network: Network, points: CommunicationPoints) -> TunedStepper:
         """Prepare for one network.
@@ -61,7 +55,7 @@ class Tuned(Algorithm):
         return TunedStepper(self.inner.bind(network, points), network, self.changes)
 
 
-class TunedStepper(Stepper):
+class TunedStepper(StepperAround):
     """The inner stepper, before each of whose steps the parameters are those of the time.
 
     They are set anew in every step, because a step that is repeated starts from a state that holds the
@@ -69,7 +63,7 @@ class TunedStepper(Stepper):
     """
 
     def __init__(self, inner: Stepper, network: Network, changes: tuple[Change, ...]) -> None:
-        self.inner, self.remarks = inner, inner.remarks
+        super().__init__(inner)
         self._slaves = {slave.name: slave for slave in network.slaves}
         self._changes = sorted(changes, key=lambda change: change.time)
 
@@ -79,11 +73,3 @@ class TunedStepper(Stepper):
         for (slave, parameter), value in due.items():
             self._slaves[slave].set((parameter,), (value,))
         self.inner.step(time, step_size)
-
-    def memory(self) -> object:
-        """Give that of the inner stepper."""
-        return self.inner.memory()
-
-    def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
-        self.inner.recall(memory)
