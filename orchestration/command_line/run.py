@@ -60,7 +60,7 @@ def run(
     """
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
-    from warmlink.orchestration.master.pacing import Interruption
+    from warmlink.orchestration.master.pacing import interruption
     from warmlink.orchestration.scenarios.closed_loop import run_scenario
     from warmlink.orchestration.scenarios.load import load_scenario
     from warmlink.orchestration.scenarios.run import changed
@@ -83,7 +83,7 @@ def run(
         if outcome.time.size == 0:
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
-        with Interruption():  # a Ctrl-C now does not cost what was computed
+        with interruption():  # a Ctrl-C now does not cost what was computed
             lost = _write(outcome, target, report)
     if json:
         answer_json(outcome.to_dict())

@@ -11,10 +11,9 @@ import mmap
 import os
 import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -24,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.orchestration.master.pacing import on_ctrl_c
 from warmlink.orchestration.master.recording.line import Line, serve
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves import under_way
@@ -99,7 +99,7 @@ class _Guard:
 
     def result(self) -> Result:
         """Wait for the other process and give what came of it."""
-        with self._listening():
+        with on_ctrl_c(self._press):
             try:
                 hangs = not self._follow()
             finally:
@@ -188,18 +188,6 @@ class _Guard:
             how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
             self._death = f"ended ({how})"
         return bool(pid)
-
-    @contextmanager
-    def _listening(self) -> Iterator[None]:
-        """Take Ctrl-C for the other process, where this is the main thread."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        old = signal.signal(signal.SIGINT, self._press)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, old)
 
     def _press(self, number: int, frame: FrameType | None) -> None:
         self._pressed += 1

@@ -5,9 +5,10 @@ from __future__ import annotations
 import signal
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from types import FrameType, TracebackType
-from typing import Any
+from types import FrameType
 
 from warmlink.orchestration.master.slaves import under_way
 
@@ -42,39 +43,35 @@ class Clock:
             self.lag = max(self.lag, -ahead)
 
 
-class Interruption:
-    """Turns the first Ctrl-C into a flag that is looked at between steps.
+@contextmanager
+def on_ctrl_c(pressed: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Have Ctrl-C call a function, where this is the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    old = signal.signal(signal.SIGINT, pressed)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, old)
+
+
+@contextmanager
+def interruption() -> Iterator[None]:
+    """Turn the first Ctrl-C into a flag that is looked at between steps.
 
     Raised at once, it would hit whatever runs at that moment, the inside of a Python FMU included. A second
     one is raised, for a step that does not end.
     """
+    cells = under_way.here.cells
 
-    def __init__(self) -> None:
-        self._cells = under_way.here.cells
-        self._old: Any = None
-        self._active = False
-
-    @property
-    def asked(self) -> bool:
-        """Whether to stop; a process that guards this one may ask for it too."""
-        return bool(self._cells[under_way.ASKED])
-
-    def __enter__(self) -> Interruption:
-        """Take over SIGINT, where this is the main thread."""
-        if threading.current_thread() is threading.main_thread():
-            self._old = signal.signal(signal.SIGINT, self._note)
-            self._active = True
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Give SIGINT back."""
-        if self._active:
-            signal.signal(signal.SIGINT, self._old)
-        self._cells[under_way.ASKED] = 0
-
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        if self.asked:
+    def note(number: int, frame: FrameType | None) -> None:
+        if cells[under_way.ASKED]:
             raise KeyboardInterrupt
-        self._cells[under_way.ASKED] = 1
+        cells[under_way.ASKED] = 1
+
+    try:
+        with on_ctrl_c(note):
+            yield
+    finally:
+        cells[under_way.ASKED] = 0

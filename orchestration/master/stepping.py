@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.compiled.loop import CompiledLoop
 from warmlink.orchestration.master.initialization import initialize
-from warmlink.orchestration.master.pacing import Clock, Interruption
+from warmlink.orchestration.master.pacing import Clock, interruption
 from warmlink.orchestration.master.recording.audit import Balance
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.recording.result import Result, Statistics
 from warmlink.orchestration.master.recording.stores import StoreError
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -60,10 +61,10 @@ class Run:
         failure: SlaveError | str | None = None
         began = time.perf_counter()
         try:
-            with Interruption() as interruption:
+            with interruption():
                 self._begin()
                 began = time.perf_counter()
-                if not self._step_through(interruption):
+                if not self._step_through():
                     failure = self._interrupted()
         except SlaveError as error:
             failure = error
@@ -121,14 +122,14 @@ class Run:
         if self.check_stability and not self.network.unable_to_restore():
             self._start = (self.network.snapshot(), self.stepper.memory())
 
-    def _step_through(self, interruption: Interruption) -> bool:
+    def _step_through(self) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
         recorder, points, stepper = self.recorder, self.recorder.points, self.stepper
         stride, last = max(1, points.count // 200), points.count
         loop, first = None, recorder.rows
         while recorder.rows <= last:
             self.network.end_copies()
-            if interruption.asked:
+            if under_way.asked():
                 return False
             if self.compiled and loop is None and recorder.rows > first:
                 loop = self._loop()

@@ -33,8 +33,7 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
     for k, slave in enumerate(network.slaves):
         if not isinstance(slave, FmiSlave):
             return f"{slave.name} is not an FMU in this process"
-        late = tuple(name for j, name in recorder.late if j == k)
-        for names in (network.reads[k], network.writes[k], late):
+        for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
                 if (slave.prefix, batch.base) not in _KINDS:
                     return f"{slave.name} exchanges {batch.base} values"
@@ -55,8 +54,7 @@ class Layout:
         count = len(network.slaves)
         plans = [self._plan(k, network.reads[k], "Get") for k in range(count)]
         writes = [self._plan(k, network.writes[k], "Set") for k in range(count)]
-        late_names = [tuple(name for j, name in recorder.late if j == k) for k in range(count)]
-        late = [self._plan(k, late_names[k], "Get") for k in range(count)]
+        late = [self._plan(k, recorder.late[k], "Get") for k in range(count)]
         self._sizes[0] += 1  # lastSuccessfulTime of fmi3DoStep
         self.buffers = (
             np.zeros(self._sizes[0]),
@@ -68,7 +66,7 @@ class Layout:
         late_places = {
             (k, name): place
             for k in range(count)
-            for name, place in zip(late_names[k], late[k][1], strict=True)
+            for name, place in zip(recorder.late[k], late[k][1], strict=True)
         }
         self._wires(count)
         checks = [[self.outputs[k][position][1] for position in network.checked[k]] for k in range(count)]

@@ -55,8 +55,8 @@ class Recorder:
         Points recorded so far.
     sources : list of (slave, variable, position)
         For each column, its position among the outputs read from the slave, or None.
-    late : list of (slave, variable)
-        What is got anew after the exchange.
+    late : list of tuple of str
+        For each slave, the variables that are got anew after the exchange.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Recorder:
         self._cells = under_way.here.cells
         units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
-        self._network = network
+        self._network, count = network, len(network.slaves)
         for name in names:
             k, variable = network.locate(name)
             about = network.slaves[k].variables[variable]
@@ -77,12 +77,9 @@ class Recorder:
             units[name] = about.unit
             read = network.reads[k]
             self.sources.append((k, variable, read.index(variable) if variable in read else None))
-        self.late = [(k, name) for k, name, position in self.sources if position is None]
-        self._others: list[tuple[int, Names, list[int]]] = []
-        for k in range(len(network.slaves)):
-            columns = [c for c, (j, _, position) in enumerate(self.sources) if j == k and position is None]
-            if columns:
-                self._others.append((k, tuple(self.sources[c][1] for c in columns), columns))
+        late = [[c for c, (j, _, p) in enumerate(self.sources) if j == k and p is None] for k in range(count)]
+        self.late: list[Names] = [tuple(self.sources[c][1] for c in columns) for columns in late]
+        self._others = [(k, self.late[k], columns) for k, columns in enumerate(late) if columns]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
         self.store = store
         self.header = Table(names, units, points, np.empty((0, len(names))))

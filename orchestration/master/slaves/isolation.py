@@ -128,9 +128,9 @@ class IsolatedSlave:
         if self._failure is not None:
             raise self._failure
         try:
-            answer = self._process.answer(limit, _end_is_asked)
+            answer = self._process.answer(limit, under_way.asked)
         except TimeoutError:
-            if _end_is_asked():
+            if under_way.asked():
                 self._fail("interrupted", f"{method} had not returned; its process was ended")
             told = f"{method} has not returned within {limit:g} s; its process was ended"
             self._fail("time limit", told)
@@ -149,10 +149,6 @@ class IsolatedSlave:
     def _fail(self, status: Any, message: str) -> NoReturn:
         self._failure = SlaveError(self.name, status, self._time, message)
         raise self._failure
-
-
-def _end_is_asked() -> bool:
-    return bool(under_way.here.cells[under_way.ASKED])
 
 
 def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:

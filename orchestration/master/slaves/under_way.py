@@ -62,3 +62,8 @@ def share(memory: mmap.mmap) -> None:
     """From now on, tell it in memory that another process reads."""
     global here
     here = UnderWay(memory)
+
+
+def asked() -> bool:
+    """Tell whether to stop; a process that guards this one may ask for it too."""
+    return bool(here.cells[ASKED])

@@ -79,11 +79,6 @@ def read_ssv(path: Path) -> dict[str, Parameter]:
     return {p.name: p for p in parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)}
 
 
-def read_ssm(path: Path) -> tuple[MappingEntry, ...]:
-    """Read an SSM file; raises as `read_ssv`."""
-    return parameter_mapping(root_of_file(path, "ParameterMapping", path.name), path.name)
-
-
 def write_ssv(
     values: Mapping[str, Value | Parameter],
     path: Path,
