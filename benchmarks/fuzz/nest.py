@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from warmlink.orchestration.fmu_store import CACHE_VARIABLE, wanted_cache_folder
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, wanted_cache_folder
 
 TARGET = "target"
 AROUND = ("folder", "home", "temporary")

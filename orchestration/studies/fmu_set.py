@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-from warmlink.orchestration.fmu_store import FmuKind, cache_folder
+from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.fmu_store import FmuKind
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.fmu_store import cache_folder
+from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Component, ParameterSet, System

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.fmu_store import CACHE_VARIABLE, cache_folder, store
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder
+from warmlink.orchestration.fmu_store import store
 
 
 def test_a_cache_that_cannot_be_written_is_replaced_with_a_remark(

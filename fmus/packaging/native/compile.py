@@ -13,12 +13,14 @@ import sys
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.universal_binary import universal_binary
 
 
@@ -212,14 +214,28 @@ def merged_libraries(libraries: Mapping[Platform, bytes]) -> dict[str, bytes]:
 def _object(
     compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
 ) -> bytes:
-    """Object file of a unit, once in a process for the same texts: both FMI versions share most of theirs."""
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        folder = Path(work)
-        for file, text in texts:
-            (folder / file).write_text(text, encoding="utf-8")
-        quick = ["-O1"] if unit in ONCE_RUN else []
-        compiler.run(folder, ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"])
-        return (folder / "unit.o").read_bytes()
+    """Object file of a unit, compiled once for the same texts: both FMI versions share most of theirs."""
+    quick = ["-O1"] if unit in ONCE_RUN else []
+
+    def compiled() -> bytes:
+        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+            folder = Path(work)
+            for file, text in texts:
+                (folder / file).write_text(text, encoding="utf-8")
+            folders = [f"-I{path}" for path in include]
+            compiler.run(folder, ["-I.", *folders, *quick, "-c", unit, "-o", "unit.o"])
+            return (folder / "unit.o").read_bytes()
+
+    headers = [header.read_bytes() for path in include for header in sorted(path.glob("*.h"))]
+    return kept("objects", (compiler, _version(compiler.command), quick, unit, texts, headers), compiled)
+
+
+@cache
+def _version(command: tuple[str, ...]) -> bytes:
+    """What a compiler says of its version."""
+    with suppress(OSError):
+        return subprocess.run([*command, "--version"], capture_output=True).stdout
+    return b""
 
 
 def _needed(unit: str, sources: Mapping[str, str]) -> tuple[tuple[str, str], ...]:

@@ -1,0 +1,87 @@
+"""Where built FMUs and what they are built from are kept between runs."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import metadata, resources
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+
+CACHE_VARIABLE = "WARMLINK_CACHE"
+"""Environment variable that names the folder for built FMUs."""
+
+
+def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
+    """What was made before from the same things; else it is made, and kept where that is possible.
+
+    Parameters
+    ----------
+    folder : name below the cache
+    made_from : everything that it depends on; its `repr` tells two of them apart
+    make : makes it
+    """
+    try:
+        place = cache_folder() / folder / hashlib.sha256(repr(made_from).encode()).hexdigest()
+    except InputError:
+        return make()
+    with suppress(OSError):
+        return place.read_bytes()
+    content = make()
+    with suppress(OSError):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
+        scratch.write_bytes(content)
+        scratch.replace(place)
+    return content
+
+
+def cache_folder() -> Path:
+    """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
+
+    Raises
+    ------
+    InputError
+        If the other folder cannot be made either, or belongs to somebody else.
+    """
+    wanted = wanted_cache_folder()
+    with suppress(OSError):
+        wanted.mkdir(parents=True, exist_ok=True)
+    # A cache that was filled before may be read-only.
+    if os.access(wanted, os.W_OK) or (wanted / source_digest()).is_dir():
+        return wanted
+    own = os.getuid() if hasattr(os, "getuid") else 0
+    other = Path(tempfile.gettempdir()) / f"warmlink-cache-{own}"
+    with suppress(OSError):
+        other.mkdir(mode=0o700, exist_ok=True)
+        if not other.is_symlink() and other.stat().st_uid == own:
+            return other
+    raise InputError(f"{wanted}: cannot be written; name a folder for built FMUs in {CACHE_VARIABLE}")
+
+
+def wanted_cache_folder() -> Path:
+    """Folder for built FMUs: `WARMLINK_CACHE`, or warmlink's place in the user's cache."""
+    named = os.environ.get(CACHE_VARIABLE)
+    if named:
+        return Path(named)
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "warmlink"
+
+
+def source_digest() -> str:
+    """Digest of everything that FMUs are built from, so that a changed equation is never run stale."""
+    digest = hashlib.sha256()
+    for package in ("casadi", "pythonfmu"):
+        digest.update(f"{package} {metadata.version(package)}\n".encode())
+    for package in ("warmlink.fmus", "warmlink.controllers"):
+        root = Path(str(resources.files(package)))
+        for path in sorted(root.rglob("*")):
+            if path.is_file() and path.suffix != ".pyc":
+                digest.update(path.relative_to(root).as_posix().encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,55 @@
+"""Object files are compiled once and kept for builds to come."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE
+from warmlink.fmus.packaging.native import compile as compiling
+from warmlink.fmus.packaging.native.compile import Compiler, host_platform
+
+SOURCES = {
+    "one.c": "int one(void) { return 1; }\n",
+    "two.c": '#include "two.h"\nint two(void) { return TWO; }\n',
+}
+HEADER = {"two.h": "#define TWO 2\n"}
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler on this machine")
+
+
+@pytest.fixture
+def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Compiler:
+    """This machine's, which notes what it is asked for."""
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
+    script = tmp_path / "noting"
+    script.write_text(f'#!/bin/sh\necho "$@" >> {tmp_path / "asked"}\nexec cc "$@"\n')
+    script.chmod(0o755)
+    platform = host_platform()
+    assert platform is not None
+    return Compiler((str(script),), platform)
+
+
+def compiled(compiler: Compiler, sources: dict[str, str], tmp_path: Path) -> list[str]:
+    """Units that a new process compiles to build a library."""
+    compiling._object.cache_clear()
+    (tmp_path / "asked").write_text("")
+    assert compiler.library(sources, "numbers")
+    asked = (tmp_path / "asked").read_text().splitlines()
+    return sorted(line.split("-c ")[1].split()[0] for line in asked if " -c " in line)
+
+
+def test_what_is_the_same_is_compiled_once(compiler: Compiler, tmp_path: Path) -> None:
+    assert compiled(compiler, SOURCES | HEADER, tmp_path) == ["one.c", "two.c"]
+    assert compiled(compiler, SOURCES | HEADER, tmp_path) == []
+    assert compiled(compiler, SOURCES | {"two.h": "#define TWO 3\n"}, tmp_path) == ["two.c"]
+    other = Compiler(compiler.command, compiler.platform, (*compiler.flags, "-O0"))
+    assert compiled(other, SOURCES | HEADER, tmp_path) == ["one.c", "two.c"]
+
+
+def test_a_cache_that_cannot_be_written_costs_time_alone(
+    compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "file" / "cache"))
+    assert compiled(compiler, SOURCES | HEADER, tmp_path) == ["one.c", "two.c"]
