@@ -32,13 +32,7 @@ BULLET = "• "
 
 
 def write_report(result: Reproduction, path: Path) -> None:
-    """Write the page, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+    """Write the page, whole or not at all."""
     sections = [
         *_answers(result),
         *(Section(heading, figure=figure) for heading, figure in figures(result).items()),

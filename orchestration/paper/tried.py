@@ -55,12 +55,7 @@ class Consistency:
 
 
 def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
-    """Run every attempt on both cases.
-
-    Returns
-    -------
-    attempts, and the pad gaps [m] found: `without` and `with` radiation
-    """
+    """Run every attempt on both cases; give them, and the pad gaps [m] `without` and `with` radiation."""
     gaps = {
         "without": _gap_for_printed_base(radiation=False),
         "with": _gap_for_printed_base(radiation=True),

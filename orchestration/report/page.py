@@ -36,13 +36,7 @@ class Section:
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
-    """Write the page; `lead` is the answer in a sentence or two.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
+    """Write the page; `lead` is the answer in a sentence or two."""
     from jinja2 import Environment, select_autoescape
 
     source = (resources.files("warmlink.orchestration.report") / "page.html.j2").read_text("utf-8")

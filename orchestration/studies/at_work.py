@@ -52,12 +52,7 @@ def folder_for(out: str | Path | None) -> Iterator[Path]:
 def at_work(scenarios: Sequence[Scenario], means: Means, folder: Path) -> Iterator[AtWork]:
     """FMUs of the scenarios, and workers that keep what they finish in a folder, which is theirs alone.
 
-    What was empty before is so again where no run was finished.
-
-    Raises
-    ------
-    InputError
-        If there are no workers to be had, the folder cannot be written, or another study is at work in it.
+    What was empty before is so again where no run was finished; InputError where another study is at work.
     """
     if means.scheduler is None:
         check_jobs(means.jobs)

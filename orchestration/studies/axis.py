@@ -104,14 +104,7 @@ class Axis:
 
 
 def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], where: str) -> Axis:
-    """Axis from its table in a study file.
-
-    Raises
-    ------
-    InputError
-        If there is no such parameter, a unit does not fit, the bounds are empty, or the component refuses
-        a bound.
-    """
+    """Axis from its table in a study file; InputError where it, or a bound, does not fit the component."""
     found = scalar(name, components, where)
     place, unit = f"{where}: {name}", found.variable.unit
     written = (table.min, table.max) if table.values is None else table.values

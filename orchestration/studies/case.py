@@ -106,14 +106,7 @@ def failed(reason: str) -> Outcome:
 
 
 def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = False) -> Case:
-    """The run that a scenario describes, with its start values checked.
-
-    Raises
-    ------
-    InputError
-        If the scenario names a parameter, unit or master that does not exist, its step does not
-        divide its time, or a component refuses a value.
-    """
+    """The run that a scenario describes, every value checked; InputError where one cannot be."""
     algorithm(scenario.master)
     CommunicationPoints.between(0.0, scenario.stop_time, scenario.step_size)
     return Case(

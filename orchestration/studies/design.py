@@ -163,24 +163,15 @@ def _plant(system: str, law: str, given: Mapping[str, str | float]) -> Plant | N
 
 
 def plant_of(system: System) -> Plant:
-    """Parameters of a system's one motor and one link where they differ from nominal, in SI units.
-
-    Raises
-    ------
-    InputError
-        If the system has no motor or no link of ours, or several.
-    """
+    """What differs from nominal in a system's one motor and one link, in SI units; InputError otherwise."""
     return Plant(motor=_differing(system, MOTOR), link=_differing(system, LINK))
 
 
 def network_of(scenario: Scenario) -> Network:
     """Motors and links of a scenario's system, and what its controller sees of them.
 
-    Raises
-    ------
-    InputError
-        If the system has no motors and links of ours, others act among them, or the score is no weighted sum
-        of what they grow by.
+    InputError where it has none of ours, others act among them, or the score is no weighted sum of what they
+    grow by.
     """
     setup = scenario.setup
     declared = scenario.declared
@@ -217,13 +208,7 @@ def _read_at(name: str, wires: Mapping[str, str], plant: set[str]) -> str | None
 
 
 def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
-    """A plant with other parameters, `"2 W/K"` under `motor.joint_conductance`.
-
-    Raises
-    ------
-    InputError
-        If motor or link has no such parameter, a unit does not fit, or a value is out of range.
-    """
+    """A plant with other parameters, `"2 W/K"` under `motor.joint_conductance`, if they fit."""
     components = {"motor": MOTOR, "link": LINK}
     for name in given:
         if not isinstance(scalar(name, components, "--set").variable, Declared):

@@ -30,11 +30,6 @@ class Ledger:
     fmus : digest of the FMUs' bytes, by which runs of other FMUs are told apart
     workers : who runs what is not known yet
     remark : is told of damaged lines
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or mended.
     """
 
     def __init__(self, folder: Path, fmus: str, workers: Workers, remark: Remark) -> None:
@@ -50,13 +45,7 @@ class Ledger:
             ) from None
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Give what is known, then run the rest; equal cases are run once.
-
-        Raises
-        ------
-        InputError
-            If a finished run cannot be written down; those before it are kept.
-        """
+        """Give what is known, then run the rest, equal cases once, each written down as it ends."""
         keys = [self._key(case) for case in cases]
         waiting: dict[str, list[int]] = {}
         for place, key in enumerate(keys):

@@ -23,13 +23,7 @@ REASON, EXCESS = "reason", "excess"
 
 
 def import_optuna() -> None:
-    """Load Optuna and silence what it says beside our own words.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
+    """Load Optuna, or say that it is missing, and silence what it says beside our own words."""
     try:
         import optuna
     except ImportError:
@@ -49,11 +43,6 @@ class Storage:
     study : the study
     fmus : digest of the FMUs
     url : as Optuna takes it
-
-    Raises
-    ------
-    InputError
-        If the storage cannot be opened or written.
     """
 
     def __init__(self, study: Study, fmus: str, url: str) -> None:
@@ -77,24 +66,12 @@ class Storage:
             ) from fault
 
     def trials(self) -> list[optuna.trial.FrozenTrial]:
-        """Finished trials by number.
-
-        Raises
-        ------
-        InputError
-            If the storage cannot be read.
-        """
+        """Finished trials by number; InputError if the storage cannot be read."""
         with _answering("cannot be read"):
             return list(self.study.get_trials(deepcopy=False))
 
     def add(self, evaluation: Judged) -> None:
-        """Add the trial that comes next.
-
-        Raises
-        ------
-        InputError
-            If the storage takes it no more.
-        """
+        """Add the trial that comes next; InputError if the storage takes it no more."""
         import optuna
         from optuna.trial import TrialState
 

@@ -138,13 +138,7 @@ class Study:
     sweep: SweepSettings
 
     def cases(self, point: Point, label: str) -> list[Case]:
-        """The runs of one point: each duty cycle with each mismatch.
-
-        Raises
-        ------
-        InputError
-            If a component refuses the point.
-        """
+        """The runs of one point, each duty cycle with each mismatch; InputError if a component refuses it."""
         return [
             case_of(
                 mismatch.applied(replace(duty, parameters={**duty.parameters, **point})),

@@ -6,7 +6,6 @@ import itertools
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.cores.workers import Workers
@@ -22,13 +21,7 @@ Progress = Callable[[int], None]
 
 
 def points_of(study: Study) -> list[Point]:
-    """The points of a sweep in the order of its table.
-
-    Raises
-    ------
-    InputError
-        If a grid has more points than anybody can have meant.
-    """
+    """The points of a sweep in the order of its table; InputError for more than anybody can have meant."""
     names = [axis.name for axis in study.axes]
     if study.sweep.kind == "grid":
         levels = [axis.levels(study.sweep.points) for axis in study.axes]
@@ -59,35 +52,28 @@ def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    columns: dict[str, list[Any]] = {"point": []}
-    columns |= {axis.heading: [] for axis in study.axes}
-    columns |= {"duty_cycle": [], "mismatch": []}
-    columns |= {name: [] for name in METRICS if name != "outside_tolerance_min"}
-    columns |= {"within_tolerance_min": [], "objective": [], "feasible": [], "reason": []}
-    for each in found:
-        for k, (duty, mismatch) in enumerate(study.runs):
-            row = {"point": each.number, "duty_cycle": duty, "mismatch": mismatch}
-            row |= {axis.heading: each.point[axis.name] for axis in study.axes}
-            row |= each.outcomes[k].to_dict() if each.outcomes else {}
-            row |= {
-                "objective": each.objective if each.reason is None else None,
-                "feasible": each.feasible,
-                "reason": each.reason,
-            }
-            for name, column in columns.items():
-                column.append(row.get(name))
-    types = {
-        "point": pyarrow.int64(),
-        "duty_cycle": pyarrow.string(),
-        "mismatch": pyarrow.string(),
-        "feasible": pyarrow.bool_(),
-        "reason": pyarrow.string(),
-    }
-    table = pyarrow.table(
-        {
-            name: pyarrow.array(column, types.get(name, pyarrow.float64()), from_pandas=False)
-            for name, column in columns.items()
-        }
+    figures = [*(name for name in METRICS if name != "outside_tolerance_min"), "within_tolerance_min"]
+    text, number = pyarrow.string(), pyarrow.float64()
+    schema = pyarrow.schema(
+        [
+            ("point", pyarrow.int64()),
+            *((axis.heading, number) for axis in study.axes),
+            *(("duty_cycle", text), ("mismatch", text)),
+            *((name, number) for name in (*figures, "objective")),
+            *(("feasible", pyarrow.bool_()), ("reason", text)),
+        ]
     )
+    rows = [
+        {
+            "point": each.number,
+            **{axis.heading: each.point[axis.name] for axis in study.axes},
+            "duty_cycle": duty,
+            "mismatch": mismatch,
+            **(each.outcomes[k].to_dict() if each.outcomes else {}),
+            **each.to_dict(),
+        }
+        for each in found
+        for k, (duty, mismatch) in enumerate(study.runs)
+    ]
     with path.open("wb") as stream:
-        parquet.write_table(table, stream)
+        parquet.write_table(pyarrow.Table.from_pylist(rows, schema), stream)

@@ -179,13 +179,7 @@ def _run(
 
 
 def _probe(study: Study, workers: Workers, done: list[Judged]) -> None:
-    """Refuse a study whose first point gives no objective: hardly any other would.
-
-    Raises
-    ------
-    InputError
-        With the reason.
-    """
+    """Refuse a study whose first point gives no objective: hardly any other would."""
     if done:
         return
     point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}

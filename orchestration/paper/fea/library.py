@@ -8,13 +8,7 @@ from warmlink.fmus.errors import MissingExtraError
 
 
 def scikit_fem() -> ModuleType:
-    """Return the module `skfem`.
-
-    Raises
-    ------
-    MissingExtraError
-        scikit-fem is not installed.
-    """
+    """Return the module `skfem`, or say that it is missing."""
     try:
         import skfem
     except ImportError as error:

@@ -70,13 +70,7 @@ def per_element(body: Body, *names: str) -> Array:
 
 
 def vertices_at(mesh: Any, points: Array) -> NDArray[np.int64]:
-    """Numbers of the mesh vertices at the points, shape (3, n) [m].
-
-    Raises
-    ------
-    InputError
-        No vertex lies within a micrometre of a point.
-    """
+    """Numbers of the mesh vertices at points, shape (3, n) [m]; InputError unless within a micrometre."""
     distance = np.linalg.norm(mesh.p[:, :, None] - points[:, None, :], axis=0)
     nearest = distance.argmin(axis=0)
     for point, gap in zip(points.T, distance.min(axis=0), strict=True):

@@ -27,11 +27,6 @@ class ClusterWorkers:
     ----------
     fmus : what the cases run on
     address : of the scheduler, as `tcp://10.0.0.1:8786`
-
-    Raises
-    ------
-    InputError
-        If there is no scheduler at the address, or it has no worker.
     """
 
     def __init__(self, fmus: FmuSet, address: str) -> None:

@@ -45,16 +45,6 @@ class LocalWorkers:
 
     No thread of this process waits for them, so that Ctrl-C finds nothing that could hang; where the block
     is left by an exception, what they are at is cut short.
-
-    Parameters
-    ----------
-    fmus : what the cases run on
-    jobs : how many processes
-
-    Raises
-    ------
-    InputError
-        If `jobs` is no number of processes.
     """
 
     def __init__(self, fmus: FmuSet, jobs: int = DEFAULT_JOBS) -> None:
@@ -77,13 +67,7 @@ class LocalWorkers:
         self._idle.clear()
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Run cases; that of a worker that died is run again, by another one.
-
-        Raises
-        ------
-        InputError
-            If a worker finds the disk full.
-        """
+        """Run cases; that of a worker that died is run again, by another one; InputError on a full disk."""
         waiting = longest_first(cases)[::-1]
         deaths: Counter[int] = Counter()
         try:

@@ -24,12 +24,7 @@ class Workers(Protocol):
         """Run cases and give each one's place and outcome, in the order in which they end.
 
         A run that stops, or whose worker dies each time, has an outcome that says why; a worker that dies
-        once loses nothing.
-
-        Raises
-        ------
-        InputError
-            If the workers cannot go on.
+        once loses nothing. InputError where the workers cannot go on.
         """
 
 
@@ -37,13 +32,7 @@ _KEPT = "the finished runs are kept, and the same command goes on"
 
 
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
-    """Run a case in this process; whatever goes wrong becomes the outcome's reason.
-
-    Raises
-    ------
-    NoRoomError
-        If the disk takes nothing more, which says nothing of the case.
-    """
+    """Run a case in this process; what goes wrong is the outcome's reason, but a full disk a NoRoomError."""
     prepare_stepping()
     try:
         return run_case(case, fmus.files(), fmus.unpacked)
