@@ -12,7 +12,7 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import arm_values, axis_name
+from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
@@ -24,13 +24,14 @@ from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 
 PROGRAM = "six_axis_random_jobs"
 INTERVAL = 10.0
 """s between rows; where a duty cycle changes there is one more."""
 
-_COMPONENTS = {"motor": "MotorHeatSource", "link": "ThermalLink"}
+_PARTS = ("motor", "link")
 
 
 def hide_in_arm(
@@ -65,8 +66,7 @@ def hide_in_arm(
     if not 1 <= number <= AXES:
         raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
     scenario = load_scenario(program)
-    hidden = {name: value for each, size in effects.items() for name, value in _set(number, each, size)}
-    scenario = replace(scenario, parameters={**scenario.parameters, **hidden})
+    scenario = _hidden(number, effects).applied(scenario)
     return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
 
 
@@ -80,27 +80,23 @@ def _cause(effect: str) -> Cause | None:
     cause = next((each for each in causes() if each.name == effect), None)
     if cause is None or cause.kind != "plant":
         return None
-    return cause if all(name.partition(".")[0] in _COMPONENTS for name in cause.frees) else None
+    return cause if all(name.partition(".")[0] in _PARTS for name in cause.frees) else None
 
 
-def _set(number: int, effect: str, size: float) -> list[tuple[str, float]]:
-    """Parameters of the arm, by their names, that make an effect."""
-    cause = _cause(effect)
-    if cause is None:
-        raise InputError(
-            f"effect: {effect!r} cannot be hidden in an axis of the arm; "
-            f"{instead(effect, possible_effects())}"
-        )
-    found = []
-    for name in cause.frees:
-        instance, _, parameter = name.partition(".")
-        held = f"{axis_name(number)}.{instance}"
-        value = size
-        if cause.relative:
-            declared = {p.name: p.start for p in catalogue.components()[_COMPONENTS[instance]].parameters}
-            value = size * float(arm_values()[held].get(parameter, declared[parameter]))
-        found.append((f"{held}.{parameter}", value))
-    return found
+def _hidden(number: int, effects: Mapping[str, float]) -> Mismatch:
+    """The effects as what the nominal arm differs by."""
+    scale: dict[str, float] = {}
+    parameters: dict[str, float] = {}
+    for effect, size in effects.items():
+        cause = _cause(effect)
+        if cause is None:
+            raise InputError(
+                f"effect: {effect!r} cannot be hidden in an axis of the arm; "
+                f"{instead(effect, possible_effects())}"
+            )
+        given = scale if cause.relative else parameters
+        given |= {f"{axis_name(number)}.{name}": size for name in cause.frees}
+    return Mismatch("hidden", "", scale, parameters)
 
 
 def _run(scenario: Scenario, store: FmuStore) -> Result:
