@@ -200,18 +200,10 @@ def write_csv(comparison: Comparison, path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for row in comparison.rows.values():
-            figures = row.outcome.to_dict()
-            writer.writerow(
-                [
-                    row.controller,
-                    row.duty_cycle,
-                    row.mismatch,
-                    *(_cell(figures[name]) for name in COLUMNS[3:6]),
-                    _cell(row.removed_percent),
-                    _cell(row.equal_within_um),
-                ]
-            )
+        for record in comparison.records():
+            figures = (record[name] for name in COLUMNS[3:])
+            known = ("" if each is None else repr(round(each, 6)) for each in figures)
+            writer.writerow([*(record[name] for name in COLUMNS[:3]), *known])
 
 
 def _row(case: Case, outcome: Outcome, without: Outcome, budget: Outcome) -> Row:
@@ -221,7 +213,3 @@ def _row(case: Case, outcome: Outcome, without: Outcome, budget: Outcome) -> Row
     equal = None if budget.coupling_um is None else budget.coupling_um + budget.discretisation_um
     name, duty, mismatch = case.label
     return Row(name, duty, mismatch, outcome, without.max_abs_um, removed, equal, 1e6 * case.tolerance)
-
-
-def _cell(value: float | None) -> str:
-    return "" if value is None else repr(round(value, 6))
