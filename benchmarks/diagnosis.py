@@ -35,6 +35,7 @@ FULL = {
     "single, noise called twice": 50,
     "none, columns missing and gaps": 50,
     "single, columns missing and gaps": 100,
+    "any cause, any duty": 240,
 }
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden import COLD
 from warmlink.orchestration.diagnosis.practice.hide import (
     INFORMATIVE,
     MOVING,
@@ -21,7 +22,7 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
     write_csv,
 )
-from warmlink.orchestration.scenarios.duties.duty import Segment
+from warmlink.orchestration.scenarios.duties.duty import PAD_TEMPERATURE, Segment, length
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -29,6 +30,12 @@ if TYPE_CHECKING:
 
 _TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""
+
+KNOWN = tuple(name for name, effect in EFFECTS.items() if effect.known)
+"""Effects that a cause of the catalogue explains."""
+
+_VARIED = 7200.0
+"""s that a drawn duty cycle lasts, or a little longer."""
 
 _TRACE = 1.0
 """Expected gain in chi-square below which an effect leaves no trace in a run."""
@@ -39,7 +46,8 @@ class Kind:
     """A kind of trial: how many effects are hidden, from where, under which noise and duty cycle.
 
     `stated` is the noise that the experiment claims as a multiple of the true one, None where it claims
-    none; `gaps` takes two measured columns and parts of others away.
+    none; `gaps` takes two measured columns and parts of others away; `varied` draws the duty cycle anew for
+    each trial, and the strength over a decade, and takes the causes in turn.
     """
 
     effects: int
@@ -49,6 +57,7 @@ class Kind:
     weak: bool = False
     stated: float | None = None
     gaps: bool = False
+    varied: bool = False
 
 
 KINDS: dict[str, Kind] = {
@@ -70,6 +79,7 @@ KINDS: dict[str, Kind] = {
     "single, noise called twice": Kind(1, stated=2.0),
     "none, columns missing and gaps": Kind(0, gaps=True),
     "single, columns missing and gaps": Kind(1, gaps=True),
+    "any cause, any duty": Kind(1, gaps=True, varied=True),
 }
 
 
@@ -128,6 +138,35 @@ def drawn(kind: Kind, random: np.random.Generator) -> dict[str, float]:
         away = (effect.size - effect.neutral) * random.uniform(0.7, 1.3) * sign
         effects[name + channel] = float(effect.neutral + away)
     return effects
+
+
+def drawn_duty(random: np.random.Generator, lasts: float) -> tuple[Segment, ...]:
+    """Draw a duty cycle of about so many s: rest, work, torque at rest, a pad, in a room that is never still.
+
+    The ambient temperature changes every one or two minutes, so that a logger has it row by row.
+    """
+    duty: list[Segment] = []
+    ambient = COLD
+    while length(duty) < lasts:
+        heated, moving = random.random(2) < (0.4, 0.6)
+        speed, torque = random.uniform((0.5, 0.5), (4.5, 5.0)) if moving else (0.0, random.choice([0.0, 3.5]))
+        pad = COLD + random.uniform(10, 45)
+        stage = random.uniform(300, 900)
+        for share in random.dirichlet(np.full(int(stage / 100) + 1, 5.0)):
+            ambient = float(np.clip(ambient + 0.3 * random.standard_normal(), COLD - 2, COLD + 2))
+            piece = Segment(max(round(stage * share, 1), 1.0), float(speed), float(torque), ambient)
+            held = replace(piece, pad_mode=PAD_TEMPERATURE, pad_temperature=pad)
+            duty.append(held if heated else piece)
+    return tuple(duty)
+
+
+def over_a_decade(name: str, random: np.random.Generator) -> dict[str, float]:
+    """A cause of the catalogue, on any channel, at a strength drawn over a decade, in SI."""
+    effect = EFFECTS[name]
+    channel = f":{random.choice(CHANNELS)}" if effect.per_channel else ""
+    sign = random.choice([-1, 1]) if effect.both_signs else 1
+    share = sign * 10 ** random.uniform(-0.7, 0.3)
+    return {name + channel: float(effect.neutral + share * (effect.size - effect.neutral))}
 
 
 def weakened(effects: dict[str, float], kind: Kind, random: np.random.Generator) -> dict[str, float]:
@@ -211,6 +250,9 @@ def trial(task: tuple[str, int, int]) -> Trial:
     kind = KINDS[kind_name]
     random = np.random.default_rng([seed, i, list(KINDS).index(kind_name)])
     effects = drawn(kind, random)
+    if kind.varied:
+        effects = over_a_decade(KNOWN[i % len(KNOWN)], random)
+        kind = replace(kind, duty=drawn_duty(random, _VARIED))
     if kind.weak:
         effects = weakened(effects, kind, random)
     columns = hide(effects, kind.duty, kind.noise, seed=int(random.integers(2**31)))

@@ -76,7 +76,7 @@ def demands_at(segments: Sequence[Segment], times: NDArray[np.float64]) -> dict[
     The pad temperature is NaN where no pad is held at one.
     """
     ends = np.cumsum([segment.duration for segment in segments])
-    which = np.minimum(np.searchsorted(ends, times, side="right"), len(segments) - 1)
+    which = np.minimum(np.searchsorted(ends, times + EARLY, side="right"), len(segments) - 1)
     table = np.array([(s.speed, s.torque, s.pad, s.ambient_temperature) for s in segments])[which]
     return dict(zip(("speed", "torque", "pad_temperature", "ambient_temperature"), table.T, strict=True))
 

@@ -176,6 +176,7 @@ def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
     value = cause["parameters"]["link.emissivity"]
     assert set(value) == {"value", "std", "low95", "high95", "unit"}
     assert value["low95"] < 0.6 < value["high95"]
+    assert value["high95"] - value["low95"] == pytest.approx(2 * 1.96 * value["std"], rel=0.01)
     assert set(found["gain"]) == {"fit", "heldout", "runs", "compensation_um"}
     wrong = found["wrong"]["tip_temperature"]
     assert {"unit", "rmse", "noise", "bias", "whiteness_p", "when", "correlates_with"} == set(wrong)
