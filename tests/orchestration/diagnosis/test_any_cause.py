@@ -70,7 +70,7 @@ class Unchanged:
         differences = (after[0] - before[0]) / (2 * step)
         size = np.sqrt(np.mean(differences**2, axis=0))
         wrong = np.sqrt(np.mean((slope - differences) ** 2, axis=0))
-        return float(np.max(wrong / size.clip(1e-3 * size.max())))
+        return float(np.max(wrong / size.clip(1e-3 * size.max() or 1.0)))  # nothing at all in some duties
 
     def modelled(self, effect: dict[str, float]) -> np.ndarray:
         """What the model predicts that an effect changes in the readings."""
