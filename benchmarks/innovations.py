@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.rollout import DEMANDS, RECORDED, Array, Cell, Record
+from benchmarks.rollout import RECORDED, Array, Record
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import corrected, variance_along
 from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
+from warmlink.controllers.observer.told import Told
 from warmlink.fmus.component import Component
 
 LAGS = 20
@@ -51,7 +52,7 @@ def whiteness(series: NDArray[np.float64]) -> Whiteness:
     return Whiteness(p, float(r[0]), float(series.std()), float(series.mean()))
 
 
-def innovations(record: Record, demands: Array) -> dict[str, Array]:
+def innovations(record: Record) -> dict[str, Array]:
     """Innovations of `observer` by sensor, from the law's recorded states, in standard deviations.
 
     They are those of the estimate that the law reports, its quiet filter's.
@@ -59,7 +60,6 @@ def innovations(record: Record, demands: Array) -> dict[str, Array]:
     Parameters
     ----------
     record : of a cell made with `law_states`, by the law with its default parameters
-    demands : what the cell was run through, shape (n, 6)
 
     Raises
     ------
@@ -69,10 +69,7 @@ def innovations(record: Record, demands: Array) -> dict[str, Array]:
     states = record.values[:, len(RECORDED) :].T
     now, before = states[:, SETTLED:], states[:, SETTLED - 1 : -1]
     sensed = record.values[SETTLED:, [RECORDED.index(f"sensed_{name}") for name in SENSED]].T
-    given = np.zeros((OBSERVER.u.size, now.shape[1]))
-    for name, column in zip(DEMANDS[:3], demands[SETTLED:].T, strict=False):
-        given[OBSERVER.u.index[name]] = column
-    looked = _look().map(now.shape[1])(before, given, sensed, now)
+    looked = _look().map(now.shape[1])(before, sensed, now)
     series, mean = (np.array(each) for each in looked)
     _, quiet = _estimates(record, OBSERVER)
     foreseen = np.isclose(mean.T, quiet[SETTLED:], rtol=1e-9, atol=1e-12).all(axis=1)
@@ -107,21 +104,22 @@ def _look() -> Any:
 
     p = _parameters()
     before, now = (ca.SX.sym(name, OBSERVER.x.size) for name in ("before", "now"))
-    given, sensed = ca.SX.sym("given", OBSERVER.u.size), ca.SX.sym("sensed", len(SENSED))
-    u, out = OBSERVER.u.read(given), OBSERVER.x.read(now).trust_out
-    belief = law.predict(filters_of(OBSERVER.x.read(before), model.STATES), u, p, Cell.step).quiet
+    sensed = ca.SX.sym("sensed", len(SENSED))
+    after = OBSERVER.x.read(now)
+    told = Told(after.believed_speed, after.believed_torque, after.believed_ambient)
+    belief = law.predict(filters_of(OBSERVER.x.read(before), model.STATES), told, p).quiet
     series = []
     for sensor in _used():
         variance = float(p.sensor_std[sensor]) ** 2
         row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
         innovation = sensed[sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
         series.append(innovation / (variance_along(belief.noise_spread, row) + variance) ** 0.5)
-        belief = corrected(belief, row, innovation, variance, 1.0 - out[sensor])
-    return ca.Function("look", [before, given, sensed, now], [ca.vertcat(*series), belief.mean])
+        belief = corrected(belief, row, innovation, variance, 1.0 - after.trust_out[sensor])
+    return ca.Function("look", [before, sensed, now], [ca.vertcat(*series), belief.mean])
 
 
 def _parameters() -> Any:
-    return OBSERVER.p.read(np.array([s.start for s in OBSERVER.scalars()][: OBSERVER.p.size], dtype=float))
+    return OBSERVER.d.read(OBSERVER.settled(OBSERVER.start_values()[0]))
 
 
 def _used() -> list[int]:

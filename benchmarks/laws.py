@@ -149,7 +149,7 @@ def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:
     from benchmarks.law_trials import instruments
 
     demands = duty.table(cell.step, WHITENESS_SECONDS)
-    series = innovations(cell.run(demands, instruments(seed)), demands)
+    series = innovations(cell.run(demands, instruments(seed)))
     return tuple(whiteness(each) for each in series.values())
 
 

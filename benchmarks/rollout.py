@@ -92,7 +92,7 @@ class Cell:
             "camera": CAMERA,
         }
         self._law_states = law_states
-        self._advance, self._begin = _compiled(self._functions())
+        self._advance, self._begin = compiled(self._functions())
 
     def run(self, demands: Array, parameters: Mapping[str, Mapping[str, float]] | None = None) -> Record:
         """Run through a duty cycle.
@@ -239,7 +239,7 @@ def _integrated(part: Component, x: Any, u: Any, p: Any, step: float) -> Any:
     return alone(x, u, p, 0.0, step)
 
 
-def _compiled(functions: list[Any]) -> list[Any]:
+def compiled(functions: list[Any]) -> list[Any]:
     """The same functions in C where there is a compiler, kept for the next time."""
     import casadi as ca
 

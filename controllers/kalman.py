@@ -39,7 +39,12 @@ def carried(belief: Belief, transition: Number, mean: Number, disturbance: Numbe
 
 
 def corrected(
-    belief: Belief, row: Number, innovation: Number, variance: Number, use: Number, teaches: Number = 1.0
+    belief: Belief,
+    row: Number,
+    innovation: Number,
+    variance: Number,
+    use: Number,
+    teaches: Number | None = None,
 ) -> Belief:
     """Belief after one scalar measurement; unchanged where `use` is 0.
 
@@ -49,15 +54,26 @@ def corrected(
     innovation : measured minus predicted; of no effect, and may be NaN, where it is not used
     variance : variance of the measurement's noise
     use : 1 to use the measurement, 0 to leave it out
-    teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,)
+    teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,);
+        all of them where it is not given
     """
     across = product(belief.spread, row)
-    gain = teaches * across * (use / (maximum(dot(row, across), 0.0) + variance))
+    gain = across * (use / (maximum(dot(row, across), 0.0) + variance))
+    if teaches is None:  # the gain is the best there is for this covariance, and Joseph's form is simple
+        spread = symmetrised(belief.spread - outer(gain, across))
+    else:
+        gain = teaches * gain
+        spread = _after(belief.spread, row, gain, variance)
     return Belief(
         belief.mean + gain * where(use > 0, innovation, 0.0),
-        _after(belief.spread, row, gain, variance),
+        spread,
         _after(belief.noise_spread, row, gain, variance),
     )
+
+
+def either(which: Number, one: Belief, other: Belief) -> Belief:
+    """The one belief where `which` is 1, the other where it is 0, without a branch for each number."""
+    return Belief(*(which * a + (1.0 - which) * b for a, b in zip(one, other, strict=True)))
 
 
 def variance_along(covariance: Number, row: Number) -> Number:

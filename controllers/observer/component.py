@@ -5,11 +5,11 @@ from __future__ import annotations
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
 from warmlink.controllers.matrices import packed_size
-from warmlink.controllers.observer import law, model
+from warmlink.controllers.observer import law, model, told, witnesses
 from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import with_values
-from warmlink.fmus.component import Component, Parameter, State
+from warmlink.fmus.component import Component, Derived, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
@@ -23,6 +23,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
         TOLERANCE,
         *fail_safe.LIMITS,
         *fail_safe.DOUBT,
+        *told.PARAMETERS,
         *(parameter for parameter in MOTOR.parameters if parameter.name in model.LOSSES),
         Parameter(
             "reference_temperature",
@@ -107,11 +108,19 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
     )
 
 
+def observer_derived(disturbances: int) -> tuple[Derived, ...]:
+    """What parameters alone settle: what a sample leaves of modes and disturbances, and the witnesses'."""
+    kept = (Derived("decay", "1", size=_MODES), Derived("reach", "s", size=_MODES))
+    return (*kept, Derived("fade", "1", size=disturbances), *witnesses.DERIVED)
+
+
 def observer_states(size: int) -> tuple[State, ...]:
     """What an observer with a state of so many elements remembers."""
     return (
         *filter_states(size),
         State("evidence", "1"),
+        *told.STATES,
+        *witnesses.STATES,
         State("duty_modes", "1", size=_MODES),
         State("plausible_heat", "W"),
         *fail_safe.trust_states("K", len(SENSED)),
@@ -197,6 +206,8 @@ COMPONENT = Component(
     parameters=with_values(observer_parameters(model.HEATS), DESIGNED),
     states=observer_states(model.STATES),
     outputs=OUTPUTS,
+    derived=observer_derived(model.HEATS),
+    derive=law.derive,
     update=law.update,
     begin=law.begin,
     observe=law.outputs,

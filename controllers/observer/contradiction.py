@@ -1,24 +1,20 @@
-"""What the duty alone says of sensors that contradict each other, and of the least elongation."""
+"""What the duty alone says of sensors that contradict each other."""
 
 from __future__ import annotations
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.kalman import Belief
+from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, outer, symmetric
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
     SENSORS,
     STATES,
-    elongation,
     losses,
     temperature,
 )
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, stack, total, where
-
-LEAST_SHARE = 0.5
-"""Share of the elongation by duty alone that unknown heat and a wrong model leave at least."""
+from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
 
 
 def reconciled(
@@ -59,9 +55,10 @@ def reconciled(
         warmth = maximum(warmth, deviation[i])
     out = stack(*left_out)
     again = _begun_again(belief, duty_modes, warmth, p)
-    belief = Belief(*(where(too_much, new, old) for new, old in zip(again, belief, strict=True)))
+    begins = where(too_much, 1.0, 0.0)
+    belief = either(begins, again, belief)
     trust = trust._replace(out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for))
-    return belief, trust, where(too_much, 1.0, 0.0)
+    return belief, trust, begins
 
 
 def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) -> Belief:
@@ -87,7 +84,7 @@ def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) 
     )
 
 
-def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record, step: Number) -> Number:
+def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record) -> Number:
     """Unknown heat in W in the link that a wrong model may explain: shares of what it loses and receives.
 
     Once plausible, it fades no faster than the unknown heat itself.
@@ -99,14 +96,4 @@ def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record, step
     winding_loss, shaft_loss = losses(modes, u, p)
     received = winding_loss + shaft_loss + absolute(in_shaft)
     now = p.model_share * conductance * absolute(rise - surroundings) + p.received_share * received
-    return maximum(now, before * exp(-step / p.disturbance_time[1]))
-
-
-def least_elongation(duty_modes: Number, u: Record, p: Record) -> Number:
-    """Elongation in m that there is at least: unknown heat warms, it hardly cools.
-
-    Half of what the duty makes beyond that of the surroundings, less half the tolerance.
-    """
-    by_surroundings = p.elongation_per_kelvin * (u.ambient_temperature - p.reference_temperature)
-    beyond = elongation(duty_modes, p) - by_surroundings
-    return elongation(duty_modes, p) - (1.0 - LEAST_SHARE) * absolute(beyond) - LEAST_SHARE * p.tolerance
+    return maximum(now, before * p.fade[1])

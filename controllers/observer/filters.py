@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.kalman import Belief
+from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
 from warmlink.fmus.component import Record, State
-from warmlink.fmus.component.arithmetic import Number, maximum, stack, total, where
+from warmlink.fmus.component.arithmetic import Number, clip, exp, maximum, minimum, stack, total, where
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations of its noise beyond which an estimated disturbance counts as seen."""
@@ -25,6 +25,9 @@ CERTAIN_SIGMAS = 5.0
 
 Of the thousands of estimates of a shift, three are exceeded by chance every hour, five in hardly any shift.
 """
+
+LARGEST_EVIDENCE = 4.0
+"""Bound on the squared ratio of disturbances seen to disturbances designed for."""
 
 _PREFIXES = ("", "quiet_")
 """What the names of each filter's states begin with."""
@@ -95,9 +98,41 @@ def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filte
     by_noise = noise / p.disturbance_std[:HEATS] ** 2
     least = (CERTAIN_SIGMAS**2 - EVIDENCE_SIGMAS**2) * maximum(by_noise[0], by_noise[1])
     remembered = where(seen > least, 1.0, 0.0)
-    alert_leads = certain + remembered + begun_again > 0
-    then = zip(quieted(alert, p), quiet, strict=True)
-    return Filters(alert, Belief(*(where(alert_leads, new, old) for new, old in then)))
+    alert_leads = where(certain + remembered + begun_again > 0, 1.0, 0.0)
+    return Filters(alert, either(alert_leads, quieted(alert, p), quiet))
+
+
+def evidence(before: Number, belief: Belief, of: slice, p: Record, elapsed: Number) -> Number:
+    """How strong disturbances are seen to be: squared, relative to those designed for.
+
+    An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
+    remembered while it fades.
+
+    Parameters
+    ----------
+    before : the evidence so far
+    of : which of the disturbances
+    elapsed : time in s over which what is remembered fades
+    """
+    doubt = diagonal_of(belief.noise_spread)[MODES:][of]
+    excess = (belief.mean[MODES:][of] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[of] ** 2
+    seen: Number = before * exp(-elapsed / p.disturbance_time[0])
+    for i in range(excess.shape[0]):
+        seen = maximum(seen, excess[i])
+    return clip(seen, 0.0, LARGEST_EVIDENCE)
+
+
+def believed_spread(belief: Belief, alert: Belief, seen: Number, taught: Number = 0.0) -> Number:
+    """Covariance of a belief's error: its noise, and what disturbances as strong as they are seen to be add.
+
+    What they add is counted as in the alert filter: by heat that is seen in temperatures and heats, by what a
+    camera has taught in the elements after them, and by the weaker evidence of the two between them.
+    """
+    added = alert.spread - alert.noise_spread
+    own = stack(*[1.0] * STATES, *[0.0] * (added.shape[0] - STATES))
+    both = minimum(seen, taught)
+    share = both + (seen - both) * outer(own, own) + (taught - both) * outer(1.0 - own, 1.0 - own)
+    return belief.noise_spread + share * added
 
 
 def _names(prefix: str) -> tuple[str, ...]:

@@ -10,16 +10,19 @@ after the other, so any may be left out. See README.md.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
 from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric
-from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
+from warmlink.controllers.observer import witnesses
+from warmlink.controllers.observer.contradiction import plausible_link_heat, reconciled
 from warmlink.controllers.observer.filters import (
-    EVIDENCE_SIGMAS,
     Filters,
     allowed_for,
+    believed_spread,
+    evidence,
     filters_named,
     filters_of,
     led,
@@ -37,6 +40,8 @@ from warmlink.controllers.observer.model import (
     sensor_row,
     temperature,
 )
+from warmlink.controllers.observer.told import Told, believed, first_believed
+from warmlink.controllers.observer.told import named as told_named
 from warmlink.controllers.verdict import ready
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
@@ -46,7 +51,6 @@ from warmlink.fmus.component.arithmetic import (
     exp,
     finite,
     maximum,
-    minimum,
     placed,
     stack,
     total,
@@ -56,47 +60,123 @@ from warmlink.fmus.component.arithmetic import (
 HEAT = slice(0, HEATS)
 """Which of the disturbances are unknown heat."""
 
-LARGEST_EVIDENCE = 4.0
-"""Bound on the squared ratio of disturbances seen to disturbances designed for."""
-
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
-    start, readings = first_filters(u, p, STATES), sensed(u)
+    filters, states = begun(u, p, STATES)
+    return {**states, "elongation": elongation(filters.quiet.mean, p)}
+
+
+def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
+    """Both filters after the first readings, and the start values of the states but the elongation's."""
+    told, readings = first_believed(u, p), sensed(u)
+    start = first_filters(told, readings, p, size)
     trust = fail_safe.at_start(readings)
     filters, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
-    return {
+    return filters, {
         **named(filters, trust, 0.0),
-        "duty_modes": filters.alert.mean[:MODES],
+        **told_named(told),
+        **witnesses.first_states(readings, told),
+        "duty_modes": start.alert.mean[:MODES],
         "plausible_heat": 0.0,
         "correction": 0.0,
-        "elongation": elongation(filters.quiet.mean, p),
         "distrusted": distrusted(trust, readings, p),
     }
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: carried over by the model, corrected by the readings, limited."""
-    filters = predict(filters_of(x, STATES), u, p, step)
+    sample = sampled(x, u, p, step, STATES)
+    seen = evidence(x.evidence, sample.filters.alert, HEAT, p, sample.heard)
+    filters = led(sample.filters, seen, sample.again, p)
+    wanted, states = settled(x, sample, filters, elongation(filters.quiet.mean, p), p, step)
+    return {**named(filters, sample.trust, seen), **states, "elongation": wanted}
+
+
+class Sample(NamedTuple):
+    """What a sample has brought before anything is made of it.
+
+    Attributes
+    ----------
+    told : duty and surroundings as they are believed
+    readings, trust, filters, duty_modes, plausible : as in the states that they become
+    again : 1 where the alert filter has begun again from the duty
+    heard : time in s that counts for what is remembered, as `since_heard` gives it
+    doubted : 1 where duty or surroundings are not believed
+    """
+
+    told: Told
+    readings: Number
+    trust: fail_safe.Trust
+    filters: Filters
+    duty_modes: Number
+    plausible: Number
+    again: Number
+    heard: Number
+    doubted: Number
+
+
+def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
+    """Filters and memory after duty, surroundings and thermometers were heard."""
+    told, idle, doubted = believed(x, u, p, step)
+    filters = predict(filters_of(x, size), told, p)
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
-    duty_modes = by_duty(x.duty_modes, u, p, step)
-    plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
-    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
-    seen = evidence(x.evidence, alert, HEAT, p, since_heard(trust, readings, p, step))
-    filters = led(Filters(alert, filters.quiet), seen, again, p)
-    wanted = elongation(filters.quiet.mean, p)
-    least = least_elongation(duty_modes, u, p)
-    correction = fail_safe.limited(x.correction, maximum(wanted, least), p, step)
-    return {
-        **named(filters, trust, seen),
-        "duty_modes": duty_modes,
-        "plausible_heat": plausible,
-        "correction": correction,
-        "elongation": maximum(wanted, least),
-        "distrusted": maximum(distrusted(trust, readings, p), where(wanted < least, 1.0, 0.0)),
+    duty_modes = by_duty(x.duty_modes, idle, p)
+    plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, told, p)
+    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, told, p)
+    heard = since_heard(trust, readings, p, step)
+    return Sample(
+        told, readings, trust, Filters(alert, filters.quiet), duty_modes, plausible, again, heard, doubted
+    )
+
+
+def settled(
+    x: Record,
+    sample: Sample,
+    filters: Filters,
+    estimate: Number,
+    p: Record,
+    step: Number,
+    learnt: Number = 0.0,
+    camera: witnesses.Look = witnesses.Look(),  # noqa: B008
+) -> tuple[Number, dict[str, Number]]:
+    """The elongation in m that the witnesses bear out, and the states that follow from it.
+
+    Parameters
+    ----------
+    estimate : elongation in m that temperatures make by the filter that leads
+    learnt : elongation in m that a camera adds to it
+    """
+    now = witnesses.seen(x, sample.readings, step)
+    verdict = witnesses.heard(
+        x, estimate, sample.duty_modes, sample.readings, now, sample.trust, sample.told, p, step, camera
+    )
+    borne_out = clip(estimate, verdict.lower, verdict.upper)
+    more = camera.authority + camera.share * absolute(borne_out)
+    wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
+    doubted = maximum(sample.doubted, maximum(distrusted(sample.trust, sample.readings, p), verdict.disagree))
+    unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
+    return wanted, {
+        **told_named(sample.told),
+        "seen": now,
+        "lagged": verdict.lagged,
+        "known_for": verdict.known_for,
+        "agreed_for": verdict.agreed_for,
+        "doubt": maximum(doubted, unconfirmed),
+        "duty_modes": where(verdict.warm > 0, filters.alert.mean[:MODES], sample.duty_modes),
+        "plausible_heat": sample.plausible,
+        "correction": fail_safe.limited(x.correction, wanted, p, step),
+        "distrusted": doubted,
     }
+
+
+def derive(p: Record) -> Mapping[str, Number]:
+    """What parameters alone settle: what is left after a sample, and what thermometers tell by themselves."""
+    decay, reach = decay_and_reach(p, p.sample_time)
+    fade = exp(-p.sample_time / p.disturbance_time)
+    return {"decay": decay, "reach": reach, "fade": fade, **witnesses.derive(p)}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
@@ -115,23 +195,23 @@ def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, N
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
 
 
-def first_filters(u: Record, p: Record, size: int) -> Filters:
-    """Both filters before any reading."""
-    start = first_belief(u, p, size)
+def first_filters(told: Told, readings: Number, p: Record, size: int) -> Filters:
+    """Both filters before any reading is taken in."""
+    start = first_belief(told, readings, p, size)
     return Filters(start, quieted(start, p))
 
 
-def first_belief(u: Record, p: Record, size: int) -> Belief:
+def first_belief(told: Told, readings: Number, p: Record, size: int) -> Belief:
     """Belief before any reading.
 
     Everything is at the surroundings' temperature. How sure that is, the readings tell: by how much the
     farthest lies beyond its noise is how warm the cell may be, with profiles that heat in the shaft leaves.
     """
-    start = where(p.initial_temperature > 0, p.initial_temperature, u.ambient_temperature)
+    start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
     warmth: Number = 0.0
-    for name, std in zip(SENSED, [p.sensor_std[i] for i in range(SENSORS)], strict=True):
-        beyond = absolute(getattr(u, name) - start) - 3.0 * std
-        warmth = maximum(warmth, where(std > 0, where(finite(beyond), beyond, 0.0), 0.0))
+    for i in range(SENSORS):
+        beyond = absolute(readings[i] - start) - 3.0 * p.sensor_std[i]
+        warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
     profile = diagonal(p.profile_std**2)
     warm = symmetric(p.warm_spread, MODES) * warmth**2
@@ -146,10 +226,9 @@ def first_belief(u: Record, p: Record, size: int) -> Belief:
     )
 
 
-def predict(filters: Filters, u: Record, p: Record, step: Number) -> Filters:
-    """Beliefs a step later: modes driven by losses, ambient and unknown heat, inputs held over the step."""
-    decay, reach = decay_and_reach(p, step)
-    fade = exp(-step / p.disturbance_time)
+def predict(filters: Filters, u: Told, p: Record) -> Filters:
+    """Beliefs a sample later: modes driven by losses, ambient and unknown heat, inputs held over it."""
+    decay, reach, fade = p.decay, p.reach, p.fade
     extra = fade.shape[0] - HEATS
     by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
         reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
@@ -205,43 +284,10 @@ def sense(
     return filters, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
 
 
-def evidence(before: Number, belief: Belief, of: slice, p: Record, elapsed: Number) -> Number:
-    """How strong disturbances are seen to be: squared, relative to those designed for.
-
-    An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
-    remembered while it fades.
-
-    Parameters
-    ----------
-    before : the evidence so far
-    of : which of the disturbances
-    elapsed : time in s over which what is remembered fades
-    """
-    doubt = diagonal_of(belief.noise_spread)[MODES:][of]
-    excess = (belief.mean[MODES:][of] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[of] ** 2
-    seen: Number = before * exp(-elapsed / p.disturbance_time[0])
-    for i in range(excess.shape[0]):
-        seen = maximum(seen, excess[i])
-    return clip(seen, 0.0, LARGEST_EVIDENCE)
-
-
 def since_heard(trust: fail_safe.Trust, readings: Number, p: Record, step: Number) -> Number:
     """The step in s where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
     in_use = where(p.sensor_std > 0, fail_safe.present(readings) * (1.0 - trust.out), 0.0)
     return where(total(in_use) > 0, step, 0.0)
-
-
-def believed_spread(belief: Belief, alert: Belief, seen: Number, taught: Number = 0.0) -> Number:
-    """Covariance of a belief's error: its noise, and what disturbances as strong as they are seen to be add.
-
-    What they add is counted as in the alert filter: by heat that is seen in temperatures and heats, by what a
-    camera has taught in the elements after them, and by the weaker evidence of the two between them.
-    """
-    added = alert.spread - alert.noise_spread
-    own = stack(*[1.0] * STATES, *[0.0] * (added.shape[0] - STATES))
-    both = minimum(seen, taught)
-    share = both + (seen - both) * outer(own, own) + (taught - both) * outer(1.0 - own, 1.0 - own)
-    return belief.noise_spread + share * added
 
 
 def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:
@@ -254,7 +300,7 @@ def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number
         "correction": x.correction,
         "predicted_elongation": x.elongation,
         "correction_std": std,
-        "ready": ready(std, p.tolerance),
+        "ready": ready(std, p.tolerance) * (1.0 - x.doubt),
         "distrusted": x.distrusted,
         "warning": fail_safe.warning(x.correction, x.elongation, p),
     }

@@ -57,10 +57,9 @@ def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
     return decay, (decay - 1.0) / p.mode_rate
 
 
-def by_duty(modes: Number, u: Record, p: Record, step: Number) -> Number:
-    """Modes a step later by duty signals and surroundings alone."""
-    decay, reach = decay_and_reach(p, step)
-    return decay * modes + reach * known_heat(modes, u, p)
+def by_duty(modes: Number, u: Record, p: Record) -> Number:
+    """Modes a sample later by duty signals and surroundings alone."""
+    return p.decay * modes + p.reach * known_heat(modes, u, p)
 
 
 def known_heat(modes: Number, u: Record, p: Record) -> Number:

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
-from warmlink.controllers.observer.component import observer_parameters, observer_states
+from warmlink.controllers.observer.component import (
+    observer_derived,
+    observer_parameters,
+    observer_states,
+)
 from warmlink.controllers.observer.designed import DESIGNED
+from warmlink.controllers.observer.law import derive
 from warmlink.controllers.observer_drift import law
 from warmlink.controllers.observer_drift.designed import DESIGNED as BEYOND
 from warmlink.controllers.start_values import with_values
@@ -67,8 +72,12 @@ COMPONENT = Component(
         State("camera_out", "1"),
         State("camera_free_for", "s"),
         State("camera_evidence", "1"),
+        State("camera_says", "m"),
+        State("camera_said", "1"),
     ),
     outputs=OUTPUTS,
+    derived=observer_derived(law.DISTURBANCES),
+    derive=derive,
     update=law.update,
     begin=law.begin,
     observe=law.outputs,

@@ -20,8 +20,8 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, corrected, variance_along
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
-from warmlink.controllers.observer.contradiction import least_elongation, plausible_link_heat, reconciled
-from warmlink.controllers.observer.filters import Filters, filters_of, led
+from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led
+from warmlink.controllers.observer.witnesses import Look
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
 
@@ -42,6 +42,10 @@ _AT_BOUND = 1.0 - 1e-6
 """Share of its authority at which the camera's teaching counts as held back."""
 
 
+LARGEST_LEARNT = 0.8
+"""Share of the tolerance beyond which camera and temperatures differ too much for either to be relied on."""
+
+
 class Camera(NamedTuple):
     """What is remembered of the camera.
 
@@ -50,7 +54,8 @@ class Camera(NamedTuple):
     last, age : its last reading in m, and that reading's age in s
     calm_for, out : how it is trusted, as in `fail_safe.Trust`
     free_for : time in s that no limit has held the correction back
-    evidence : how strong what it teaches is seen to be, as in `observer.evidence`
+    evidence : how strong what it teaches is seen to be, as in `filters.evidence`
+    says, said : elongation in m that it last told while no limit acted, and 1 once it did
     """
 
     last: Number
@@ -59,56 +64,44 @@ class Camera(NamedTuple):
     out: Number
     free_for: Number
     evidence: Number
+    says: Number
+    said: Number
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: those of the observer, and no reading of the camera yet."""
-    start = observer.first_filters(u, p, STATES)
-    readings = observer.sensed(u)
-    trust = fail_safe.at_start(readings)
-    filters, trust = observer.sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    filters, states = observer.begun(u, p, STATES)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
     return {
-        **observer.named(filters, trust, 0.0),
-        **_named(Camera(drift, 0.0, 0.0, 0.0, 0.0, 0.0)),
-        "duty_modes": filters.alert.mean[: model.MODES],
-        "plausible_heat": 0.0,
-        "correction": 0.0,
+        **states,
+        **_named(Camera(drift, *[0.0] * 7)),
         "elongation": elongation(filters.quiet.mean, p),
-        "distrusted": observer.distrusted(trust, readings, p),
     }
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: the observer's, then what the camera teaches, limited."""
-    filters = observer.predict(filters_of(x, STATES), u, p, step)
-    readings = observer.sensed(u)
-    news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
-    filters, trust = observer.sense(filters, trust, readings, news, x.evidence, p, step)
-    duty_modes = model.by_duty(x.duty_modes, u, p, step)
-    plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, u, p, step)
-    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, u, p)
-    filters, camera = look(Filters(alert, filters.quiet), x, u, p, step)
-    heard = observer.since_heard(trust, readings, p, step)
-    seen = observer.evidence(x.evidence, filters.alert, observer.HEAT, p, heard)
-    taught = observer.evidence(x.camera_evidence, filters.alert, _TAUGHT, p, step)
-    filters = led(filters, seen, again, p)
-    least = least_elongation(duty_modes, u, p)
-    free_estimate = elongation(filters.quiet.mean, p)
-    wanted = maximum(free_estimate, least)
-    correction = fail_safe.limited(x.correction, wanted, p, step)
-    free = where(absolute(wanted - correction) < p.camera_std, camera.free_for + step, 0.0)
+    sample = observer.sampled(x, u, p, step, STATES)
+    filters, camera = look(sample.filters, x, u, p, step)
+    seen = evidence(x.evidence, filters.alert, observer.HEAT, p, sample.heard)
+    camera_seen = evidence(x.camera_evidence, filters.alert, _TAUGHT, p, step)
+    filters = led(filters, seen, sample.again, p)
+    by_temperature = model.elongation(filters.quiet.mean, p)
+    learnt = taught(filters.quiet.mean, by_temperature)
+    there = where(u.drift_valid > 0.5, where(camera.age < p.camera_timeout, camera.said, 0.0), 0.0)
+    witness = Look(camera.says, there, p.camera_authority, p.camera_relative_authority)
+    wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
+    free = where(absolute(wanted - states["correction"]) < p.camera_std, camera.free_for + step, 0.0)
+    unseen = where(u.drift_valid > 0.5, absolute(camera.last), 0.0)
+    off = where(maximum(unseen, absolute(learnt) / LARGEST_LEARNT) > p.tolerance, 1.0, 0.0)
+    distrusted = maximum(states["distrusted"], doubtful(camera, filters.quiet, u, p))
     return {
-        **observer.named(filters, trust, seen),
-        **_named(camera._replace(free_for=free, evidence=taught)),
-        "duty_modes": duty_modes,
-        "plausible_heat": plausible,
-        "correction": correction,
+        **observer.named(filters, sample.trust, seen),
+        **_named(camera._replace(free_for=free, evidence=camera_seen)),
+        **states,
         "elongation": wanted,
-        "distrusted": maximum(
-            maximum(observer.distrusted(trust, readings, p), where(free_estimate < least, 1.0, 0.0)),
-            doubtful(camera, filters.quiet, u, p),
-        ),
+        "doubt": maximum(maximum(states["doubt"], distrusted), off),
+        "distrusted": distrusted,
     }
 
 
@@ -162,6 +155,8 @@ def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tup
         out=where(judged > 0, verdict.out, x.camera_out),
         free_for=x.camera_free_for,
         evidence=x.camera_evidence,
+        says=where(judged > 0, measured, x.camera_says),
+        said=where(judged > 0, 1.0, x.camera_said),
     )
 
 

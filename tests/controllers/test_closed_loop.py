@@ -138,7 +138,7 @@ def test_innovations_are_white_and_of_the_size_stated(cell_of: CellOf) -> None:
     for seed in range(5 * len(told)):
         demands = told[seed % len(told)].table(1.0, 3000.0)
         record = cell_of(OBSERVER).run(demands, instruments(seed + 1))
-        found += [whiteness(series) for series in innovations(record, demands).values()]
+        found += [whiteness(series) for series in innovations(record).values()]
     assert len(found) == 10 * len(told)
     assert sum(each.p < 0.05 for each in found) <= stats.binom.ppf(0.999, len(found), 0.05)
     assert abs(np.mean([each.neighbours for each in found])) < 0.01

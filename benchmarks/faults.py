@@ -1,0 +1,191 @@
+"""What every kind of fault on a shop floor costs with each observer, against no compensation at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from benchmarks.command import positive_share, start
+from benchmarks.fault_kinds import Kind, kinds
+from benchmarks.law_trials import mismatched
+from benchmarks.told import Rig, Told, bare_cell, truth
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
+from warmlink.orchestration.scenarios.duties.duty_files import library
+
+LAWS = ("observer", "observer_drift")
+LONGEST = 4 * 3600
+"""s of a duty cycle that a run takes at most; of the one with a night in it, all."""
+
+ALLOWED = 5e-6
+"""m by which a fault may make a law worse than no compensation."""
+
+ALLOWED_READY = 1e-3
+"""Share of the time in which `ready` may be wrong."""
+
+
+@dataclass(frozen=True)
+class FaultTrial:
+    """One run with a fault.
+
+    Attributes
+    ----------
+    worse_by : by how much in m the error was ever larger than the elongation itself, at one and the same time
+    ready_wrong : share of the time in which the law said ready while the error was beyond the tolerance
+    ready_share : share of the time in which it said ready
+    """
+
+    law: str
+    group: str
+    kind: str
+    duty: str
+    plant: int
+    seed: int
+    worse_by: float
+    ready_wrong: float
+    ready_share: float
+
+
+def bench_faults(
+    chosen: Sequence[str],
+    each: int,
+    seed: int,
+    jobs: int = 1,
+    progress: Callable[[float], None] = lambda share: None,
+    laws: Sequence[str] = LAWS,
+) -> list[FaultTrial]:
+    """Run every kind of fault in so many duty cycles, in turns with the model right and wrong.
+
+    Parameters
+    ----------
+    chosen : names of kinds
+    each : runs of each kind and law
+    seed : of all random choices; another one gives fresh runs
+    jobs : processes
+    progress : told the share that is done
+    """
+    draw = np.random.default_rng(seed)
+    duties = [duty.name for duty in library()]
+    wrong = int(draw.integers(1, 2**20))
+    runs: dict[tuple[str, int], list[tuple[str, int]]] = {}
+    for place, kind in enumerate(chosen):
+        for i, duty in enumerate(draw.permutation(np.resize(duties, max(each, len(duties))))[:each]):
+            plant = wrong + i // 2 % 4 if (place + i) % 2 else 0
+            runs.setdefault((str(duty), plant), []).append((kind, int(draw.integers(2**30))))
+    tasks = [(law, *key, part) for key, part in runs.items() for law in laws]
+    found: list[FaultTrial] = []
+    if jobs == 1:
+        for task in tasks:
+            found += _trials(task)
+            progress(len(found) / (each * len(chosen) * len(laws)))
+        return found
+    with ProcessPoolExecutor(jobs) as pool:
+        for trials in pool.map(_trials, tasks):
+            found += trials
+            progress(len(found) / (each * len(chosen) * len(laws)))
+    return found
+
+
+def _trials(task: tuple[str, str, int, list[tuple[str, int]]]) -> list[FaultTrial]:
+    law, duty, plant, runs = task
+    return [trial(law, _kinds()[kind], duty, plant, seed) for kind, seed in runs]
+
+
+def trial(law: str, kind: Kind, duty: str, plant: int, seed: int) -> FaultTrial:
+    """One run of a law with a fault, in a duty cycle of the library and a plant (0: as designed for)."""
+    told = kind.apply(_truth(duty, plant), np.random.default_rng(seed))
+    outcome = _rig(law).run(told)
+    ready = float(np.mean(outcome.ready > 0))
+    wrong = outcome.ready_wrong(ALLOWED)
+    return FaultTrial(law, kind.group, kind.name, duty, plant, seed, outcome.worse_by, wrong, ready)
+
+
+@cache
+def _kinds() -> Mapping[str, Kind]:
+    return {kind.name: kind for kind in kinds()}
+
+
+@cache
+def _rig(law: str) -> Rig:
+    return Rig(catalogue.controller(law))
+
+
+_cell = cache(bare_cell)
+
+
+@cache
+def _truth(duty: str, plant: int) -> Told:
+    cycle = next(each for each in library() if each.name == duty)
+    length = cycle.stop_time if "overnight" in duty else min(cycle.stop_time, LONGEST)
+    off = mismatched(plant)
+    values = {"motor": dict(off.motor), "link": dict(off.link)}
+    return truth(_cell(), cycle.table(1.0, length), values, 0.1, plant + 1)
+
+
+def faults_table(trials: Sequence[FaultTrial], full: bool = False) -> str:
+    """For each law the worst kinds of fault, by what they cost and by how often `ready` was wrong."""
+    return "\n".join(line for law in LAWS for line in _law_lines(law, trials, full))
+
+
+def _law_lines(law: str, trials: Sequence[FaultTrial], full: bool) -> Iterator[str]:
+    mine = [t for t in trials if t.law == law]
+    if not mine:
+        return
+    names = {t.kind: t.group for t in mine}
+    worst = {kind: max((t for t in mine if t.kind == kind), key=lambda t: t.worse_by) for kind in names}
+    wrong = {kind: float(np.mean([t.ready_wrong for t in mine if t.kind == kind])) for kind in names}
+    beyond = [kind for kind in names if worst[kind].worse_by > ALLOWED]
+    false = [kind for kind in names if wrong[kind] > ALLOWED_READY]
+    overall = float(np.mean([t.ready_wrong for t in mine]))
+    yield (
+        f"{law}: {len(mine)} runs, {len(names)} kinds of fault; {len(beyond)} kinds worse than none by more "
+        f"than {1e6 * ALLOWED:g} µm; ready wrong in {100 * overall:.2f} % of the time, in {len(false)} kinds "
+        f"more than {100 * ALLOWED_READY:g} %"
+    )
+    for group in dict.fromkeys(names.values()):
+        of = [kind for kind in names if names[kind] == group]
+        yield (
+            f"  {group:<13}{len(of):>4} kinds {sum(k in beyond for k in of):>4} beyond, worst "
+            f"{1e6 * max(worst[k].worse_by for k in of):>9.1f} µm; ready wrong "
+            f"{100 * float(np.mean([wrong[k] for k in of])):>6.2f} %"
+        )
+    shown = names if full else [kind for kind in names if kind in beyond or kind in false]
+    for kind in sorted(shown, key=lambda kind: -worst[kind].worse_by):
+        at = worst[kind]
+        yield (
+            f"    {1e6 * at.worse_by:>9.1f} µm {100 * wrong[kind]:>6.2f} %  {kind}  "
+            f"[{at.duty}, {'right' if at.plant == 0 else 'wrong'} model, plant {at.plant}, seed {at.seed}]"
+        )
+
+
+def main(
+    each: Annotated[int, typer.Option(help="Runs of each kind and law.", min=1)] = 4,
+    share: Annotated[float, typer.Option(help="Share of the kinds, drawn at random.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Seed of all random choices; another one gives fresh runs.")] = 0,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.", min=1)] = 1,
+    full: Annotated[
+        bool, typer.Option(help="List every kind, not only those beyond what is allowed.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Try every kind of fault of thermometers, duty, ambient, camera and supply on both observers."""
+    names = list(_kinds())
+    count = max(1, round(positive_share(share) * len(names)))
+    chosen = np.random.default_rng([seed, 7]).permutation(names)[:count]
+    with progress_bar("Faults") as progress:
+        trials = bench_faults([str(name) for name in chosen], each, seed, jobs, progress)
+    if json:
+        answer_json([asdict(trial) for trial in trials])
+        return
+    answer(faults_table(trials, full))
+    answer(f"seed {seed}")
+
+
+if __name__ == "__main__":
+    start(main)

@@ -1,0 +1,284 @@
+"""What each group of signals says by itself, and how far the correction may go where groups disagree.
+
+Three witnesses of the elongation: the filter, the duty alone, and the thermometers alone. Any one of them may
+be wrong. A correction between nothing and what a witness says can not be worse than no correction if that
+witness is right. So where the witnesses disagree, the correction keeps within what each of them allows.
+README.md has the equations and the reasons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.matrices import outer, symmetric
+from warmlink.controllers.observer.model import MODES, SENSORS, elongation, sensor_row, temperature
+from warmlink.controllers.observer.told import Told
+from warmlink.fmus.component import Derived, Record, State
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    finite,
+    maximum,
+    minimum,
+    stack,
+    total,
+    where,
+)
+
+STATES = (
+    State("seen", "K", size=SENSORS),
+    State("lagged", "K", size=SENSORS),
+    State("known_for", "s"),
+    State("agreed_for", "s"),
+    State("doubt", "1"),
+)
+"""Readings without their noise, and since when all agree."""
+
+DERIVED = (Derived("growth_by_all", "m/K", size=SENSORS), Derived("growth_by_one", "m/K", size=SENSORS))
+"""Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone."""
+
+SMOOTHING = 10.0
+"""s over which noise is taken out of the readings."""
+
+FASTEST = 0.05
+"""K/s, somewhat more than the pad's largest power does to the shaft: no reading is followed faster."""
+
+KNOWN_TIME, AGREEMENT_TIME = 60.0, 600.0
+"""s for which all must agree after a start, and after a disagreement."""
+
+COLD_TIME = 10.0
+"""s for which readings must be as foreseen after a cold start: soon a pad would make them differ."""
+
+FLATTEST, FLATTEST_LEFT = 0.94, 0.85
+"""Largest rise of an outer over that of an inner thermometer where heat comes from the shaft; at a start."""
+
+REACH_TIME, LEAST_REACH = 300.0, 0.2
+"""Of an inner thermometer's rise, smoothed over so many s, an outer one shows at least this share."""
+
+ALIKE = 0.3
+"""Share by which thermometers that are off alike may differ."""
+
+DUTY_SHARE, CONTRADICTED_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
+"""Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out, and
+what the thermometers tell."""
+
+LARGEST_RISE = 200.0
+"""K; what an estimate may differ from the surroundings."""
+
+
+def derive(p: Record) -> Mapping[str, Number]:
+    """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
+
+    G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other
+    """
+    spread = 100.0 * (symmetric(p.warm_spread, MODES) + outer(p.uniform_profile, p.uniform_profile))
+    rows = [sensor_row(i, p) for i in range(SENSORS)]
+    alone = []
+    for i in range(SENSORS):
+        across = spread @ rows[i]
+        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
+        alone.append(used * total(p.elongation_row * across) / maximum(total(rows[i] * across), 1e-9))
+    # The gain of all at once, as the filter that takes one after the other makes it: mean = K y.
+    gain = outer(p.uniform_profile, stack(*[0.0] * SENSORS))
+    for i in range(SENSORS):
+        across = spread @ rows[i]
+        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
+        k = across * (used / (total(rows[i] * across) + p.sensor_std[i] ** 2 + 1e-9))
+        picked = stack(*[1.0 if j == i else 0.0 for j in range(SENSORS)])
+        gain = gain + outer(k, picked - gain.T @ rows[i])
+        spread = spread - outer(k, across)
+    return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}
+
+
+def first_states(readings: Number, told: Told) -> dict[str, Number]:
+    """The states at the start: nothing is known of how warm the cell is, and nothing contradicts it."""
+    surroundings = stack(*[told.ambient_temperature] * SENSORS)
+    return {
+        "seen": where(finite(readings), readings, surroundings),
+        "lagged": 0.0 * surroundings,
+        "known_for": 0.0,
+        "agreed_for": AGREEMENT_TIME,
+        "doubt": 1.0,
+    }
+
+
+def seen(x: Record, readings: Number, step: Number) -> Number:
+    """Readings in K without most of their noise, and without leaps that no temperature makes."""
+    share = step / (step + SMOOTHING)
+    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
+    return where(finite(readings), x.seen + toward, x.seen)
+
+
+class Look(NamedTuple):
+    """What a camera says: the elongation in m, 1 where it says anything, and how far it may be followed.
+
+    Attributes
+    ----------
+    authority, share : what it may add to what temperatures make, in m and as a share of that
+    """
+
+    elongation: Number = 0.0
+    there: Number = 0.0
+    authority: Number = 0.0
+    share: Number = 0.0
+
+
+class Verdict(NamedTuple):
+    """How far the correction may go, and what is remembered.
+
+    Attributes
+    ----------
+    lower, upper : bounds in m on the correction
+    lagged : what the readings lie above what the duty explains, smoothed over `REACH_TIME`, in K
+    known_for, agreed_for : time in s for which all has agreed since the start, and since a disagreement
+    warm : 1 where the readings have shown just now that the cell was left warm
+    doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
+    disagree : 1 where they contradict each other
+    """
+
+    lower: Number
+    upper: Number
+    lagged: Number
+    known_for: Number
+    agreed_for: Number
+    warm: Number
+    doubt: Number
+    disagree: Number
+
+
+def heard(
+    x: Record,
+    estimate: Number,
+    duty_modes: Number,
+    readings: Number,
+    now: Number,
+    trust: fail_safe.Trust,
+    told: Told,
+    p: Record,
+    step: Number,
+    camera: Look,
+) -> Verdict:
+    """Hear the witnesses.
+
+    Parameters
+    ----------
+    estimate : elongation in m by the filter
+    duty_modes : the modes by duty and surroundings alone
+    now : readings without noise, as `seen` gives them
+    camera : a fourth witness
+    """
+    by_duty = elongation(duty_modes, p)
+    used = where(p.sensor_std > 0, 1.0, 0.0)
+    there = used * fail_safe.present(readings)
+    trusted = there * (1.0 - trust.out)
+    expected = stack(*(temperature(i, duty_modes, p) for i in range(SENSORS)))
+    rise, excess = expected - told.ambient_temperature, there * (now - expected)
+    lagged = x.lagged + step / (step + REACH_TIME) * (excess - x.lagged)
+
+    # Thermometers left out are heard all the same where all are off alike, or none is left.
+    largest, least = _range(excess, there)
+    alike = where(
+        largest - least
+        < ALIKE * maximum(largest, -least) + 3.0 * total(p.sensor_std) / maximum(total(used), 1.0),
+        1.0,
+        0.0,
+    )
+    called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
+    count = total(called)
+    every = where(total(used) - count < 0.5, 1.0, 0.0)
+    by_one = total(p.growth_by_one * called * excess) / maximum(count, 1.0)
+    sensed = by_duty + where(every > 0, total(p.growth_by_all * excess), by_one)
+    shaftlike = _falls(excess, called, FLATTEST, 0.0 * rise, lagged, p)
+
+    # After a start: either all is as foreseen, or the cell was left warm. Without thermometers, hours pass.
+    some = where(total(used) > 0, 1.0, 0.0)
+    whole = where(total(used) - total(trusted) < 0.5, some, 0.0)
+    far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
+    near = whole * where(total(far) > 0, 0.0, 1.0)
+    left_warm = (
+        whole * where(least > 0, 1.0 - near, 0.0) * _falls(excess, called, FLATTEST_LEFT, rise, excess, p)
+    )
+    pace = where(near > 0, KNOWN_TIME / COLD_TIME, left_warm)
+    pace = where(some > 0, pace, KNOWN_TIME * absolute(p.mode_rate[0]) / 3.0)
+    already = where(x.known_for >= KNOWN_TIME, 1.0, 0.0)
+    known_for = where(already > 0, x.known_for, where(pace > 0, x.known_for + pace * step, 0.0))
+    known = where(known_for >= KNOWN_TIME, 1.0, 0.0)
+    warm = known * (1.0 - already) * left_warm
+
+    # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
+    margin = 0.5 * p.tolerance
+    only_one = where(total(used) < 1.5, 1.0, 0.0)
+    heat = known * maximum(only_one, where(count > 1.5, shaftlike, 0.0))
+    contradicted = total(there - trusted)
+    low_d, high_d = _allowed(by_duty, where(contradicted > 0, CONTRADICTED_SHARE, DUTY_SHARE), margin)
+    low_s, high_s = _allowed(sensed, SENSED_SHARE, margin)
+    lasting = where(x.agreed_for >= AGREEMENT_TIME, heat, 0.0)
+    beyond_duty = where(count > 0, lasting, known)
+    limit = p.correction_limit
+    lower = maximum(low_d, where(count > 0, low_s, -limit))
+    upper = minimum(where(beyond_duty > 0, limit, high_d), where(count > 0, high_s, limit))
+    # Where they disagree, the camera is followed as far as duty or thermometers bear it out.
+    apart = [absolute(camera.elongation - each) - SENSED_SHARE * absolute(each) for each in (by_duty, sensed)]
+    second = where(minimum(apart[0], where(count > 0, apart[1], limit)) < margin, camera.there, 0.0)
+    second = where(x.agreed_for < AGREEMENT_TIME, second, 0.0)
+    lower, upper = (where(second > 0, camera.elongation, bound) for bound in (lower, upper))
+
+    outside = where(estimate > high_d, 1.0 - heat, 0.0)
+    short = where(absolute(estimate) < absolute(by_duty) / (1.0 + DUTY_SHARE) ** 1.5 - margin, 1.0, 0.0)
+    astray = where(absolute(estimate - sensed) > margin + SENSED_SHARE * absolute(sensed), 1.0, 0.0)
+    astray = where(count > 0, astray, 0.0)
+    disagree = (1.0 - warm) * maximum(maximum(outside, short), astray)
+    agreed_for = minimum(x.agreed_for + step, 10.0 * AGREEMENT_TIME)
+    agreed_for = where(disagree > 0, 0.0, where(warm > 0, AGREEMENT_TIME, agreed_for))
+    doubt = maximum(1.0 - known, where(agreed_for < AGREEMENT_TIME, 1.0, 0.0))
+    return Verdict(lower, upper, lagged, known_for, agreed_for, warm, doubt, disagree)
+
+
+def _allowed(witness: Number, share: Number, margin: Number) -> tuple[Number, Number]:
+    """Corrections in m that are no worse than none if a witness is right, within a share of what it says."""
+    told = (1.0 + share) * witness
+    return minimum(told, 0.0) - margin, maximum(told, 0.0) + margin
+
+
+def _falls(
+    excess: Number, called: Number, flattest: float, rise: Number, lagged: Number, p: Record
+) -> Number:
+    """1 where a rise that the duty does not explain falls from the shaft outwards and reaches out, else 0.
+
+    A shift of all thermometers, or of the surroundings, does not fall; that of one alone does not reach out.
+
+    Parameters
+    ----------
+    flattest : largest share of an inner thermometer's rise that the next one shows
+    rise : rise in K that the duty explains, shape (5,), a third of which a wrong model may have made
+    lagged : rise that must have reached the next thermometer, and may still be there, shape (5,)
+    """
+    falls: Number = 1.0
+    inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0
+    for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
+        slack = 0.25 * (p.sensor_std[i] + noise)
+        flat = where(excess[i] > flattest * maximum(inner, maximum(earlier, 0.0)) + slack, 1.0, 0.0)
+        steep = where(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack, 1.0, 0.0)
+        falls = where(called[i] * inside * maximum(flat, steep) > 0, 0.0, falls)
+        here = called[i] > 0
+        inner = where(here, excess[i] - absolute(rise[i]) / 3.0, inner)
+        earlier = where(here, lagged[i], earlier)
+        noise = where(here, p.sensor_std[i], noise)
+        inside = maximum(inside, called[i])
+    return falls
+
+
+def _range(values: Number, there: Number) -> tuple[Number, Number]:
+    """Largest and least of the values that are there; 0 where none is."""
+    largest: Number = 0.0
+    least: Number = 0.0
+    first: Number = 1.0
+    for i in range(SENSORS):
+        here = there[i] > 0
+        largest = where(here, where(first > 0, values[i], maximum(largest, values[i])), largest)
+        least = where(here, where(first > 0, values[i], minimum(least, values[i])), least)
+        first = where(here, 0.0, first)
+    return largest, least
