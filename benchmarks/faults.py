@@ -16,7 +16,7 @@ from benchmarks.fault_kinds import Kind, kinds
 from benchmarks.law_trials import mismatched
 from benchmarks.told import Rig, Told, bare_cell, truth
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.command_line.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json, progress_bar
 from warmlink.orchestration.scenarios.duties.duty_files import library
 
 LAWS = ("observer", "observer_drift")
