@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import subprocess
 import sys
@@ -17,8 +16,7 @@ from typing import Literal
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES
 from warmlink.orchestration.check.subject import Subject
-from warmlink.orchestration.master.slaves.isolation import START_LIMIT
-from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -128,10 +126,10 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ch
         except TimeoutError:
             results.append(CheckResult(names[len(results)], "fail", f"no answer within {time_limit:g} s"))
         except ProcessEndedError as ended:
-            how = f"died of {ended.signal_name}"
-            if ended.signal_name is None:
-                last = told.read_text("utf-8", "replace").strip().splitlines() or ["no message"]
-                how = f"ended with status {ended.code}: {last[-1]}"
+            last = told.read_text("utf-8", "replace").strip().splitlines() or ["no message"]
+            how = f"ended with {ended}: {last[-1]}"
+            if ended.killed:
+                how = f"died of {str(ended).removeprefix('signal ')}"
             results.append(CheckResult(names[len(results)], "fail", f"the process {how}"))
         finally:
             process.end()
@@ -143,9 +141,6 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
     with told.open("wb") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
-    for module in ("fmpy.fmi2", "fmpy.fmi3"):  # before the time limit begins, which is the FMU's
-        importlib.import_module(module)
-    pipe.send(None)
     for name in names:
         try:
             pipe.send(CASES[name](subject))

@@ -27,6 +27,7 @@ from warmlink.orchestration.master.pacing import on_ctrl_c
 from warmlink.orchestration.master.recording.line import Line, serve
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.process import how_it_ended
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 Progress = Callable[[int, int], None]
@@ -184,9 +185,7 @@ class _Guard:
         except ChildProcessError:
             return True
         if pid:
-            code = os.waitstatus_to_exitcode(status)
-            how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-            self._death = f"ended ({how})"
+            self._death = f"ended ({how_it_ended(os.waitstatus_to_exitcode(status))})"
         return bool(pid)
 
     def _press(self, number: int, frame: FrameType | None) -> None:

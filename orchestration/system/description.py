@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
 from warmlink.orchestration.system.model_info import TYPES, Capabilities, ModelInfo, Variable
-from warmlink.orchestration.system.units import Unit, read_unit
+from warmlink.orchestration.system.units import definitions_of_units
 from warmlink.orchestration.system.xml import (
     any_number,
     boolean,
@@ -93,13 +93,8 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         dependencies=outputs,
         capabilities=_capabilities(slave, major, where),
         default_experiment=_experiment(root.find("DefaultExperiment"), where),
-        units=_units(root, where),
+        units=definitions_of_units(root.find("UnitDefinitions"), where),
     )
-
-
-def _units(root: Any, where: str) -> dict[str, Unit]:
-    units = [read_unit(element, where) for element in root.iterfind("UnitDefinitions/Unit")]
-    return {unit.name: unit for unit in units}
 
 
 def _experiment(element: Any, where: str) -> DefaultExperiment:

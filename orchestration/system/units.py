@@ -17,7 +17,7 @@ from typing import Any
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.xml import optional_integer, optional_number, required
+from warmlink.orchestration.system.xml import local, optional_integer, optional_number, required
 
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.
@@ -142,7 +142,7 @@ def meaning(unit: Unit) -> Unit:
 def read_unit(element: Any, where: str) -> Unit:
     """Give the unit that a `Unit` element of FMI or SSP defines."""
     name = required(element, "name", where)
-    base = next((child for child in element if str(child.tag).rpartition("}")[2] == "BaseUnit"), None)
+    base = next((child for child in element if local(child) == "BaseUnit"), None)
     if base is None:
         return Unit(name)
     where = f"{where}: unit {name}"
@@ -153,6 +153,12 @@ def read_unit(element: Any, where: str) -> Unit:
     return Unit(
         name, exponents, 1.0 if factor is None else factor, optional_number(base, "offset", where) or 0.0
     )
+
+
+def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
+    """Give the units that an element of FMI or SSP defines, by name; none where it is None."""
+    found = [read_unit(child, where) for child in (() if held is None else held) if local(child) == "Unit"]
+    return {unit.name: unit for unit in found}
 
 
 @lru_cache(maxsize=512)

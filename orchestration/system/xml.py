@@ -56,7 +56,7 @@ def required(element: Any, name: str, where: str) -> str:
     """Give an attribute that the standard demands."""
     text = element.get(name)
     if text is None:
-        raise InputError(f"{where}: {_tag(element)} lacks its attribute {name}")
+        raise InputError(f"{where}: {local(element)} lacks its attribute {name}")
     return str(text)
 
 
@@ -111,5 +111,6 @@ def boolean(element: Any, name: str, where: str, default: bool) -> bool:
     return text.strip() in ("true", "1")
 
 
-def _tag(element: Any) -> str:
+def local(element: Any) -> str:
+    """Give an element's name without its namespace."""
     return str(element.tag).rpartition("}")[2]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -15,7 +14,7 @@ from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.process import OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.system.description import Capabilities, Variable
 
@@ -36,10 +35,6 @@ class Isolation:
 
     time_limit: float = 60.0
     memory_limit: float = 4e9
-
-
-START_LIMIT = 60.0
-"""For starting the process, before there is an FMU in it, in s."""
 
 
 def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
@@ -141,8 +136,8 @@ class IsolatedSlave:
         return answer
 
     def _died(self, method: str, ended: ProcessEndedError) -> NoReturn:
-        how = f"signal {ended.signal_name}" if ended.signal_name else f"exit code {ended.code}"
-        if ended.signal_name in ("SIGABRT", "SIGKILL"):  # as where there is no more memory
+        how = str(ended)
+        if how.endswith(("SIGABRT", "SIGKILL")):  # as where there is no more memory
             how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
         self._fail("crash", f"its process died in {method} ({how})")
 
@@ -153,10 +148,6 @@ class IsolatedSlave:
 
 def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
     """Answer calls until the other end is gone or asks to terminate."""
-    # Before the time limit begins, which is the FMU's.
-    for module in ("fmpy.fmi2", "fmpy.fmi3"):
-        importlib.import_module(module)
-    pipe.send(None)
     _limit_memory(memory_limit)
     own, states = os.getpid(), dict[int, object]()
 

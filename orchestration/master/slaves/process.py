@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import multiprocessing
 import os
 import signal
@@ -20,17 +21,23 @@ PATIENCE = 1.0
 """With a call under way when Ctrl-C is pressed, in s."""
 
 
+START_LIMIT = 60.0
+"""For starting the process, before there is an FMU in it, in s: until its first answer, None."""
+
+
 class ProcessEndedError(Exception):
     """The other process is gone; `code` is its exit code, below 0 for the signal that ended it."""
 
     def __init__(self, code: int | None) -> None:
-        super().__init__(code)
-        self.code = code
+        super().__init__(how_it_ended(code))
+        self.killed = (code or 0) < 0
 
-    @property
-    def signal_name(self) -> str | None:
-        """Name of the signal that ended it."""
-        return signal.Signals(-self.code).name if self.code is not None and self.code < 0 else None
+
+def how_it_ended(code: int | None) -> str:
+    """Name the signal or the exit code that a process ended with."""
+    if code is not None and code < 0:
+        return f"signal {signal.Signals(-code).name}"
+    return f"exit code {code}"
 
 
 class OtherProcess:
@@ -105,6 +112,9 @@ def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     die_with_parent()
     print_to_standard_error()
+    for module in ("fmpy.fmi2", "fmpy.fmi3"):  # before a time limit begins, which is the FMU's
+        importlib.import_module(module)
+    pipe.send(None)
     target(pipe, *arguments)
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES
-from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning, read_unit
-from warmlink.orchestration.system.xml import parse_xml
+from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning
+from warmlink.orchestration.system.xml import local, parse_xml
 from warmlink.orchestration.text_files import is_file
 
 _BASE = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -28,11 +28,6 @@ PREFIXES = {
 }
 _SSP_NAMESPACE = re.compile(r"^\{http://ssp-standard\.org/SSP[12]/SystemStructure[A-Za-z]+\}")
 _VERSION = re.compile(r"^[12]\.\d+(-.*)?$")
-
-
-def local(element: Any) -> str:
-    """Give an element's name without its namespace."""
-    return str(element.tag).rpartition("}")[2]
 
 
 def children(parent: Any, name: str) -> Iterator[Any]:
@@ -72,11 +67,6 @@ def check_root(root: Any, expected: str, where: str) -> None:
     version = root.get("version", "")
     if not _VERSION.match(version):
         raise InputError(f"{where}: version {version!r} is not supported; use SSP 1.0 or 2.0")
-
-
-def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
-    """Give the units that a `Units` element defines, by name."""
-    return {unit.name: unit for unit in (read_unit(child, where) for child in children(held, "Unit"))}
 
 
 def element(prefix: str, tag: str, /, **attributes: str) -> Any:

@@ -12,9 +12,7 @@ from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.ssp.elements import (
     children,
-    definitions_of_units,
     element,
-    local,
     only_child,
     refuse_other_children,
     root_of_file,
@@ -22,8 +20,8 @@ from warmlink.orchestration.system.ssp.elements import (
     to_bytes,
     unit_elements,
 )
-from warmlink.orchestration.system.units import Conversion, Unit, parse_unit
-from warmlink.orchestration.system.xml import boolean, integer, number, optional_number, required
+from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units, parse_unit
+from warmlink.orchestration.system.xml import boolean, integer, local, number, optional_number, required
 
 # Names of SSP 1.0 and 2.0 for values of each kind.
 _REAL = ("Real", "Float64", "Float32")

@@ -24,8 +24,6 @@ from warmlink.orchestration.system.ssp.declared import (
 )
 from warmlink.orchestration.system.ssp.elements import (
     check_root,
-    definitions_of_units,
-    local,
     only_child,
     refuse_other_children,
     root_of_file,
@@ -36,8 +34,8 @@ from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_set,
     transformation,
 )
-from warmlink.orchestration.system.units import Unit
-from warmlink.orchestration.system.xml import boolean, optional_number, required
+from warmlink.orchestration.system.units import Unit, definitions_of_units
+from warmlink.orchestration.system.xml import boolean, local, optional_number, required
 from warmlink.orchestration.text_files import is_file
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
