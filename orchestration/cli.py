@@ -29,7 +29,7 @@ from warmlink.orchestration.master.slaves.slave import SlaveError
 
 app = typer.Typer(
     name="warmlink",
-    help="How far off a robot's tool point is while its link warms up, and what a controller takes out.",
+    help="How far off a robot's tool point is while a link warms up, and how well a controller corrects it.",
     epilog="Begin with: warmlink run",
     no_args_is_help=True,
     rich_markup_mode="markdown",
@@ -67,7 +67,7 @@ def _say_version(asked: bool) -> None:
 def _before_any_command(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_say_version, is_eager=True, help="Say which version this is."),
+        typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None: ...
 
@@ -79,8 +79,8 @@ def main() -> None:
 
 def guarded(command: Callable[[], None]) -> None:
     """Run a command; bad input ends in one sentence and exit code 2."""
-    # The matrices are small: threads of one product wait for each other longer than they work. NumPy
-    # reads this once, when it is first imported.
+    # The matrices are small, and several threads for one product would spend their time waiting for each
+    # other. NumPy reads this setting when it is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         command()
@@ -93,7 +93,7 @@ def guarded(command: Callable[[], None]) -> None:
     except BrokenPipeError:
         raise SystemExit(0) from None
     except SystemExit as ended:
-        # Commands that end in order on Ctrl-C say so themselves, and exit with nothing raised or `from None`.
+        # Commands that end in order on Ctrl-C print their own remark, and raise SystemExit `from None`.
         if ended.code == INTERRUPTED and ended.__context__ is not None and not ended.__suppress_context__:
             print("warmlink: interrupted; there are no results", file=sys.stderr)
         raise

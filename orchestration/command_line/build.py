@@ -1,4 +1,4 @@
-"""`warmlink build`: FMUs and systems for other tools, each validated."""
+"""`warmlink build`: build the FMUs and the systems for other tools, and validate each of them."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ if TYPE_CHECKING:
 
 KINDS = ("native", "python", "all")
 SHOWN_CONTROLLER = "lag"
-"""Controller that the shipped WarmupCell.ssp holds; any other FMU of the same connectors may replace it."""
+"""Controller in the shipped WarmupCell.ssp; any FMU with the same connectors can replace it."""
 
 SHOWN_ARM_SCENARIO = "six_axis_shift"
-"""What the shipped SixAxisArm.ssp does unless it is told otherwise."""
+"""Scenario that the shipped SixAxisArm.ssp runs by default."""
 
 JOINED_HOME = "warmlink.orchestration.system.shipped"
-"""Module beside whose README the documentation of joined systems lies."""
+"""Module that stands for the joined systems in the catalogue: the README in its folder documents them."""
 
 
 def build(
-    fmus: Annotated[str, typer.Option(help="`native`, `python` or `all`.")] = "all",
+    fmus: Annotated[str, typer.Option(help="Which FMUs: `native` (C), `python` or `all`.")] = "all",
     platforms: Annotated[
         str | None,
         typer.Option(
-            help="Native platforms, as `x86_64-linux,x86_64-windows`, or `all`. Default: this machine's."
+            help="Platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or `all`. Default: "
+            "this machine's."
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
@@ -54,12 +55,13 @@ def build_files(out: str | Path = "dist", fmus: str = "all", platforms: str | No
     ----------
     out : folder
     fmus : native, python or all
-    platforms : native platforms, as `x86_64-linux,x86_64-windows`, or all; this machine's by default
+    platforms : platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this
+        machine's by default
 
     Raises
     ------
     InputError
-        If there is no such kind or platform, or the folder cannot be written.
+        If the kind or a platform does not exist, or the folder cannot be written.
     """
     from warmlink.fmus.names import instead
 

@@ -1,4 +1,4 @@
-"""`warmlink check`: what an integrator checks before trusting a file."""
+"""`warmlink check`: the checks that an integrator makes before trusting an FMU or a system."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]ski
 def check(
     file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file from any tool.")], json: Json = False
 ) -> None:
-    """Check an FMU or a system as an integrator would; the exit code is 1 where a check fails."""
+    """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails."""
     from warmlink.orchestration.check.fmu import check_fmu
 
     if not is_file(file):
@@ -35,7 +35,7 @@ def check(
     else:
         rows = [(result.name, _SIGNS[result.verdict], result.detail) for result in results]
         print_table(str(file), ("check", "", "detail"), rows)
-        answer(f"{len(results) - failed} of {len(results)} checks without a fault")
+        answer(f"{len(results) - failed} of {len(results)} checks found no fault")
     if failed:
         raise SystemExit(FAILED)
 

@@ -1,4 +1,4 @@
-"""`warmlink design`: a controller's gains for a system, as a parameter set for its FMU."""
+"""`warmlink design`: compute a controller's gains for a system, as a parameter set for its FMU."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def design(
     system: Annotated[
         str,
         typer.Argument(
-            help="`WarmupCell`, an .ssp with one motor and one link, "
-            "or a scenario (TOML) of any motors and links."
+            help="`WarmupCell`, an .ssp file with one motor and one link, "
+            "or a scenario file (TOML) with any number of motors and links."
         ),
     ],
     law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
@@ -27,30 +27,29 @@ def design(
             help="Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`."
         ),
     ] = "base,tip",
-    sensor_std: Annotated[
-        str, typer.Option(help="Standard deviation of the noise of a thermometer.")
-    ] = "0.1 K",
+    sensor_std: Annotated[str, typer.Option(help="Standard deviation of a thermometer's noise.")] = "0.1 K",
     camera_std: Annotated[
         str | None,
         typer.Option(
-            help='Standard deviation of the noise of the camera, as "0.2 um". Default: that of DriftCamera.'
+            help='Standard deviation of the camera\'s noise, such as "0.2 um". Default: that of DriftCamera.'
         ),
     ] = None,
     sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
     set_: Set = None,
-    out: Annotated[Path | None, typer.Option(help="Parameter set to write. Default: LAW.ssv.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Parameter set (SSV) to write. Default: LAW.ssv.")] = None,
     report: Annotated[
         Path | None,
         typer.Option(
-            help="Page to write, with poles, Bode plots and what the reduction costs (not for `regression`)."
+            help="HTML page to write: poles, Bode plots, and the error of the reduced model (not for "
+            "`regression`)."
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Work out a controller's gains for a system, as a parameter set (SSV) for the controller's FMU.
+    """Compute a controller's gains for a system, and write them as a parameter set (SSV) for its FMU.
 
-    The plant has the parameters of the system's motors and links, changed by --set. For a scenario, what
-    drives, reads and scores follows from its wires and roles.
+    The plant model takes its parameters from the system's motors and links, changed by --set. For a scenario,
+    the connections and the table [roles] say which inputs are driven and which output is scored.
 
     Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
     """
@@ -92,5 +91,7 @@ def _names(sensors: str) -> list[str]:
     if "none" not in names:
         return names
     if len(names) > 1:
-        raise InputError(f"--sensors {sensors}: none goes with no other; leave it or them out")
+        raise InputError(
+            f"--sensors {sensors}: none cannot be combined with thermometers; give either none or their names"
+        )
     return []

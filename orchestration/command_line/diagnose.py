@@ -1,4 +1,4 @@
-"""`warmlink diagnose`: what a simulation gets wrong, why, and how much is gained by correcting it."""
+"""`warmlink diagnose`: what a simulation gets wrong, why, and how much a correction improves it."""
 
 from __future__ import annotations
 
@@ -24,65 +24,69 @@ def diagnose(
     data: Annotated[
         list[Path],
         typer.Argument(
-            help="Runs of one warm-up cell, judged together, as a logger or a spreadsheet writes them (CSV, "
-            "text, Parquet, Excel); a run of the six-axis arm; or an experiment (TOML)."
+            help="One or more measured runs of the same warm-up cell, as a logger or a spreadsheet writes "
+            "them (CSV, text, Parquet, Excel); a run of the six-axis arm; or an experiment file (TOML)."
         ),
     ],
     assume: Annotated[
         list[str] | None,
         typer.Option(
-            help='Input that was not logged, as --assume torque=0, "ambient_temperature=22 degC" or '
-            "pad_temperature=off. Repeatable."
+            help="Constant value of an input that was not logged, for example --assume torque=0, "
+            '"ambient_temperature=22 degC" or pad_temperature=off. Repeatable.'
         ),
     ] = None,
     set_: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
-            help='Parameter that is known to differ, as --set "link.length=800 mm". Repeatable.',
+            help="Parameter of your cell that differs from the nominal one, for example "
+            '--set "link.length=800 mm". Repeatable.',
         ),
     ] = None,
     scenario: Annotated[
         str | None,
         typer.Option(
-            help="Scenario (TOML) of the cell as it is known: its [parameters] are where one begins."
+            help="Scenario file (TOML) whose [parameters] describe your cell; --set changes them further."
         ),
     ] = None,
     noise: Annotated[
         list[str] | None,
-        typer.Option(help='Noise of a column, 1 sigma, as --noise "tip_temperature=0.1 K". Repeatable.'),
+        typer.Option(
+            help="Standard deviation of the noise of a column, for example "
+            '--noise "tip_temperature=0.1 K". Repeatable.'
+        ),
     ] = None,
     unit: Annotated[
         list[str] | None,
         typer.Option(
-            help='Unit that a header lacks: --unit "T_base=degC" for one column, --unit degC for all of that '
-            'quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.'
+            help='Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for '
+            'all columns of that quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.'
         ),
     ] = None,
     map_: Annotated[
         list[str] | None,
         typer.Option(
             "--map",
-            help='What a column is, as --map "T_base=base_temperature"; --map "T9=" leaves it out. '
-            "Repeatable.",
+            help='Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" '
+            "ignores the column. Repeatable.",
         ),
     ] = None,
     decimal: Annotated[
-        str, typer.Option(help="Decimal mark, `comma` or `point`, where the file leaves it open.")
+        str, typer.Option(help="Decimal mark, `comma` or `point`, if the file could be read either way.")
     ] = "",
     check: Annotated[
-        bool, typer.Option("--check", help="Show what is understood of the files, and stop.")
+        bool, typer.Option("--check", help="Show how the files are understood, without a diagnosis.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for results. Default: out/RUN, out/RUN+NEXT for two.")
+        Path | None, typer.Option(help="Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Show what the simulation gets wrong, name the cause, extend the model, measure the improvement.
+    """Compare measurements with the simulation, name the cause of the difference, and extend the model.
 
-    Writes diagnosis.json, report.html, the extended model as .ssv and .ssp, and where causes cannot be told
-    apart next_experiment.toml and .csv: run it, then diagnose both runs together. The exit code is 0 whatever
-    the verdict.
+    Writes diagnosis.json, report.html, and the extended model as .ssv and .ssp. If the data cannot tell
+    several causes apart, it also writes next_experiment.toml and .csv: carry out this duty cycle, then
+    diagnose both runs together. The exit code is 0 whatever the verdict.
     """
     from warmlink.orchestration.arm.measured import is_arm_file
 
@@ -94,7 +98,9 @@ def diagnose(
     elif not whole_arm:
         _diagnose_cell(data, told, folder, json)
     elif len(data) > 1:
-        raise InputError(f"{whole_arm[0]}: a run of the whole arm stands alone; diagnose it by itself")
+        raise InputError(
+            f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
+        )
     elif told != Told():
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
@@ -106,7 +112,7 @@ def diagnose(
 
 @dataclass(frozen=True)
 class Told:
-    """What the command line says of the measurements, as it was typed."""
+    """The options that describe the measurements, as they were typed."""
 
     assumed: list[str] = field(default_factory=list)
     settings: list[str] = field(default_factory=list)
@@ -117,7 +123,7 @@ class Told:
     decimal: str = ""
 
     def experiment(self, paths: list[Path]) -> Experiment:
-        """What a diagnosis works on."""
+        """Read the measurements, and apply the options to them."""
         from warmlink.orchestration.command_line.options import settings_given
         from warmlink.orchestration.diagnosis.data.columns import said
         from warmlink.orchestration.diagnosis.data.nominal import parameters_of, with_noise
@@ -130,7 +136,7 @@ class Told:
 
 
 def _show(paths: list[Path], whole_arm: bool, told: Told, json: bool) -> None:
-    """What is understood of the files."""
+    """Print how the files are understood."""
     from rich.markup import escape
 
     from warmlink.orchestration.arm.measured import arm_experiments
@@ -201,7 +207,7 @@ def _give(found: str | dict[str, Any]) -> None:
 
 @contextmanager
 def _told_what_is_lost(folder: Path) -> Iterator[None]:
-    """Turn a failure to write into a sentence: what was found was printed before it."""
+    """Turn a failure to write into an InputError that says what is lost; the summary was printed before."""
     try:
         yield
     except (OSError, InputError) as fault:
@@ -211,5 +217,5 @@ def _told_what_is_lost(folder: Path) -> Iterator[None]:
                 f"{folder}: cannot be written ({fault.strerror or fault}); make room or choose another --out"
             )
         raise InputError(
-            f"{told}; the answer above is all there is, its report and extended model are lost: run it again"
+            f"{told}; only the answer above is left, the report and the extended model are lost: run it again"
         ) from None

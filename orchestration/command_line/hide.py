@@ -16,37 +16,44 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.practice.hide import Noise
 
 GRID, FEA = "grid", "fea"
-"""What computes a made-up run: a rod on a grid, or 3-D finite elements."""
+"""Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
 
 
 def hide(
     effects: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Effects to hide, as radiation, joint_resistance=0.3, sensor_lag:tip_temperature."
+            help="Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength "
+            "in SI units) or sensor_lag:tip_temperature."
         ),
     ] = None,
     duty: Annotated[
         str | None,
         typer.Option(
-            help="Duty cycle (CSV) or scenario (TOML), as for `run`. Default: two hours of varied work."
+            help="Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied "
+            "work."
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
     seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
     noise: Annotated[
-        str, typer.Option(help="`white`, or `real`: correlated, rounded, with spikes.")
+        str, typer.Option(help="`white` noise, or `real`: correlated, rounded and with spikes.")
     ] = "white",
     solver: Annotated[
         str,
-        typer.Option("--with", help="What computes the run: `grid` (a rod) or `fea` (3-D finite elements)."),
+        typer.Option(
+            "--with", help="Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements)."
+        ),
     ] = "grid",
     axis: Annotated[
         int | None,
         typer.Option(help="Hide the effects in this axis of the six-axis arm, and record the whole arm."),
     ] = None,
 ) -> None:
-    """Make a measured run with hidden effects, computed by a separate solver, to practise `diagnose` on."""
+    """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.
+
+    The run is computed by another solver than the one that `diagnose` uses.
+    """
     from warmlink.fmus.names import instead
     from warmlink.orchestration.diagnosis.practice import hide as made_up
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
@@ -84,7 +91,7 @@ def hide(
 
 
 def _strengths(effects: Sequence[str]) -> dict[str, float]:
-    """Strength of each effect in SI units, as given or as usual."""
+    """Read the strength of each effect in SI units; the effect's usual strength if none is given."""
     from warmlink.orchestration.diagnosis.practice.effects import effect_of
 
     strengths = {}

@@ -1,4 +1,4 @@
-"""`warmlink init`: a commented file to begin with."""
+"""`warmlink init`: write a commented file to begin with."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 def init(
-    kind: Annotated[str, typer.Argument(help="Kind of file: `experiment`.")],
-    out: Annotated[Path, typer.Option(help="Folder to write it into.")] = Path(),
+    kind: Annotated[str, typer.Argument(help="Kind of file; so far only `experiment`.")],
+    out: Annotated[Path, typer.Option(help="Folder to write into.")] = Path(),
 ) -> None:
-    """Write a commented file to begin with, which runs as it is, and the files that it names.
+    """Write a commented example file to begin with, and the data files that it names; it runs as it is.
 
     Example: `warmlink init experiment --out rig`, then `warmlink diagnose rig/experiment.toml`
     """
@@ -29,7 +29,7 @@ def init(
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
     for name in KINDS[kind]:
         if (out / name).exists():
-            raise InputError(f"{out / name}: is there already; remove it, or choose another --out")
+            raise InputError(f"{out / name}: exists already; remove it, or choose another --out")
     with fresh_folder(out) as work:
         for name, write in KINDS[kind].items():
             write(work / name)
@@ -50,7 +50,7 @@ def _schema(path: Path) -> None:
 
 
 def _run(path: Path) -> None:
-    """A made-up run in which still air cools more than it should; two columns have names of their own."""
+    """Write a made-up run in which still air cools more than nominally; two columns are renamed."""
     from warmlink.orchestration.diagnosis.practice import hide as made_up
 
     columns = made_up.hide({"still_air_convection": 1.3}, seed=len(path.stem))

@@ -1,4 +1,4 @@
-"""`warmlink list`: everything that can be named on the command line."""
+"""`warmlink list`: the names that the other commands accept."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from warmlink.orchestration.console import answer_json, print_table
 
 
 def list_(json: Json = False) -> None:
-    """List what warmlink knows: scenarios, controllers, systems, components, mismatches, studies, masters."""
-    found = _known()
+    """List the scenarios, controllers, systems, components, mismatches, studies, effects and masters."""
+    found = _descriptions()
     if json:
         answer_json(found)
         return
@@ -16,8 +16,8 @@ def list_(json: Json = False) -> None:
         print_table(kind, (), entries.items())
 
 
-def _known() -> dict[str, dict[str, str]]:
-    """What each thing is, by its kind and its name."""
+def _descriptions() -> dict[str, dict[str, str]]:
+    """One line about each thing, by its kind and its name."""
     from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
     from warmlink.orchestration.arm.library import NAME as ARM
     from warmlink.orchestration.catalogue import components, controllers

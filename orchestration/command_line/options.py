@@ -1,4 +1,4 @@
-"""Options that several commands have, and what the shell proposes for a name that is half typed."""
+"""Options that several commands have, and the names that the shell proposes as completions."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ if TYPE_CHECKING:
 
 
 def scenarios(incomplete: str) -> list[str]:
-    """Scenarios of the cell and of the arm."""
+    """Scenarios of the cell and of the arm whose names begin with `incomplete`."""
     from warmlink.orchestration.scenarios.load import scenario_names
 
     return _beginning(incomplete, scenario_names())
 
 
 def controllers(incomplete: str) -> list[str]:
-    """Controllers that warmlink ships."""
-    from warmlink.orchestration.catalogue import controllers as known
+    """Shipped controllers whose names begin with `incomplete`."""
+    from warmlink.orchestration.catalogue import controllers as shipped
 
-    return _beginning(incomplete, known())
+    return _beginning(incomplete, shipped())
 
 
 def mismatches(incomplete: str) -> list[str]:
-    """Mismatches that warmlink ships."""
-    from warmlink.orchestration.scenarios.mismatch import names as known
+    """Shipped mismatches whose names begin with `incomplete`."""
+    from warmlink.orchestration.scenarios.mismatch import names
 
-    return _beginning(incomplete, known())
+    return _beginning(incomplete, names())
 
 
 def masters(incomplete: str) -> list[str]:
-    """Master algorithms."""
+    """Master algorithms whose names begin with `incomplete`."""
     from warmlink.orchestration.master.algorithms.table import ALGORITHMS
 
     return _beginning(incomplete, ALGORITHMS)
 
 
 def studies(incomplete: str) -> list[str]:
-    """Studies that warmlink ships."""
-    from warmlink.orchestration.studies.study import names as known
+    """Shipped studies whose names begin with `incomplete`."""
+    from warmlink.orchestration.studies.study import names
 
-    return _beginning(incomplete, known())
+    return _beginning(incomplete, names())
 
 
 def settings_given(settings: Iterable[str], option: str = "--set") -> dict[str, str]:
-    """Values by name, as `--set` has them; raises InputError where one has no value."""
+    """Read texts `NAME=VALUE` as values by name; raise InputError where a name or a value is missing."""
     parameters = {}
     for setting in settings:
         variable, equals, value = setting.partition("=")
@@ -62,7 +62,7 @@ def settings_given(settings: Iterable[str], option: str = "--set") -> dict[str, 
 
 
 def sets_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> list[StartValueSet]:
-    """Start values of each `--parameters` and of each `--set`, which come last."""
+    """Collect the start values of each `--parameters` and then of each `--set`, which take precedence."""
     from warmlink.orchestration.scenarios.overrides import StartValueSet, parameters_of
 
     sets = [StartValueSet(f"--parameters {path}", parameters_of(path)) for path in files or ()]
@@ -70,21 +70,23 @@ def sets_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> 
 
 
 def listed(text: str | None) -> list[str] | None:
-    """Names with commas between them, each once; None where none were asked for."""
+    """Split names at their commas, and drop repetitions; None if the option was not given."""
     if text is None:
         return None
     return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 
-def _beginning(incomplete: str, known: Iterable[str]) -> list[str]:
-    return [name for name in known if name.startswith(incomplete)]
+def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for other programs.")]
 Report = Annotated[bool, typer.Option(help="Write report.html.")]
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", help='Another start value, as --set "motor.joint_conductance=2 W/K". Repeatable.'),
+    typer.Option(
+        "--set", help='Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.'
+    ),
 ]
 Parameters = Annotated[
     list[Path] | None,
@@ -92,16 +94,16 @@ Parameters = Annotated[
 ]
 Fmus = Annotated[
     str | None,
-    typer.Option(help="`native` (C) or `python` FMUs. Default: native where there is a C compiler."),
+    typer.Option(help="`native` (C) or `python` FMUs. Default: native if there is a C compiler."),
 ]
 Jobs = Annotated[int, typer.Option(help="How many processes run at the same time.")]
 Scheduler = Annotated[
     str | None,
-    typer.Option(help="Dask scheduler, as tcp://10.0.0.1:8786. Default: processes on this machine."),
+    typer.Option(help="Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine."),
 ]
 StudyFile = Annotated[
     str,
     typer.Argument(
-        help="A study file (TOML), or a shipped study by name: `lag_law`.", autocompletion=studies
+        help="A study file (TOML), or the name of a shipped study: `lag_law`.", autocompletion=studies
     ),
 ]

@@ -16,7 +16,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
     json: Json = False,
 ) -> None:
-    """Compute the paper's tables and figures: Eq. (4), the 1-D link, and 3-D finite elements beside them."""
+    """Compute every table and figure of the paper by Eq. (4), by the 1-D link and by 3-D finite elements."""
     from rich.console import Console
 
     from warmlink.orchestration.files import fresh_folder

@@ -1,4 +1,4 @@
-"""`warmlink run`: a scenario in closed loop, its answer, its files."""
+"""`warmlink run`: run a scenario in closed loop, print the answer and write the files."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def run(
     controller: Annotated[
         str | None,
         typer.Option(
-            help="Controller to hold against none, or a law of your own, as `my_law.py:MyLaw`. "
-            "Default: the scenario's.",
+            help="Controller to compare with no compensation, or a law of your own, as `my_law.py:MyLaw`. "
+            "Default: the one that the scenario names.",
             autocompletion=options.controllers,
         ),
     ] = None,
@@ -39,24 +39,24 @@ def run(
     mismatch: Annotated[
         list[str] | None,
         typer.Option(
-            help="How the cell differs from what the controller may know of it: `thermal_high`, "
-            "`noisy_sensors`, `draw_1` and so on (`warmlink list`), or a TOML file. Repeatable, one on "
-            "top of the other.",
+            help="How the real cell differs from the one that the controller was designed for: "
+            "`thermal_high`, `noisy_sensors`, `draw_1` and so on (`warmlink list`), or a TOML file. "
+            "Repeatable; several mismatches add up.",
             autocompletion=options.mismatches,
         ),
     ] = None,
-    step: Annotated[str | None, typer.Option(help='Communication step size, as "1 s".')] = None,
-    stop: Annotated[str | None, typer.Option(help='Stop time, as "2 h".')] = None,
+    step: Annotated[str | None, typer.Option(help='Communication step size, such as "1 s".')] = None,
+    stop: Annotated[str | None, typer.Option(help='Stop time, such as "2 h".')] = None,
     master: Annotated[
         str | None, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
     ] = None,
     report: Report = True,
     json: Json = False,
 ) -> None:
-    """Run a scenario with a controller and without, and say how far off the tool point is.
+    """Run a scenario with a controller and without one, and say how far off the tool point is.
 
-    Writes metrics.json, results.csv, results.parquet and report.html. Ctrl-C ends the run early and keeps
-    what was computed, as does an FMU that fails (exit code 1).
+    Writes metrics.json, results.csv, results.parquet and report.html. If you press Ctrl-C, or an FMU fails,
+    the run ends early and keeps what was computed up to there (exit code 1).
     """
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
@@ -94,13 +94,13 @@ def run(
         remark(f"{folder}: {lost}")
     if outcome.cut_short is not None:
         remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
-        remark("the figures are of that part alone")
+        remark("the figures above describe that part only")
     if lost is not None or outcome.cut_short is not None:
         raise SystemExit(FAILED)
 
 
 def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
-    """Write what came of the run; give what could not be written and why."""
+    """Write the results; return which files could not be written and why, or None."""
     from warmlink.orchestration.files import write_files
     from warmlink.orchestration.report.series import series_writers
 

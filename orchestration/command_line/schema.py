@@ -1,4 +1,4 @@
-"""`warmlink schema`: what a file of a kind may hold, for editors that complete and check it."""
+"""`warmlink schema`: print what a kind of file may contain, for editors that complete and check it."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from warmlink.orchestration.console import answer_json
 
 
 def schema(
-    kind: Annotated[str, typer.Argument(help="Kind of file, as `scenario` or `study`.")],
+    kind: Annotated[str, typer.Argument(help="Kind of file, such as `scenario` or `study`.")],
 ) -> None:
-    """Print the JSON Schema of a kind of file, with which an editor completes and checks what you write.
+    """Print the JSON Schema of a kind of file, so that an editor can complete and check what you write.
 
     Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`, `experiment`.
-    Save it beside your file, and name it in the file's first line: `#:schema study.json`. Editors that use
-    Taplo understand this line, as VS Code does with the extension Even Better TOML.
+    Save the schema beside your file, and name it in the file's first line: `#:schema study.json`. Editors
+    that use Taplo understand this line, for example VS Code with the extension Even Better TOML.
 
     Example: `warmlink schema study > study.json`
     """
     from warmlink.fmus.names import instead
     from warmlink.orchestration.scenarios.written import json_schema
 
-    known = kinds()
-    if kind not in known:
-        raise InputError(f"{kind}: no such kind of file; {instead(kind, known)}")
-    answer_json(json_schema(known[kind]))
+    tables = kinds()
+    if kind not in tables:
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, tables)}")
+    answer_json(json_schema(tables[kind]))
 
 
 def kinds() -> dict[str, type[Any]]:
-    """The table that each kind of file is read into."""
+    """The class that each kind of file is read into."""
     from warmlink.orchestration.arm.program import ProgramFile
     from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile

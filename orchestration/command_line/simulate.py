@@ -1,4 +1,4 @@
-"""`warmlink simulate`: anybody's system of FMUs."""
+"""`warmlink simulate`: run a system of FMUs from any tool."""
 
 from __future__ import annotations
 
@@ -37,61 +37,74 @@ WIDTH = 160
 def simulate(
     system: Annotated[Path, typer.Argument(help="An .ssp file from any tool.")],
     stop: Annotated[
-        str | None, typer.Option(help='Stop time, as "1 h". Default: what the system proposes.')
+        str | None, typer.Option(help='Stop time, such as "1 h". Default: the one that the system proposes.')
     ] = None,
     step: Annotated[
         str | None,
-        typer.Option(help='Communication step size, as "1 s". Default: what the system proposes.'),
+        typer.Option(
+            help='Communication step size, such as "1 s". Default: the one that the system proposes.'
+        ),
     ] = None,
     master: Annotated[
         str, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
     ] = "jacobi",
     stepping: Annotated[
         str,
-        typer.Option(help="`plain` (Python), `compiled` (Numba), or `auto`: compiled where that is faster."),
+        typer.Option(
+            help="How the loop over the steps runs: `plain` (Python), `compiled` (Numba), or `auto`, which "
+            "compiles it if that is faster."
+        ),
     ] = "auto",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
     isolate: Annotated[
         bool,
         typer.Option(
-            "--isolate", help="Give each FMU a process of its own, so that its crash ends only the run."
+            "--isolate",
+            help="Run each FMU in a process of its own, so that a crash of an FMU does not end this program.",
         ),
     ] = False,
     time_limit: Annotated[
         str | None,
-        typer.Option(help='How long one call of an isolated FMU may take. Default: "60 s".'),
+        typer.Option(help='Longest time that a call of an isolated FMU may take. Default: "60 s".'),
     ] = None,
     memory_limit: Annotated[
-        str | None, typer.Option(help='How much memory an isolated FMU may use. Default: "4 GB".')
+        str | None, typer.Option(help='Most memory that an isolated FMU may use. Default: "4 GB".')
     ] = None,
     checkpoint: Annotated[
         int | None,
-        typer.Option(help="Write values to disk as they come, and a checkpoint after this many steps."),
+        typer.Option(
+            help="Write the results to disk during the run, and a checkpoint every so many communication "
+            "steps."
+        ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Continue from the checkpoint in the folder, if there is one.")
+        bool,
+        typer.Option("--resume", help="Continue from the checkpoint in the results folder, if there is one."),
     ] = False,
     real_time: Annotated[
         float | None,
-        typer.Option(help="Follow the clock: 1 is real time, 10 is ten times as fast."),
+        typer.Option(help="Keep pace with the clock: 1 is real time, 10 is ten times as fast."),
     ] = None,
     error_budget: Annotated[
         bool | None,
         typer.Option(
             "--error-budget/--no-error-budget",
-            help="Bound the coupling error by repeating the run with half the step. Default: yes, unless "
-            "--checkpoint, --resume or --real-time is given.",
+            help="Bound the coupling error by repeating the run with half the communication step. Default: "
+            "yes, unless --checkpoint, --resume or --real-time is given.",
         ),
     ] = None,
     watch: Annotated[
         list[str] | None,
-        typer.Option(help="Variable whose coupling error is bounded. Repeatable. Default: every output."),
+        typer.Option(
+            help="Variable whose coupling error is to be bounded. Repeatable. Default: every output."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Run a system of FMUs and write its outputs as CSV and Parquet.
 
-    Ctrl-C ends the run early and keeps what was computed, and so does an FMU that fails (exit code 1).
+    If you press Ctrl-C, or an FMU fails, the run ends early and keeps what was computed up to there (exit
+    code 1).
     """
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import algorithm
@@ -108,7 +121,7 @@ def simulate(
     if checkpoint is not None or resume:
         every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
         long_run = LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
-    # Unasked, no run is repeated that follows the clock or that may last for days.
+    # By default a run that keeps pace with the clock, or that may last for days, is not repeated.
     repeats = error_budget if error_budget is not None else pacing is None and long_run is None
     with temporary_folder() as work, locked_folder(folder):
         read = read_system(system, work)
@@ -141,7 +154,7 @@ def simulate(
             bounds: tuple[CouplingError, ...] = ()
             if repeats and result.status == "completed":
                 names = watch or result.table.names
-                # Values of a run that is streamed may not fit into the memory.
+                # The results of a run that writes checkpoints may not fit into memory.
                 streamed = None if long_run is None else LongRun(work / "half", every=None)
                 half = step_size / 2
                 fine = guarded(
@@ -168,7 +181,7 @@ def simulate(
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
-    """One process for each FMU, where that is wanted."""
+    """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.scenarios.quantity import positive
 
@@ -180,18 +193,20 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
         )
     for option, given in (("--time-limit", time_limit), ("--memory-limit", memory_limit)):
         if given is not None:
-            raise InputError(f"{option}: holds for FMUs in processes of their own; add --isolate")
+            raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
     return None
 
 
 def _pacing(real_time: float | None) -> Pacing | None:
-    """The clock to follow, where that is wanted."""
+    """The pace to keep; None without --real-time."""
     from warmlink.orchestration.master.pacing import Pacing
 
     if real_time is None:
         return None
     if not 0 < real_time < math.inf:
-        raise InputError(f"--real-time {real_time:g}: no pace; give a number above 0, 1 for real time")
+        raise InputError(
+            f"--real-time {real_time:g}: this is not a pace; give a number above 0, 1 for real time"
+        )
     return Pacing(real_time)
 
 
@@ -200,14 +215,14 @@ def _stepping(name: str) -> Stepping:
     from warmlink.orchestration.master.compiled.loop import Stepping
 
     kinds: tuple[Stepping, ...] = get_args(Stepping)
-    for known in kinds:
-        if name == known:
-            return known
+    for kind in kinds:
+        if name == kind:
+            return kind
     raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
 
 
 def _recorded(system: System, watch: Sequence[str] | None) -> tuple[str, ...] | None:
-    """All outputs and what is watched; None, which means all outputs, where nothing is."""
+    """Names of all outputs and of the watched variables; None (all outputs) if nothing is watched."""
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.system.description import read_description
 
@@ -253,13 +268,13 @@ def _figures(result: Result, name: str) -> dict[str, Any]:
     import numpy as np
 
     column = result[name]
-    # A camera without a picture gives NaN, and means it.
-    known = column[np.isfinite(column)]
+    # A camera that has taken no picture yet reads NaN: this is no fault.
+    finite = column[np.isfinite(column)]
     return {
         "unit": result.table.units[name],
         "last": _finite(float(column[-1])),
-        "min": float(known.min()) if len(known) else None,
-        "max": float(known.max()) if len(known) else None,
+        "min": float(finite.min()) if len(finite) else None,
+        "max": float(finite.max()) if len(finite) else None,
     }
 
 
@@ -280,7 +295,7 @@ def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
     for balance in summary["heat_balances"]:
         answer(
             f"heat  {balance['delivered']} {_cell(balance['delivered_total'])} {balance['unit'] or ''}, "
-            f"of which {_cell(balance['lost'])} have not reached {balance['received']}"
+            f"of which {_cell(balance['lost'])} did not reach {balance['received']}"
         )
     if summary["largest_lag_s"]:
         answer(f"largest delay behind the clock  {summary['largest_lag_s']:.3g} s")

@@ -207,7 +207,7 @@ def test_ctrl_c_keeps_what_was_computed(
     assert code == 1
     assert "of 20 min" in printed
     assert "stopped early: interrupted at" in printed
-    assert "the figures are of that part alone" in printed
+    assert "the figures above describe that part only" in printed
     found = metrics("o")
     assert 0 < float(str(found["simulated_s"])) < 1200
     assert {path.name for path in Path("o").iterdir()} == {

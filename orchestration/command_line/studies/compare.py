@@ -1,4 +1,4 @@
-"""`warmlink compare`: controllers x duty cycles x mismatches in one table."""
+"""`warmlink compare`: run every controller in every duty cycle and mismatch, and print one table."""
 
 from __future__ import annotations
 
@@ -14,42 +14,44 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, progress
 
 def compare(
     controllers: Annotated[
-        str | None, typer.Option(help="Controllers, as `lag,observer`. Default: all (`warmlink list`).")
+        str | None, typer.Option(help="Controllers, such as `lag,observer`. Default: all (`warmlink list`).")
     ] = None,
     duty_cycles: Annotated[
         str | None,
         typer.Option(
-            help="Duty cycles by name, or TOML or CSV files of your own, with commas between. Default: all."
+            help="Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all."
         ),
     ] = None,
     mismatch: Annotated[
         str | None,
         typer.Option(
-            help="How the cell differs from what the laws believe: `nominal`, `thermal_high`, `thermal_low`, "
-            "`insulated`, `ventilated`, `losses_high`, `losses_low`, `noisy_sensors`, `camera_absent`, "
-            "`draw_1`, `draw_2` and so on (the number is the seed), or TOML files. Default: nine of them."
+            help="How the real cell differs from the one that the controllers were designed for: `nominal`, "
+            "`thermal_high`, `thermal_low`, `insulated`, `ventilated`, `losses_high`, `losses_low`, "
+            "`noisy_sensors`, `camera_absent`, `draw_1`, `draw_2` and so on (the number is the seed), or "
+            "TOML files, separated by commas. Default: nine of them."
         ),
     ] = None,
     with_: Annotated[
         list[str] | None,
-        typer.Option("--with", help="A law of your own, as `my_law.py:MyLaw`. Repeatable."),
+        typer.Option("--with", help="A controller of your own, as `my_law.py:MyLaw`. Repeatable."),
     ] = None,
     parameters: Parameters = None,
     set_: Set = None,
     fmus: Fmus = None,
     system: Annotated[
-        str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, whose duty cycles are its programs.")
+        str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.")
     ] = "WarmupCell",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
     jobs: Jobs = 2,
     report: Report = True,
     json: Json = False,
 ) -> None:
-    """Hold controllers against each other and against none, over duty cycles and mismatches.
+    """Compare controllers with each other and with no compensation, over duty cycles and mismatches.
 
-    What is set of the compensator goes to the controllers that have it; mismatches come on top of it all.
-    Writes compare.csv and report.html. Interrupted or killed, the same command goes on. Differences within
-    the error budget count as equal; where a duty cycle defeats a law, the table says so.
+    A --set of a compensator's parameter reaches every controller that has this parameter; mismatches are
+    applied after all other changes. Writes compare.csv and report.html. After an interruption the same
+    command continues. Differences within the error budget count as equal. The table marks where an error is
+    beyond the tolerance, and where a controller is worse than none.
 
     Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
     """

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 BEST, BEYOND, HARM = "*", "!", "!!"
 LEGEND = (
     f"{BEST} best in its row, or equal to it within the error budget   {BEYOND} beyond tolerance   "
-    f"{HARM} worse than none"
+    f"{HARM} worse than no compensation"
 )
 WIDE = 240
-"""Characters a line may have where nobody looks at a terminal."""
+"""Width in characters where the output is not a terminal."""
 
 
 def print_table(comparison: Comparison) -> None:
@@ -32,7 +32,7 @@ def print_table(comparison: Comparison) -> None:
 
 
 def table(comparison: Comparison) -> Table:
-    """Largest error in um and the share removed: a row a duty cycle, a column a controller."""
+    """Largest error in um and the share removed: a row for each duty cycle, a column for each controller."""
     from rich.table import Table
 
     shown = Table(title="largest error in µm, and the share of it removed", title_justify="left", box=None)
@@ -79,5 +79,5 @@ def _minutes(shown: Table, comparison: Comparison) -> None:
         cells.append(f"{won:+.0f}   " if name != NO_CONTROLLER else f"{won:+.0f}")
     shown.add_section()
     shown.add_row(
-        f"[bold]productive minutes won against warming up first[/bold] ({mismatch}, all rows)", *cells
+        f"[bold]productive minutes won compared with warming up first[/bold] ({mismatch}, all rows)", *cells
     )

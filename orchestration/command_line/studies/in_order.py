@@ -1,4 +1,4 @@
-"""What `compare`, `tune` and `sweep` share: what Ctrl-C does, and where results go."""
+"""What `compare`, `tune` and `sweep` share: how they end on Ctrl-C, and how they write their results."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from warmlink.orchestration.files import fresh_folder
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Ctrl-C ends the command in order; pressed again meanwhile, it ends the process at once.
+    """Let Ctrl-C end the command in order, and a second Ctrl-C end the process at once.
 
-    Workers end with the process.
+    The worker processes end with this one.
     """
 
     def first(number: int, frame: FrameType | None) -> None:
@@ -30,7 +30,7 @@ def interruptible() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        remark("interrupted; what is finished is kept, the same command goes on")
+        remark("interrupted; finished runs are kept, and the same command continues")
         raise SystemExit(INTERRUPTED) from None
     finally:
         if in_main:
@@ -39,12 +39,12 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def results(folder: Path) -> Iterator[Path]:
-    """Folder to write the results of finished runs into; its files move to `folder` when all are written.
+    """Yield a temporary folder to write results into; its files move to `folder` when all are written.
 
     Raises
     ------
     InputError
-        If they cannot be written; the sentence says that the runs are kept.
+        If the results cannot be written; the sentence says that the finished runs are kept.
     """
     kept = "every finished run is kept, and the same command writes the results"
     try:

@@ -1,4 +1,4 @@
-"""`warmlink sweep`: a grid or a Latin hypercube of start values in closed loop."""
+"""`warmlink sweep`: run a grid or a Latin hypercube of parameters in closed loop."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ def sweep(
     """Run a grid or a Latin hypercube of parameters in closed loop.
 
     Takes the same study files as `warmlink tune`. Their table [sweep] says `kind = "grid"` with the number of
-    `points` for each parameter, or `kind = "latin_hypercube"` with the number of `points` in all. Writes
-    sweep.parquet, one row for each run, and report.html. After an interruption the same command continues.
+    `points` for each parameter, or `kind = "latin_hypercube"` with the total number of `points`. Writes
+    sweep.parquet, with one row for each run, and report.html. After an interruption the same command
+    continues.
     """
     from warmlink.orchestration.command_line.studies.in_order import interruptible, results
     from warmlink.orchestration.fmu_store import kind_named
@@ -65,7 +66,7 @@ def _answer(study: Study, found: list[Judged], leader: Judged | None) -> str:
         objectives = [evaluation.objective for evaluation in found if evaluation.reason is None]
         smallest = f"{leader.objective:.4g}, point {found.index(leader)}"
         lines.append(f"{study.objective.title}: from {min(objectives):.4g} to {max(objectives):.4g}")
-        lines.append(f"smallest that keeps every constraint: {smallest}")
+        lines.append(f"smallest of the points that meet every constraint: {smallest}")
         lines += study.lines(leader.point)
     poisoned = [evaluation for evaluation in found if evaluation.reason is not None]
     if poisoned:

@@ -1,4 +1,4 @@
-"""`warmlink tune`: the best start values by Optuna, in closed loop."""
+"""`warmlink tune`: find the best parameters of a controller with Optuna, in closed loop."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def tune(
     study: StudyFile,
-    trials: Annotated[int | None, typer.Option(help="How many trials. Default: what the study says.")] = None,
+    trials: Annotated[
+        int | None, typer.Option(help="Number of trials. Default: the number in the study file.")
+    ] = None,
     scheduler: Scheduler = None,
     jobs: Jobs = 2,
     fmus: Fmus = None,
@@ -24,10 +26,11 @@ def tune(
     report: Report = True,
     json: Json = False,
 ) -> None:
-    """Find a controller's best parameters with Optuna, judged in closed loop.
+    """Find a controller's best parameters with Optuna; each trial is judged in closed loop.
 
-    The study file says what to vary between which bounds, over which duty cycles and mismatches, which figure
-    to make small (its worst value, its mean, or the mean of its worst share) and what must not be exceeded:
+    The study file says which parameters vary between which bounds, over which duty cycles and mismatches the
+    controller is judged, which figure is minimised (its worst value, its mean, or the mean of its worst
+    share), and which limits must be kept:
 
         controller = "lag"
         duty_cycles = ["windshield_wiper", "stop_and_go"]

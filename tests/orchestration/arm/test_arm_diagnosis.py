@@ -90,7 +90,7 @@ def test_a_missing_column_is_said(run: Path, tmp_path: Path) -> None:
 
 
 def test_a_run_of_the_arm_stands_alone(run: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"a run of the whole arm stands alone"):
+    with pytest.raises(InputError, match=r"a run of the whole arm cannot be combined with others"):
         diagnose([run, run], out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -155,6 +155,6 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
     assert "run: adequate" in out
     assert "found: cannot be written" in err
     if "mkdtemp" not in where:
-        assert "the answer above is all there is" in err
+        assert "only the answer above is left" in err
     assert err.count("\n") == 1
     assert not Path("found").exists()
