@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,45 +30,51 @@ class Dependencies:
 TIME = "time"
 
 
-def dependencies(component: Component) -> Dependencies:
+def dependencies(component: Component, states: Sequence[str] = (), rates: Sequence[str] = ()) -> Dependencies:
     """Find the dependencies of a component by the sparsity of its functions in CasADi.
 
     A variable that only stands in a condition counts: it acts on the output though its derivative is zero.
+
+    Parameters
+    ----------
+    component : the declaration
+    states, rates : names by which the states and their time derivatives go, where a host knows them; states
+        then act on outputs and rates, and rates stand beside the outputs, at the start the states too
     """
     import casadi
 
-    symbols = {
-        "x": casadi.SX.sym("x", component.x.size),
-        "u": casadi.SX.sym("u", component.u.size),
-        "p": casadi.SX.sym("p", component.p.size),
-        "t": casadi.SX.sym("t"),
-    }
-    u, p, t = symbols["u"], symbols["p"], symbols["t"]
+    sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "t": 1}
+    x, u, p, t = (casadi.SX.sym(name, size) for name, size in sizes.items())
     settled = component.settled(p)
-    running = component.outputs_of(symbols["x"], u, settled, t)
-    # The start values stand in place of the states, as they do during initialization.
-    starting = component.outputs_of(casadi.SX(component.states_at_start(u, settled)), u, settled, t)
 
-    known = casadi.vertcat(p, u, t)
-    names = [*component.p.names, *component.u.names, TIME]
-    acting = {*component.u.names, TIME}
+    def unknowns(x: casadi.SX) -> casadi.SX:
+        slopes = component.rates_of(x, u, settled, t) if rates else casadi.SX(0, 1)
+        return casadi.vertcat(component.outputs_of(x, u, settled, t), slopes)
+
+    # The start values stand in place of the states, as they do during initialization.
+    begun = casadi.SX(component.states_at_start(u, settled))
+    computed = [*component.y.names, *rates]
+    held = {**_named(component.u.names, u), TIME: t}
+    at_start = casadi.vertcat(unknowns(begun), begun if states else casadi.SX(0, 1))
     return Dependencies(
-        {
-            output: tuple(name for name in found if name in acting)
-            for output, found in _by_output(component, running, known, names).items()
-        },
-        _by_output(component, starting, known, names),
+        _by_unknown(computed, unknowns(x), held | _named(states, x)),
+        _by_unknown([*computed, *states], at_start, _named(component.p.names, p) | held),
     )
 
 
-def _by_output(
-    component: Component, expression: casadi.SX, known: casadi.SX, names: list[str]
+def _named(names: Sequence[str], vector: casadi.SX) -> dict[str, casadi.SX]:
+    return {name: vector[i] for i, name in enumerate(names)}
+
+
+def _by_unknown(
+    unknowns: Sequence[str], expression: casadi.SX, known: Mapping[str, casadi.SX]
 ) -> dict[str, tuple[str, ...]]:
+    """For each element of an expression the names of what it depends on, in the order of `known`."""
     import casadi
 
-    pattern = casadi.jacobian_sparsity(casadi.SX(expression), known)
-    found: dict[str, list[str]] = {name: [] for name in component.y.names}
+    names = list(known)
+    pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*known.values()))
+    found: dict[str, list[int]] = {name: [] for name in unknowns}
     for row, column in zip(*pattern.get_triplet(), strict=True):
-        found[component.y.names[row]].append(names[column])
-    order = {name: i for i, name in enumerate(names)}
-    return {name: tuple(sorted(each, key=order.__getitem__)) for name, each in found.items()}
+        found[unknowns[row]].append(column)
+    return {name: tuple(names[column] for column in sorted(each)) for name, each in found.items()}

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import uuid
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.dependencies import TIME, Dependencies, dependencies
+from warmlink.fmus.component.dependencies import TIME, Dependencies
 from warmlink.fmus.component.units import display_conversion, unit
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
@@ -20,6 +19,14 @@ from warmlink.fmus.packaging.attributes import (
     text,
     value_attributes,
     variability,
+)
+from warmlink.fmus.packaging.capabilities import Capabilities, interfaces
+from warmlink.fmus.packaging.exchange import (
+    ExchangedState,
+    exchanged_states,
+    found_dependencies,
+    local_identity,
+    unknowns_by_kind,
 )
 
 GENERATION_DATE = "1980-01-01T00:00:00Z"
@@ -37,28 +44,6 @@ LOG_CATEGORIES = {
 }
 
 _NAMESPACE = uuid.UUID("5d0f0d6b-2c5e-5a4c-9a53-0c1f6f7a2b11")
-
-
-@dataclass(frozen=True)
-class Capabilities:
-    """What the form of an FMU can do beyond what every one of ours can.
-
-    All of them get, set and serialise their state, take any communication step size, and need no tool.
-
-    Attributes
-    ----------
-    directional_derivatives : fmi2GetDirectionalDerivative or fmi3GetDirectionalDerivative works
-    interpolates_inputs : FMI 2.0: input derivatives act within the step
-    output_derivative_order : highest order of output derivatives
-    intermediate_update : FMI 3.0: continuous inputs may be set within the step, and the step ended early
-    own_memory_only : FMI 2.0: the host's memory callbacks are not used
-    """
-
-    directional_derivatives: bool = False
-    interpolates_inputs: bool = False
-    output_derivative_order: int = 0
-    intermediate_update: bool = False
-    own_memory_only: bool = False
 
 
 def instantiation_token(component: Component, implementation: str = "") -> str:
@@ -97,7 +82,8 @@ def fmi2_model_description(
     sources : names of the files in `sources/` to compile, where there are any
     found : dependencies, where they are known already
     """
-    found = found or dependencies(component)
+    states = exchanged_states(component) if capabilities.model_exchange else []
+    found = found or found_dependencies(component, states)
     root = ET.Element(
         "fmiModelDescription",
         {
@@ -108,19 +94,22 @@ def fmi2_model_description(
         | _origin(component),
     )
     flags = {
-        "canHandleVariableCommunicationStepSize": True,
-        "canInterpolateInputs": capabilities.interpolates_inputs,
         "canNotUseMemoryManagementFunctions": capabilities.own_memory_only,
         "canGetAndSetFMUstate": True,
         "canSerializeFMUstate": True,
         "providesDirectionalDerivative": capabilities.directional_derivatives,
     }
-    simulation = ET.SubElement(root, "CoSimulation", _simulation(identifier, capabilities, flags))
-    if sources:
-        files = ET.SubElement(simulation, "SourceFiles")
+    stepping = {
+        "canHandleVariableCommunicationStepSize": True,
+        "canInterpolateInputs": capabilities.interpolates_inputs,
+    }
+    for interface in interfaces(
+        root, identifier, capabilities, flags, stepping, {"completedIntegratorStepNotNeeded": True}
+    ):
+        files = ET.SubElement(interface, "SourceFiles") if sources else interface
         for name in sources:
             ET.SubElement(files, "File", name=name)
-    _common_head(root, component)
+    _common_head(root, component, states)
     accepting = accepting_nan(component)
     if accepting:
         tool = ET.SubElement(ET.SubElement(root, "VendorAnnotations"), "Tool", name=VENDOR)
@@ -133,10 +122,20 @@ def fmi2_model_description(
 
     # FMI 2.0 counts variables from 1 in the order of their declaration, and time is not one of them.
     index = {s.name: s.reference + 1 for s in component.scalars()}
+    for state in states:
+        index[state.name] = len(index) + 1
+        around = ET.SubElement(variables, "ScalarVariable", local_identity(state.name, state.reference))
+        ET.SubElement(around, "Real", unit=state.unit, nominal=text(state.nominal))
+    for state in states:
+        index[state.rate_name] = len(index) + 1
+        around = ET.SubElement(
+            variables, "ScalarVariable", local_identity(state.rate_name, state.rate_reference)
+        )
+        ET.SubElement(around, "Real", unit=state.rate_unit, derivative=str(index[state.name]))
     structure = ET.SubElement(root, "ModelStructure")
-    for group, of in (("Outputs", found.outputs), ("InitialUnknowns", found.initial)):
-        unknowns = ET.SubElement(structure, group) if of else structure
-        for name, known in of.items():
+    for group, of in unknowns_by_kind(found, states):
+        unknowns = ET.SubElement(structure, group + "s") if of else structure
+        for name, known in sorted(of.items(), key=lambda item: index[item[0]]):
             attributes = _dependency_attributes(index[k] for k in known if k != TIME)
             ET.SubElement(unknowns, "Unknown", {"index": str(index[name])} | attributes)
     return _file(root)
@@ -154,7 +153,8 @@ def fmi3_model_description(
 
     The independent variable `time` has the value reference after the last of the component's own.
     """
-    found = found or dependencies(component)
+    states = exchanged_states(component) if capabilities.model_exchange else []
+    found = found or found_dependencies(component, states)
     root = ET.Element(
         "fmiModelDescription",
         {
@@ -165,15 +165,17 @@ def fmi3_model_description(
         | _origin(component),
     )
     flags = {
-        "canHandleVariableCommunicationStepSize": True,
         "canGetAndSetFMUState": True,
         "canSerializeFMUState": True,
         "providesDirectionalDerivatives": capabilities.directional_derivatives,
+    }
+    stepping = {
+        "canHandleVariableCommunicationStepSize": True,
         "providesIntermediateUpdate": capabilities.intermediate_update,
         "canReturnEarlyAfterIntermediateUpdate": capabilities.intermediate_update,
     }
-    ET.SubElement(root, "CoSimulation", _simulation(identifier, capabilities, flags))
-    _common_head(root, component)
+    interfaces(root, identifier, capabilities, flags, stepping, {"needsCompletedIntegratorStep": False})
+    _common_head(root, component, states)
 
     variables = ET.SubElement(root, "ModelVariables")
     elements = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
@@ -186,8 +188,17 @@ def fmi3_model_description(
     ET.SubElement(variables, "Float64", time | {"variability": "continuous", "unit": "s"})
 
     reference = {s.name: s.reference for s in component.scalars()} | {TIME: time_reference(component)}
+    for state in states:
+        reference |= {state.name: state.reference, state.rate_name: state.rate_reference}
+        attributes = local_identity(state.name, state.reference)
+        attributes |= {"unit": state.unit, "nominal": text(state.nominal)}
+        ET.SubElement(variables, "Float64", attributes)
+        attributes = local_identity(state.rate_name, state.rate_reference)
+        attributes |= {"unit": state.rate_unit, "derivative": str(state.reference)}
+        ET.SubElement(variables, "Float64", attributes)
     structure = ET.SubElement(root, "ModelStructure")
-    for element, of in (("Output", found.outputs), ("InitialUnknown", found.initial)):
+    for group, of in unknowns_by_kind(found, states):
+        element = "ContinuousStateDerivative" if group == "Derivative" else group
         for name, known in of.items():
             attributes = _dependency_attributes(reference[k] for k in known)
             ET.SubElement(structure, element, {"valueReference": str(reference[name])} | attributes)
@@ -236,16 +247,7 @@ def _origin(component: Component) -> dict[str, str]:
     }
 
 
-def _simulation(identifier: str, capabilities: Capabilities, flags: dict[str, bool]) -> dict[str, str]:
-    order = capabilities.output_derivative_order
-    return (
-        {"modelIdentifier": identifier, "needsExecutionTool": "false"}
-        | {name: text(flag) for name, flag in flags.items()}
-        | ({"maxOutputDerivativeOrder": str(order)} if order else {})
-    )
-
-
-def _common_head(root: ET.Element, component: Component) -> None:
+def _common_head(root: ET.Element, component: Component, states: Sequence[ExchangedState]) -> None:
     """Units, log categories and default experiment, which FMI 2.0 and 3.0 write alike."""
     displays: dict[str, set[str]] = {"s": set()}
     for scalar in component.scalars():
@@ -253,6 +255,9 @@ def _common_head(root: ET.Element, component: Component) -> None:
             shown = displays.setdefault(scalar.variable.unit, set())
             if scalar.variable.display is not None:
                 shown.add(scalar.variable.display)
+    for state in states:
+        displays.setdefault(state.unit, set())
+        displays.setdefault(state.rate_unit, set())
     definitions = ET.SubElement(root, "UnitDefinitions")
     for name in sorted(displays):
         definition = ET.SubElement(definitions, "Unit", name=name)

@@ -204,9 +204,10 @@ CASES: dict[str, Callable[[Subject], Outcome]] = {
 
 
 def _declared(subject: Subject) -> dict[str, set[str] | None]:
-    """Names of the variables that each output declares to depend on; None where it says nothing."""
+    """Names of the inputs that each output declares to depend on; None where it says nothing."""
     known = {name: subject.info.dependencies.get(name) for name in subject.outputs}
-    return {name: None if of is None else set(of) for name, of in known.items()}
+    inputs = {variable.name for variable in subject.inputs}
+    return {name: None if of is None else inputs.intersection(of) for name, of in known.items()}
 
 
 def _moved(variable: Variable, value: float) -> list[float]:

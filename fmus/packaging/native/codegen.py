@@ -8,6 +8,7 @@ from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
 from warmlink.fmus.component.integrator import GAMMA, ros2
+from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.native.elimination import Factorisation
 from warmlink.fmus.packaging.native.joint_code import (
     running_parts,
@@ -21,7 +22,7 @@ Expression = Any
 """A CasADi SX."""
 
 
-DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "tangent")
+DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""
 
 
@@ -86,6 +87,7 @@ def sizes_header(component: Component) -> str:
         "LARGEST_GROUP": max(map(len, groups), default=0),
         "CONTINUOUS": component.continuous.size,
         "CLOCKS": len(component.clocks),
+        "EXCHANGES": int(bool(exchanged_states(component))),
     }
     lines = [
         "/* Sizes of one component; generated. */",
@@ -150,15 +152,25 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
         later = _like(s.u)
         yield _function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
         if not component.sampled:  # what samples gives no output derivatives
-            yield _function("rates", now, component.rates_of(*now))
+            yield from _with_tangent("rates", s, component.rates_of(*now))
 
     y = casadi.SX(component.outputs_of(*now))
     for number, group in enumerate(groups):
         yield _function(f"outputs_{number}", now, y[group])
+    yield list(_with_tangent("", s, y))[1]
+
+
+def _with_tangent(name: str, s: Symbols, expression: Expression) -> Iterator[Any]:
+    """Yield a function of the present, and its derivative along a direction of states, inputs and time."""
+    import casadi
+
     moving = [s.x, s.u, s.time]
     along = [_like(each) for each in moving]
-    slope = casadi.jtimes(y, casadi.vertcat(*moving), casadi.vertcat(*along))
-    yield _function("tangent", [*now, *along], slope)
+    expression = casadi.SX(expression)
+    slope = casadi.jtimes(expression, casadi.vertcat(*moving), casadi.vertcat(*along))
+    now = [s.x, s.u, s.d, s.time]
+    yield _function(name or "values", now, expression)
+    yield _function(f"{name}_tangent".lstrip("_"), [*now, *along], slope)
 
 
 def micro_step(component: Component, s: Symbols, later: Expression) -> Expression:
@@ -256,12 +268,14 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
     for clock in component.clocks:
         clocks += f"    {{{component.p.index[clock.sample_time]}, {first}, {clock.layout.size}}},\n"
         first += clock.layout.size
+    nominals = ", ".join(repr(state.nominal) for state in exchanged_states(component)) or "0"
     return (
         "/* Variables of one component in the order of their value references; generated. */\n"
         '#include "model.h"\n\n'
         f"const Variable WL(variables)[] = {{\n{rows}}};\n\n"
         f"const StateVariable WL(state_variables)[] = {{\n{states}    {{0, 0}}\n}};\n\n"
         f"const char *const WL(sentences)[] = {{\n{sentences}    0\n}};\n\n"
+        f"const double WL(nominals)[] = {{{nominals}}};\n\n"
         f"const int WL(group_sizes)[] = {{{sizes}}};\n\n"
         f"const Clock WL(clocks)[] = {{\n{clocks}    {{0, 0, 0}}\n}};\n"
     )

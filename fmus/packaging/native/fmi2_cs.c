@@ -1,4 +1,4 @@
-/* FMI 2.0 for co-simulation around the shared model part. */
+/* FMI 2.0 around the shared model part: co-simulation, and model exchange where there is nothing sampled. */
 #include "fmi2Functions.h"
 #include "identity.h"
 #include "model.h"
@@ -50,17 +50,9 @@ static fmi2Status status(int well)
     return well == DISCARDED ? fmi2Discard : well ? fmi2OK : fmi2Error;
 }
 
-/* Reports a call in a phase that does not allow it. */
 static int in_phase(Instance *instance, Phase phase, const char *function)
 {
-    static const char *const phases[] = {"instantiation", "initialization mode", "the run", "the end of the run"};
-    if (!instance)
-        return 0;
-    if (instance->model.memory.phase == phase)
-        return 1;
-    model_report(&instance->model, ": %s belongs in %s, not in %s", function, phases[phase],
-                 phases[(int)instance->model.memory.phase]);
-    return 0;
+    return instance && model_in_phase(&instance->model, phase, function);
 }
 
 static int given(Instance *instance, size_t count, const void *first, const void *second)
@@ -94,7 +86,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         return NULL;
     if (!name || !*name)
         problem = WL_NAME ": an instance needs a name";
-    else if (type != fmi2CoSimulation)
+    else if (type != fmi2CoSimulation && !WL_EXCHANGES)
         problem = WL_NAME ": is for co-simulation, not for model exchange";
     else if (!guid || strcmp(guid, WL_TOKEN) != 0)
         problem = WL_NAME ": the GUID is not that of this FMU; take it from its modelDescription.xml";
@@ -117,6 +109,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     instance->model.name = instance->name;
     instance->model.report = report;
     instance->model.host = instance;
+    instance->model.exchanges = type == fmi2ModelExchange;
     model_reset(&instance->model);
     return instance;
 }
@@ -170,10 +163,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component)
 fmi2Status fmi2Terminate(fmi2Component component)
 {
     Instance *instance = component;
-    if (!in_phase(instance, STEPPING, "fmi2Terminate"))
-        return fmi2Error;
-    instance->model.memory.phase = TERMINATED;
-    return fmi2OK;
+    return status(instance && model_terminate(&instance->model, "fmi2Terminate"));
 }
 
 fmi2Status fmi2Reset(fmi2Component component)
@@ -346,7 +336,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
                                         size_t known_count, const fmi2Real seed[], fmi2Real sensitivity[])
 {
     Instance *instance = component;
-    Direction direction = {{0}, {0}, 0, {0}, 0};
+    Direction direction = {{0}, {0}, 0, {0}, {0}, 0};
     int well = given(instance, known_count, knowns, seed) && given(instance, unknown_count, unknowns, sensitivity);
     for (size_t i = 0; well && i < known_count; i++)
         well = model_seed(&instance->model, knowns[i], seed[i], &direction);
@@ -425,3 +415,20 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
     memcpy(*state, &memory, sizeof memory);
     return fmi2OK;
 }
+
+/* ---- hosts that integrate ---- */
+
+#define F(two, three) two
+#include "exchange.h"
+
+#if WL_EXCHANGES
+fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info)
+{
+    if (!in_phase(component, EVENTS, "fmi2NewDiscreteStates"))
+        return fmi2Error;
+    if (!info)
+        return unsupported(component, "there is nowhere to put what is new");
+    *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, fmi2False, 0};
+    return fmi2OK;
+}
+#endif

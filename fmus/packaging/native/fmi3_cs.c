@@ -1,4 +1,4 @@
-/* FMI 3.0 for co-simulation around the shared model part. */
+/* FMI 3.0 around the shared model part: co-simulation, and model exchange where there is nothing sampled. */
 #include "fmi3Functions.h"
 #include "identity.h"
 #include "model.h"
@@ -30,18 +30,9 @@ static fmi3Status status(int well)
     return well == DISCARDED ? fmi3Discard : well ? fmi3OK : fmi3Error;
 }
 
-/* Reports a call in a phase that does not allow it. */
 static int in_phase(Instance *instance, Phase phase, const char *function)
 {
-    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
-                                         "intermediate update mode"};
-    if (!instance)
-        return 0;
-    if (instance->model.memory.phase == phase)
-        return 1;
-    model_report(&instance->model, ": %s belongs in %s, not in %s", function, phases[phase],
-                 phases[(int)instance->model.memory.phase]);
-    return 0;
+    return instance && model_in_phase(&instance->model, phase, function);
 }
 
 static fmi3Status unsupported(Instance *instance, const char *what)
@@ -73,22 +64,15 @@ const char *fmi3GetVersion(void)
     return fmi3Version;
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-                                         fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
-                                         const fmi3ValueReference required[], size_t required_count,
-                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-                                         fmi3IntermediateUpdateCallback update)
+static Instance *instantiated(fmi3String name, fmi3String token, fmi3InstanceEnvironment environment,
+                              fmi3LogMessageCallback log, const char *problem)
 {
-    const char *problem = NULL;
     Instance *instance = NULL;
-    (void)resources, (void)visible, (void)logging, (void)required, (void)required_count;
     if (!name || !*name)
         problem = WL_NAME ": an instance needs a name";
     else if (!token || strcmp(token, WL_TOKEN) != 0)
         problem = WL_NAME ": the instantiation token is not that of this FMU; take it from its modelDescription.xml";
-    else if (event_mode)
-        problem = WL_NAME ": has no event mode; instantiate it without";
-    else if (!(instance = calloc(1, sizeof *instance + strlen(name) + 1)))
+    else if (!problem && !(instance = calloc(1, sizeof *instance + strlen(name) + 1)))
         problem = WL_NAME ": no memory for an instance";
     if (problem) {
         if (log)
@@ -99,8 +83,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     strcpy(instance->name, name);
     instance->environment = environment;
     instance->log = log;
-    instance->update = WL_CLOCKS ? NULL : update;
-    instance->may_return_early = early_return;
     instance->model.name = instance->name;
     instance->model.report = report;
     instance->model.host = instance;
@@ -108,14 +90,32 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     return instance;
 }
 
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+                                         const fmi3ValueReference required[], size_t required_count,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update)
+{
+    const char *problem = event_mode ? WL_NAME ": has no event mode; instantiate it without" : NULL;
+    Instance *instance = instantiated(name, token, environment, log, problem);
+    (void)resources, (void)visible, (void)logging, (void)required, (void)required_count;
+    if (instance) {
+        instance->update = WL_CLOCKS ? NULL : update;
+        instance->may_return_early = early_return;
+    }
+    return instance;
+}
+
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
-    if (log)
-        log(environment, fmi3Error, "logStatusError", WL_NAME ": is for co-simulation, not for model exchange");
-    return NULL;
+    const char *problem = WL_EXCHANGES ? NULL : WL_NAME ": is for co-simulation, not for model exchange";
+    Instance *instance = instantiated(name, token, environment, log, problem);
+    (void)resources, (void)visible, (void)logging;
+    if (instance)
+        instance->model.exchanges = 1;
+    return instance;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
@@ -167,10 +167,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance handle)
 fmi3Status fmi3Terminate(fmi3Instance handle)
 {
     Instance *instance = handle;
-    if (!in_phase(instance, STEPPING, "fmi3Terminate"))
-        return fmi3Error;
-    instance->model.memory.phase = TERMINATED;
-    return fmi3OK;
+    return status(instance && model_terminate(&instance->model, "fmi3Terminate"));
 }
 
 fmi3Status fmi3Reset(fmi3Instance handle)
@@ -189,16 +186,10 @@ fmi3Status fmi3Reset(fmi3Instance handle)
         return unsupported(instance, what);      \
     }
 
-NOT_HERE(fmi3EnterEventMode, (fmi3Instance instance), (void)0, WL_NAME " has no event mode")
 NOT_HERE(fmi3EnterStepMode, (fmi3Instance instance), (void)0, WL_NAME " has no event mode to leave")
 NOT_HERE(fmi3EnterConfigurationMode, (fmi3Instance instance), (void)0, WL_NAME " has no structural parameters")
 NOT_HERE(fmi3ExitConfigurationMode, (fmi3Instance instance), (void)0, WL_NAME " has no structural parameters")
 NOT_HERE(fmi3EvaluateDiscreteStates, (fmi3Instance instance), (void)0, WL_NAME " has no event mode")
-NOT_HERE(fmi3UpdateDiscreteStates,
-         (fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e,
-          fmi3Float64 *f),
-         ((void)a, (void)b, (void)c, (void)d, (void)e, (void)f), WL_NAME " has no event mode")
-
 /* Of types that no variable has nothing may be asked; nothing at all may. */
 #define NONE_HERE(name, parameters, count, unused, what)                       \
     fmi3Status name parameters                                                 \
@@ -209,6 +200,12 @@ NOT_HERE(fmi3UpdateDiscreteStates,
 
 /* Hosts look for the functions of the other interface types too. */
 #define ONLY_COSIMULATION WL_NAME " is for co-simulation alone"
+#if !WL_EXCHANGES
+NOT_HERE(fmi3EnterEventMode, (fmi3Instance instance), (void)0, WL_NAME " has no event mode")
+NOT_HERE(fmi3UpdateDiscreteStates,
+         (fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e,
+          fmi3Float64 *f),
+         ((void)a, (void)b, (void)c, (void)d, (void)e, (void)f), WL_NAME " has no event mode")
 NOT_HERE(fmi3EnterContinuousTimeMode, (fmi3Instance instance), (void)0, ONLY_COSIMULATION)
 NOT_HERE(fmi3CompletedIntegratorStep, (fmi3Instance instance, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *c),
          ((void)a, (void)b, (void)c), ONLY_COSIMULATION)
@@ -225,6 +222,7 @@ NOT_HERE(fmi3GetEventIndicators, (fmi3Instance instance, fmi3Float64 x[], size_t
          ONLY_COSIMULATION)
 NOT_HERE(fmi3GetNumberOfEventIndicators, (fmi3Instance instance, size_t *n), (void)n, ONLY_COSIMULATION)
 NOT_HERE(fmi3GetNumberOfContinuousStates, (fmi3Instance instance, size_t *n), (void)n, ONLY_COSIMULATION)
+#endif
 NOT_HERE(fmi3ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t),
          ((void)r, (void)t), ONLY_COSIMULATION)
 
@@ -402,7 +400,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance handle, const fmi3ValueRefe
                                         size_t sensitivity_count)
 {
     Instance *instance = handle;
-    Direction direction = {{0}, {0}, 0, {0}, 0};
+    Direction direction = {{0}, {0}, 0, {0}, {0}, 0};
     int well = paired(instance, knowns, known_count, seed, seed_count)
                && paired(instance, unknowns, unknown_count, sensitivity, sensitivity_count);
     for (size_t i = 0; well && i < known_count; i++)
@@ -490,3 +488,40 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance handle, const fmi3Byte bytes[], 
     memcpy(*state, &memory, sizeof memory);
     return fmi3OK;
 }
+
+/* ---- hosts that integrate ---- */
+
+#define F(two, three) three
+#include "exchange.h"
+
+#if WL_EXCHANGES
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, fmi3Boolean *end,
+                                    fmi3Boolean *nominals_changed, fmi3Boolean *states_changed, fmi3Boolean *timed,
+                                    fmi3Float64 *next)
+{
+    fmi3Boolean *const answers[] = {again, end, nominals_changed, states_changed, timed};
+    (void)next;
+    for (size_t i = 0; i < sizeof answers / sizeof *answers; i++)
+        if (answers[i])
+            *answers[i] = fmi3False;
+    return status(in_phase(instance, EVENTS, "fmi3UpdateDiscreteStates"));
+}
+
+static fmi3Status counted(fmi3Instance instance, size_t *count, size_t value)
+{
+    if (!instance || !count)
+        return unsupported(instance, "there is nowhere to put the number");
+    *count = value;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *count)
+{
+    return counted(instance, count, WL_STATES);
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *count)
+{
+    return counted(instance, count, 0);
+}
+#endif

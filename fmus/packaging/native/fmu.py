@@ -13,9 +13,10 @@ from xml.etree import ElementTree as ET
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
+from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.model_description import (
-    Capabilities,
     fmi2_model_description,
     fmi3_model_description,
     instantiation_token,
@@ -113,7 +114,7 @@ def native_sources(component: Component, fmi_version: FmiVersion) -> tuple[dict[
     """
     folder = importlib.resources.files("warmlink.fmus.packaging.native")
     sources = generate(component)
-    for name in ("model.h", "model.c", _WRAPPERS[fmi_version]):
+    for name in ("model.h", "model.c", "exchange.h", _WRAPPERS[fmi_version]):
         sources[name] = (folder / name).read_text(encoding="utf-8")
     digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
     sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)
@@ -128,6 +129,7 @@ def native_capabilities(component: Component, fmi_version: FmiVersion) -> Capabi
         interpolates_inputs=continuous and fmi_version == "2.0",
         output_derivative_order=1 if continuous else 0,
         intermediate_update=continuous and fmi_version == "3.0",
+        model_exchange=bool(exchanged_states(component)),
     )
 
 

@@ -175,6 +175,16 @@ int model_given(Model *model, size_t count, const void *first, const void *secon
     return 0;
 }
 
+int model_in_phase(Model *model, Phase phase, const char *function)
+{
+    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
+                                         "intermediate update mode", "event mode", "continuous-time mode"};
+    if (model->memory.phase == phase)
+        return 1;
+    model_report(model, ": %s belongs in %s, not in %s", function, phases[phase], phases[(int)model->memory.phase]);
+    return 0;
+}
+
 /* ---- values ---- */
 
 int model_whole(double value)
@@ -262,7 +272,7 @@ int model_set(Model *model, unsigned reference, Kind kind, double value)
     if (!variable)
         return 0;
     if (reference < FIRST_INPUT) {
-        if (memory->phase == STEPPING && (variable->flags & TUNABLE))
+        if ((memory->phase == STEPPING || memory->phase == EVENTS) && (variable->flags & TUNABLE))
             return tune(model, reference, value);
         if (memory->phase >= STEPPING) {
             model_report(model, ".%s: parameters are fixed once the run has begun; set it before initialization",
@@ -273,6 +283,10 @@ int model_set(Model *model, unsigned reference, Kind kind, double value)
     } else if (reference < FIRST_OUTPUT) {
         if (memory->phase == TERMINATED) {
             model_report(model, ".%s: the run has ended; reset the instance to set it", variable->name);
+            return 0;
+        }
+        if (memory->phase == CONTINUOUS && kind != REAL) {
+            model_report(model, ".%s: jumps; enter event mode to set it", variable->name);
             return 0;
         }
         memory->inputs[reference - FIRST_INPUT] = value;
@@ -298,8 +312,28 @@ static double output(Model *model, const Variable *variable)
     return model->outputs[variable->group][variable->position];
 }
 
+#if WL_EXCHANGES
+static double of_state(Model *model, unsigned reference)
+{
+    const Memory *memory = &model->memory;
+    double rates[WL_STATES];
+    if (!model->begun)
+        begin(model);
+    if (IS_STATE(reference))
+        return memory->states[reference - FIRST_STATE];
+    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
+    return rates[reference - FIRST_RATE];
+}
+#endif
+
 int model_get(Model *model, unsigned reference, Kind kind, double *value)
 {
+#if WL_EXCHANGES
+    if (kind == REAL && (IS_STATE(reference) || IS_RATE(reference))) {
+        *value = of_state(model, reference);
+        return 1;
+    }
+#endif
     const Variable *variable = variable_of(model, reference, kind);
     if (!variable)
         return 0;
@@ -319,9 +353,54 @@ int model_initialize(Model *model)
     begin(model);
     if (!states_are_well(model, model->memory.time))
         return 0;
-    model->memory.phase = STEPPING;
+    model->memory.phase = model->exchanges ? EVENTS : STEPPING;
     return 1;
 }
+
+int model_terminate(Model *model, const char *function)
+{
+    int running = model->memory.phase == EVENTS || model->memory.phase == CONTINUOUS;
+    if (!running && !model_in_phase(model, STEPPING, function))
+        return 0;
+    model->memory.phase = TERMINATED;
+    return 1;
+}
+
+/* ---- rates, for hosts that integrate ---- */
+
+#if WL_EXCHANGES
+Outcome model_rates(Model *model, double *rates)
+{
+    Memory *memory = &model->memory;
+    if (!model->begun)
+        begin(model);
+    model->severity = DISCARD;
+    int well = inputs_are_well(model, memory->inputs);
+    if (well) {
+        WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
+        for (int i = 0; i < WL_STATES && well; i++)
+            if (!(well = fabs(rates[i]) < HUGE_VAL))
+                model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
+                                    "their nominal values", WL(state_variables)[i].name, memory->time);
+    }
+    model->severity = FAILURE;
+    return well ? DONE : DISCARDED;
+}
+
+Outcome model_set_states(Model *model, const double *states)
+{
+    int wild = wild_state(states);
+    if (wild >= 0) {
+        model->severity = DISCARD;
+        model_report(model, ": %s is not finite; give finite states", WL(state_variables)[wild].name);
+        model->severity = FAILURE;
+        return DISCARDED;
+    }
+    memcpy(model->memory.states, states, sizeof model->memory.states);
+    model->fresh = 0;
+    return DONE;
+}
+#endif
 
 /* ---- steps ---- */
 
@@ -610,6 +689,10 @@ int model_seed(Model *model, unsigned reference, double seed, Direction *directi
         direction->time += seed;
         return 1;
     }
+    if (IS_STATE(reference)) {
+        direction->states[reference - FIRST_STATE] += seed;
+        return 1;
+    }
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
@@ -621,28 +704,40 @@ int model_seed(Model *model, unsigned reference, double seed, Direction *directi
     return 1;
 }
 
-int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
+static void compute(Model *model, Direction *direction)
 {
     Memory *memory = &model->memory;
-    const Variable *variable = variable_of(model, reference, REAL);
-    if (!variable)
+    if (!model->begun)
+        begin(model);
+#if WL_STATES
+    if (memory->phase < STEPPING)
+        WL(begin_tangent)(memory->inputs, model->settled, direction->inputs, direction->states);
+#endif
+    WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
+                direction->inputs, &direction->time, direction->outputs);
+#if WL_EXCHANGES
+    WL(rates_tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
+                      direction->inputs, &direction->time, direction->rates);
+#endif
+    direction->computed = 1;
+}
+
+int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
+{
+    const Variable *variable = NULL;
+    int rate = IS_RATE(reference);
+    if (!rate && !(variable = variable_of(model, reference, REAL)))
         return 0;
     if (reference < FIRST_OUTPUT) {
         model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
         return 0;
     }
-    if (!direction->computed) {
-        if (!model->begun)
-            begin(model);
-#if WL_STATES
-        if (memory->phase < STEPPING)
-            WL(begin_tangent)(memory->inputs, model->settled, direction->inputs, direction->states);
-#endif
-        WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
-                    direction->inputs, &direction->time, direction->outputs);
-        direction->computed = 1;
-    }
-    *value = direction->outputs[reference - FIRST_OUTPUT];
+    if (!direction->computed)
+        compute(model, direction);
+    if (rate)
+        *value = direction->rates[reference - FIRST_RATE];
+    else
+        *value = direction->outputs[reference - FIRST_OUTPUT];
     return 1;
 }
 
@@ -710,9 +805,12 @@ static const char *contradiction(Model *model, const Memory *memory)
     double start = memory->start_time, time = memory->time, stop = memory->stop_time;
     double slack = 4 * CLOCK_TOLERANCE * (fabs(start) + fabs(time)); /* as hosts' sums of steps may miss */
     int begun = memory->phase >= STEPPING;
-    if (!fits(INTEGER, memory->phase) || memory->phase < INSTANTIATED || memory->phase > TERMINATED)
-        return "no phase of a run is the one in it";
-    if (!(fabs(start) < HUGE_VAL && fabs(time) < HUGE_VAL && start - slack <= time && time <= stop + slack)
+    int known = memory->phase >= INSTANTIATED && memory->phase <= CONTINUOUS && memory->phase != UPDATING;
+    if (!fits(INTEGER, memory->phase) || !known
+        || (begun && memory->phase != TERMINATED && (memory->phase != STEPPING) != model->exchanges))
+        return "no phase of such a run is the one in it";
+    if (!(fabs(start) < HUGE_VAL && fabs(time) < HUGE_VAL && start - slack <= time
+          && (model->exchanges || time <= stop + slack))
         || (!begun && time != start))
         return "its times contradict each other";
     if (!(memory->interpolates == 0 || memory->interpolates == 1 || memory->interpolates == 2))

@@ -41,6 +41,7 @@ typedef struct {
 extern const Variable WL(variables)[];
 extern const StateVariable WL(state_variables)[];
 extern const char *const WL(sentences)[];
+extern const double WL(nominals)[]; /* of the states, where hosts may integrate them */
 extern const int WL(group_sizes)[];
 extern const Clock WL(clocks)[]; /* in the order of sampling */
 
@@ -60,6 +61,8 @@ void WL(advance)(const double *x, const double *u, const double *later, const do
 #endif
 #if WL_CONTINUOUS && !WL_CLOCKS
 void WL(rates)(const double *x, const double *u, const double *d, const double *time, double *slope);
+void WL(rates_tangent)(const double *x, const double *u, const double *d, const double *time, const double *dx,
+                       const double *du, const double *dtime, double *dslope);
 #endif
 #if WL_CLOCKS
 /* The states that a clock samples. */
@@ -70,9 +73,15 @@ void WL(sample)(int clock, const double *x, const double *u, const double *d, co
 #define FIRST_INPUT WL_PARAMETERS
 #define FIRST_OUTPUT (WL_PARAMETERS + WL_INPUTS)
 #define VARIABLES (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
+/* After time, for hosts that integrate: the states and their rates. */
+#define FIRST_STATE (VARIABLES + 1)
+#define FIRST_RATE (FIRST_STATE + WL_STATES)
+#define IS_STATE(reference) (WL_EXCHANGES && (reference) >= FIRST_STATE && (reference) < FIRST_RATE)
+#define IS_RATE(reference) (WL_EXCHANGES && (reference) >= FIRST_RATE && (reference) < FIRST_RATE + WL_STATES)
 
-/* UPDATING: within a step, while the host is called back; never in a state that was saved. */
-typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED, UPDATING } Phase;
+/* UPDATING: within a step, while the host is called back; never in a state that was saved.
+   EVENTS, CONTINUOUS: of an instance that its host integrates. */
+typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED, UPDATING, EVENTS, CONTINUOUS } Phase;
 
 /* All that an instance remembers; an FMU state is a copy of it. */
 typedef struct {
@@ -99,15 +108,16 @@ typedef struct {
     int begun;                /* before the run: whether `settled` and the states follow the parameters */
     unsigned char clamped[AT_LEAST_1(WL_INPUTS)]; /* of which it has been said */
     Severity severity;                            /* of what is reported next */
+    int exchanges;                                /* the host integrates */
     const char *name;
     Report report;
     void *host;
 } Model;
 
-/* A direction in the space of the inputs, and the outputs' derivatives along it once they are computed. */
+/* A direction in the space of states, inputs and time, and the derivatives along it once they are computed. */
 typedef struct {
     double states[AT_LEAST_1(WL_STATES)], inputs[AT_LEAST_1(WL_INPUTS)], time;
-    double outputs[AT_LEAST_1(WL_OUTPUTS)];
+    double outputs[AT_LEAST_1(WL_OUTPUTS)], rates[AT_LEAST_1(WL_STATES)];
     int computed;
 } Direction;
 
@@ -132,6 +142,10 @@ typedef void (*Between)(void *host, double time, int finished, double *until);
 #define model_given WL(model_given)
 #define model_whole WL(model_whole)
 #define model_report WL(model_report)
+#define model_in_phase WL(model_in_phase)
+#define model_terminate WL(model_terminate)
+#define model_rates WL(model_rates)
+#define model_set_states WL(model_set_states)
 
 /* Each returns whether it succeeded; if not, a sentence has been reported and nothing has changed. */
 void model_reset(Model *model);
@@ -139,17 +153,25 @@ int model_set(Model *model, unsigned reference, Kind kind, double value);
 int model_get(Model *model, unsigned reference, Kind kind, double *value);
 int model_set_times(Model *model, double start, double stop);
 int model_initialize(Model *model);
+int model_terminate(Model *model, const char *function);
 Outcome model_step(Model *model, double time, double step, Between between, double *reached);
 int model_set_derivative(Model *model, unsigned reference, int order, double value);
 int model_output_derivative(Model *model, unsigned reference, int order, double *value);
 int model_seed(Model *model, unsigned reference, double seed, Direction *direction);
 int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value);
 
+#if WL_EXCHANGES
+Outcome model_rates(Model *model, double *rates);
+Outcome model_set_states(Model *model, const double *states);
+#endif
+
 size_t model_serialized_size(void);
 void model_serialize(const Memory *memory, unsigned char *bytes);
 int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory);
 void model_restore(Model *model, const Memory *memory);
 
+/* Reports a call in a phase that does not allow it. */
+int model_in_phase(Model *model, Phase phase, const char *function);
 /* Whether the host gave the arrays that so many values need; either may be NULL where there are none. */
 int model_given(Model *model, size_t count, const void *first, const void *second);
 /* An integer's value; the nearest that an integer may have, 0 for none. */

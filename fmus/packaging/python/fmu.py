@@ -10,8 +10,9 @@ from pathlib import Path
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
-from warmlink.fmus.packaging.model_description import Capabilities, fmi2_model_description
+from warmlink.fmus.packaging.model_description import fmi2_model_description
 from warmlink.fmus.packaging.python.bundle import bundle
 
 PYTHON_FOLDER = "python"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -16,8 +17,9 @@ from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Scalar
 from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.capabilities import Capabilities
+from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.model_description import (
-    Capabilities,
     fmi2_model_description,
     fmi3_model_description,
     inputs_accepting_nan,
@@ -56,6 +58,8 @@ def test_schema_and_fmpy_find_nothing(component: Component, fmi: str, capabiliti
     from fmpy.validation import validate_model_description
     from lxml import etree
 
+    if capabilities is ALL:
+        capabilities = replace(ALL, model_exchange=bool(exchanged_states(component)))
     xml = WRITERS[fmi](component, component.name, capabilities)
     folder = Path(fmpy.__file__).parent / "schema" / fmi
     schema = etree.XMLSchema(etree.parse(str(folder / f"{fmi}ModelDescription.xsd")))
@@ -101,6 +105,20 @@ def test_links_and_motors_close_no_loop_that_is_not_there() -> None:
     assert motor["heat_flow"] == ("link_base_temperature",)
 
 
+@both
+def test_rates_depend_on_the_states_that_they_depend_on(fmi: str) -> None:
+    description = read(WRITERS[fmi](LINK, "x", Capabilities(model_exchange=True)))
+    assert description.modelExchange.modelIdentifier == description.coSimulation.modelIdentifier == "x"
+    assert description.numberOfContinuousStates == LINK.x.size
+    rates = {u.variable.name: {v.name for v in u.dependencies} for u in description.derivatives}
+    assert rates["der(state.heat_received)"] == {"heat_flow"}
+    near = {f"state.temperature[{i}]" for i in (19, 20, 21)}
+    inputs = {"ambient_temperature", "speed"} | ({TIME} if fmi == "fmi3" else set())
+    assert rates["der(state.temperature[20])"] == near | inputs
+    (elongation,) = [u for u in description.outputs if u.variable.name == "elongation"]
+    assert {v.name for v in elongation.dependencies} < {f"state.temperature[{i}]" for i in range(1, 41)}
+
+
 def some(scalar: Scalar, rng: np.random.Generator) -> float:
     if scalar.variable.type != "Real":
         return float(rng.integers(0, 3 if scalar.variable.type == "Integer" else 2))
@@ -133,8 +151,6 @@ def test_inputs_that_cope_with_nan_are_told_in_both_versions() -> None:
 
 
 def test_the_token_follows_interface_and_implementation() -> None:
-    from dataclasses import replace
-
     token = instantiation_token(MOTOR)
     assert token == instantiation_token(replace(MOTOR, description="other words"))
     assert token != instantiation_token(MOTOR, "another implementation")

@@ -61,11 +61,11 @@ static void move_inputs(fmi2Component instance, int index)
 
 static void read_all(fmi2Component instance)
 {
-    for (unsigned i = 0; i < VARIABLES + 3; i++) {
+    for (unsigned i = 0; i < VARIABLES + 3 + 2 * WL_STATES; i++) {
         double number;
         int whole;
         fmi2Boolean truth;
-        Kind kind = i < VARIABLES ? WL(variables)[i].kind : (Kind)9;
+        Kind kind = i < VARIABLES ? WL(variables)[i].kind : IS_STATE(i) || IS_RATE(i) ? REAL : (Kind)9;
         EXPECT((fmi2GetReal(instance, &i, 1, &number) == fmi2OK) == (kind == REAL));
         EXPECT((fmi2GetInteger(instance, &i, 1, &whole) == fmi2OK) == (kind == INTEGER));
         EXPECT((fmi2GetBoolean(instance, &i, 1, &truth) == fmi2OK) == (kind == BOOLEAN));
@@ -147,7 +147,9 @@ static void run(const fmi2CallbackFunctions *callbacks)
 int main(void)
 {
     fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL}, none = {0};
-    EXPECT(fmi2Instantiate("a", fmi2ModelExchange, WL_TOKEN, "", &callbacks, 0, 0) == NULL);
+    fmi2Component integrated = fmi2Instantiate("a", fmi2ModelExchange, WL_TOKEN, "", &callbacks, 0, 0);
+    EXPECT((integrated != NULL) == WL_EXCHANGES);
+    fmi2FreeInstance(integrated);
     EXPECT(fmi2Instantiate("a", fmi2CoSimulation, "{no}", "", &callbacks, 0, 0) == NULL);
     EXPECT(fmi2Instantiate("", fmi2CoSimulation, WL_TOKEN, "", &none, 0, 0) == NULL);
     EXPECT(fmi2Instantiate("a", fmi2CoSimulation, WL_TOKEN, "", NULL, 0, 0) == NULL);

@@ -58,12 +58,13 @@ static void update(fmi3InstanceEnvironment env, fmi3Float64 time, fmi3Boolean se
 
 static void read_all(void)
 {
-    for (unsigned i = 0; i < VARIABLES + 3; i++) {
+    for (unsigned i = 0; i < VARIABLES + 3 + 2 * WL_STATES; i++) {
         double number[2];
         int32_t whole;
         bool truth;
         int8_t small;
-        Kind kind = i < VARIABLES ? WL(variables)[i].kind : i == VARIABLES ? REAL : (Kind)9;
+        Kind kind = i < VARIABLES ? WL(variables)[i].kind
+                    : i == VARIABLES || IS_STATE(i) || IS_RATE(i) ? REAL : (Kind)9;
         EXPECT((fmi3GetFloat64(driven, &i, 1, number, 1) == fmi3OK) == (kind == REAL));
         EXPECT(fmi3GetFloat64(driven, &i, 1, number, 2) == fmi3Error);
         EXPECT((fmi3GetInt32(driven, &i, 1, &whole, 1) == fmi3OK) == (kind == INTEGER));
@@ -119,7 +120,9 @@ static void run(bool with_updates)
 
 int main(void)
 {
-    EXPECT(fmi3InstantiateModelExchange("a", WL_TOKEN, "", false, false, NULL, logger) == NULL);
+    fmi3Instance integrated = fmi3InstantiateModelExchange("a", WL_TOKEN, "", false, false, NULL, logger);
+    EXPECT((integrated != NULL) == WL_EXCHANGES);
+    fmi3FreeInstance(integrated);
     EXPECT(fmi3InstantiateScheduledExecution("a", WL_TOKEN, "", false, false, NULL, logger, NULL, NULL, NULL) == NULL);
     EXPECT(fmi3DoStep(NULL, 0, 1, true, NULL, NULL, NULL, NULL) == fmi3Error);
     fmi3FreeInstance(NULL);

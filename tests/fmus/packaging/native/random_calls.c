@@ -81,8 +81,8 @@ static double value_for(Reference reference)
 
 static Reference some_reference(void)
 {
-    static const Reference wrong[] = {VARIABLES + 1, 99999, 0x7fffffff, 0x80000000, 0xffffffff};
-    return one_in(20) ? wrong[draw(5)] : draw(VARIABLES + 1);
+    static const Reference wrong[] = {VARIABLES + 1 + 2 * WL_STATES, 99999, 0x7fffffff, 0x80000000, 0xffffffff};
+    return one_in(20) ? wrong[draw(5)] : draw(VARIABLES + 1 + (WL_EXCHANGES ? 2 * WL_STATES : 0));
 }
 
 static size_t some_count(void)
@@ -332,11 +332,41 @@ static void proceed(void)
 #endif
     else if (which == 2)
         CALL(1, F(ExitInitializationMode, ExitInitializationMode)(driven));
-    else if (phase != STEPPING || one_in(50))
+    else if ((phase != STEPPING && phase < EVENTS) || one_in(50))
         CALL(1, F(Terminate, Terminate)(driven));
     if (phase == TERMINATED || one_in(100))
         CALL(1, F(Reset, Reset)(driven));
 }
+
+#if WL_EXCHANGES
+/* What a host that integrates calls; of an instance that steps each is refused. */
+static void integrate(void)
+{
+    size_t count = one_in(10) ? some_count() : WL_STATES;
+    double *numbers = array(count * sizeof *numbers), time = one_in(9) ? odd_number() : ((Model *)driven)->memory.time + draw(9);
+    Truth event, end;
+    for (size_t i = 0; i < count && numbers; i++)
+        numbers[i] = one_in(50) ? odd_number() : 290 + draw(30);
+    int room = numbers && count == WL_STATES;
+    switch (draw(9)) {
+    case 0: CALL(room, F(SetContinuousStates, SetContinuousStates)(driven, numbers, count)); break;
+    case 1: CALL(room, F(GetContinuousStates, GetContinuousStates)(driven, numbers, count)); break;
+    case 2: CALL(room, F(GetDerivatives, GetContinuousStateDerivatives)(driven, numbers, count)); break;
+    case 3: CALL(room, F(GetNominalsOfContinuousStates, GetNominalsOfContinuousStates)(driven, numbers, count)); break;
+    case 4: CALL(count == 0, F(GetEventIndicators, GetEventIndicators)(driven, numbers, count)); break;
+    case 5: CALL(1, F(SetTime, SetTime)(driven, time)); break;
+    case 6: CALL(1, F(CompletedIntegratorStep, CompletedIntegratorStep)(driven, draw(2), one_in(2) ? &event : NULL, &end)); break;
+    case 7: CALL(1, F(EnterEventMode, EnterEventMode)(driven)); break;
+    default: CALL(1, F(EnterContinuousTimeMode, EnterContinuousTimeMode)(driven));
+    }
+#if FMI == 2
+    fmi2EventInfo info;
+    int given = !one_in(9);
+    CALL(given, fmi2NewDiscreteStates(driven, given ? &info : NULL));
+#endif
+    free(numbers);
+}
+#endif
 
 static void act(void)
 {
@@ -348,6 +378,9 @@ static void act(void)
     case 3: states(); break;
     case 4: proceed(); break;
     case 5: one_in(10) ? strings() : step(); break;
+#if WL_EXCHANGES
+    case 6: integrate(); break;
+#endif
     default: step();
     }
 }
@@ -374,7 +407,8 @@ static void logger(fmi2ComponentEnvironment env, fmi2String name, fmi2Status sta
 static void instantiate(void)
 {
     static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
-    driven = fmi2Instantiate("driven", fmi2CoSimulation, WL_TOKEN, NULL, &callbacks, 0, 1);
+    fmi2Type type = WL_EXCHANGES && one_in(2) ? fmi2ModelExchange : fmi2CoSimulation;
+    driven = fmi2Instantiate("driven", type, WL_TOKEN, NULL, &callbacks, 0, 1);
 }
 #else
 static void logger(fmi3InstanceEnvironment env, fmi3Status status, fmi3String category, fmi3String message)
@@ -398,8 +432,11 @@ static void update(fmi3InstanceEnvironment env, double time, bool set, bool get,
 
 static void instantiate(void)
 {
-    driven = fmi3InstantiateCoSimulation("driven", WL_TOKEN, NULL, false, true, false, draw(2), NULL, 0, NULL, logger,
-                                         draw(2) ? update : NULL);
+    if (WL_EXCHANGES && one_in(2))
+        driven = fmi3InstantiateModelExchange("driven", WL_TOKEN, NULL, false, true, NULL, logger);
+    else
+        driven = fmi3InstantiateCoSimulation("driven", WL_TOKEN, NULL, false, true, false, draw(2), NULL, 0, NULL,
+                                             logger, draw(2) ? update : NULL);
 }
 #endif
 

@@ -23,3 +23,12 @@ def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, tmp_path: Path
         environment = {**os.environ, "ASAN_OPTIONS": "detect_leaks=1"}
         done = subprocess.run([program], capture_output=True, text=True, env=environment)
         assert done.returncode == 0, done.stderr[-3000:]
+
+
+@pytest.mark.parametrize("name", ["Heater", "TemperatureSensors"])
+def test_nothing_in_the_run_asks_for_memory(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
+    wrapped = [f"-Wl,--wrap={function}" for function in ("malloc", "calloc", "realloc")]
+    program = compile_sanitized(name, "3.0", c_compiler, tmp_path, HERE / "count_allocations.c", *wrapped)
+    done = subprocess.run([program], capture_output=True, text=True)
+    exchanges = name == "Heater"
+    assert done.stdout == f"100 steps, 0 requests, {1 + exchanges} before\n", done.stderr[-2000:]

@@ -96,8 +96,8 @@ def test_an_unknown_value_reference(motor: Native, act: str) -> None:
     last = len(motor.scalars) - 1
     call = getattr(motor.fmu, act + kind)
     extra = [] if act == "get" else [[1.0]]
-    sentence = refused(motor, lambda: call([last + 5], *extra))
-    assert sentence == f"motor: value reference {last + 5} is unknown; MotorHeatSource has 0 to {last}"
+    sentence = refused(motor, lambda: call([last + 50], *extra))
+    assert sentence == f"motor: value reference {last + 50} is unknown; MotorHeatSource has 0 to {last}"
 
 
 def test_a_value_reference_of_another_type(motor: Native) -> None:

@@ -1,0 +1,89 @@
+"""What hosts that integrate a component themselves need (model exchange): states, rates, dependencies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.dependencies import Dependencies, dependencies
+
+
+@dataclass(frozen=True)
+class ExchangedState:
+    """A continuous state as hosts see it, beside the variable that is its rate.
+
+    Attributes
+    ----------
+    name : name of the variable, as `state.temperature[1]`; an output may bear the state's own name
+    reference, rate_reference : value references, after all others and after time
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    reference: int
+    rate_reference: int
+
+    @property
+    def rate_name(self) -> str:
+        """Name of the rate, as FMI's structured names have it."""
+        return f"der({self.name})"
+
+    @property
+    def rate_unit(self) -> str:
+        """Unit of the rate."""
+        return f"{self.unit}/s"
+
+
+def exchanged_states(component: Component) -> list[ExchangedState]:
+    """States of a component that can be integrated by its host: one that samples nothing.
+
+    Returns
+    -------
+    list of ExchangedState
+        Empty for a component that samples, or has no states.
+    """
+    if component.sampled or not component.states:
+        return []
+    first, count = component.p.size + component.u.size + component.y.size + 1, component.x.size
+    states = [state for state in component.states for _ in range(state.count)]
+    return [
+        ExchangedState(
+            f"state.{name}", state.unit, _nominal(component, state.name), first + i, first + count + i
+        )
+        for i, (name, state) in enumerate(zip(component.x.names, states, strict=True))
+    ]
+
+
+def _nominal(component: Component, state: str) -> float:
+    """Nominal value of the output of the same name, or of the parameter that it starts from, or 1."""
+    whole, _, own = state.rpartition(".")
+    part = component.joint.parts[whole] if component.joint else component
+    declared = next(each for each in part.states if each.name == own)
+    known = {variable.name: variable.nominal for variable in (*part.parameters, *part.outputs)}
+    return known.get(own) or known.get(str(declared.start)) or 1.0
+
+
+def found_dependencies(component: Component, states: Sequence[ExchangedState]) -> Dependencies:
+    """Dependencies of a component; those of rates and on states too where hosts know the states."""
+    return dependencies(component, [s.name for s in states], [s.rate_name for s in states])
+
+
+def local_identity(name: str, reference: int) -> dict[str, str]:
+    """Attributes of a state or its rate, which FMI 2.0 and 3.0 write alike."""
+    described = "rate of change" if name.startswith("der(") else "state, for hosts that integrate it"
+    told = {"causality": "local", "variability": "continuous", "initial": "calculated"}
+    return {"name": name, "valueReference": str(reference), "description": described} | told
+
+
+def unknowns_by_kind(
+    found: Dependencies, states: Sequence[ExchangedState]
+) -> list[tuple[str, dict[str, tuple[str, ...]]]]:
+    """Unknowns of the model structure in FMI's order, by kind, with what each depends on."""
+    rates = {state.rate_name for state in states}
+    return [
+        ("Output", {name: known for name, known in found.outputs.items() if name not in rates}),
+        ("Derivative", {name: known for name, known in found.outputs.items() if name in rates}),
+        ("InitialUnknown", found.initial),
+    ]

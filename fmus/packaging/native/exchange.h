@@ -1,0 +1,94 @@
+/* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c.
+
+   F(a, b) is a in FMI 2.0 and b in 3.0; status() and in_phase() are those of the file around. */
+#if WL_EXCHANGES
+
+#define FUNCTION(name) WL_JOIN(F(fmi2, fmi3), name)
+typedef FUNCTION(Status) Answer;
+typedef FUNCTION(Boolean) Truth;
+
+/* Whether the host gave room for as many numbers as there are states. */
+static int sized(Instance *instance, size_t count, const double *numbers)
+{
+    if (instance && count != WL_STATES)
+        model_report(&instance->model, ": %lu numbers for %d states; give one each", (unsigned long)count, WL_STATES);
+    return instance && count == WL_STATES && model_given(&instance->model, count, numbers, numbers);
+}
+
+Answer FUNCTION(EnterEventMode)(void *instance)
+{
+    if (!in_phase(instance, CONTINUOUS, "entering event mode"))
+        return status(0);
+    ((Instance *)instance)->model.memory.phase = EVENTS;
+    return status(1);
+}
+
+Answer FUNCTION(EnterContinuousTimeMode)(void *instance)
+{
+    if (!in_phase(instance, EVENTS, "entering continuous-time mode"))
+        return status(0);
+    ((Instance *)instance)->model.memory.phase = CONTINUOUS;
+    return status(1);
+}
+
+/* No step of the host's solver makes an event. */
+Answer FUNCTION(CompletedIntegratorStep)(void *instance, Truth keep, Truth *event, Truth *end)
+{
+    (void)keep;
+    if (event)
+        *event = 0;
+    if (end)
+        *end = 0;
+    return status(in_phase(instance, CONTINUOUS, "the end of a solver's step"));
+}
+
+Answer FUNCTION(SetTime)(void *handle, double time)
+{
+    Instance *instance = handle;
+    if (instance && instance->model.memory.phase != EVENTS && !in_phase(instance, CONTINUOUS, "setting the time"))
+        return status(0);
+    if (!instance || !(fabs(time) < HUGE_VAL && time >= instance->model.memory.start_time))
+        return unsupported(instance, "a time that is not finite, or before the start; give a later one");
+    instance->model.memory.time = time;
+    instance->model.fresh = 0;
+    return status(1);
+}
+
+Answer FUNCTION(SetContinuousStates)(void *handle, const double states[], size_t count)
+{
+    Instance *instance = handle;
+    if (!sized(instance, count, states) || !in_phase(instance, CONTINUOUS, "setting the states"))
+        return status(0);
+    return status(model_set_states(&instance->model, states));
+}
+
+Answer FUNCTION(GetContinuousStates)(void *handle, double states[], size_t count)
+{
+    Instance *instance = handle;
+    int well = sized(instance, count, states);
+    for (unsigned i = 0; well && i < WL_STATES; i++)
+        well = model_get(&instance->model, FIRST_STATE + i, REAL, &states[i]);
+    return status(well);
+}
+
+Answer WL_JOIN(FUNCTION(Get), F(Derivatives, ContinuousStateDerivatives))(void *handle, double rates[], size_t count)
+{
+    Instance *instance = handle;
+    return sized(instance, count, rates) ? status(model_rates(&instance->model, rates)) : status(0);
+}
+
+Answer FUNCTION(GetNominalsOfContinuousStates)(void *handle, double nominals[], size_t count)
+{
+    if (!sized(handle, count, nominals))
+        return status(0);
+    memcpy(nominals, WL(nominals), WL_STATES * sizeof *nominals);
+    return status(1);
+}
+
+Answer FUNCTION(GetEventIndicators)(void *instance, double indicators[], size_t count)
+{
+    (void)indicators;
+    return count ? unsupported(instance, WL_NAME " has no event indicators") : status(instance != NULL);
+}
+
+#endif

@@ -1,0 +1,159 @@
+"""Model exchange: hosts that integrate get what co-simulation computes, in FMI 2.0 and 3.0."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Model
+from fmpy.fmi3 import FMU3Model
+
+from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.exchange import exchanged_states
+
+from .conftest import BuildNative
+
+CONTINUOUS = {e.component.name: e.component for e in catalogue() if exchanged_states(e.component)}
+STARTS: dict[str, dict[str, float]] = {
+    "Heater": {"on": 1.0, "heat_capacity": 50.0, "contact_resistance": 0.5},
+    "MotorHeatSource": {"speed": 3.43, "torque": 2.5, "pad_mode": 2, "pad_temperature": 303.15},
+    "ThermalLink": {"heat_flow": 5.0, "speed": 3.0, "emissivity": 0.5},
+}
+every = pytest.mark.parametrize("name", CONTINUOUS)
+both = pytest.mark.parametrize("version", ["2.0", "3.0"])
+
+
+def test_the_continuous_components_offer_it() -> None:
+    assert set(CONTINUOUS) == set(STARTS)
+
+
+@both
+@every
+def test_cvode_and_co_simulation_agree(name: str, version: str, native_fmu: BuildNative) -> None:
+    """To 1e-6 of each output's largest value; the estimate of an error, which is tiny, to 1e-3."""
+    path = str(native_fmu(name, version))  # type: ignore[arg-type]
+    outputs = CONTINUOUS[name].y.names
+    common: dict[str, Any] = {"stop_time": 100.0, "output_interval": 0.05, "output": outputs}
+    common["start_values"] = STARTS[name]
+    own = fmpy.simulate_fmu(path, fmi_type="CoSimulation", **common)
+    tight = {"solver": "CVode", "relative_tolerance": 1e-9}
+    theirs = fmpy.simulate_fmu(path, fmi_type="ModelExchange", **tight, **common)
+    assert len(own) == len(theirs) == 2001
+    for output in outputs:
+        size = np.abs(own[output]).max()
+        share = 1e-3 if output == "discretisation_error" else 1e-6
+        assert np.abs(own[output] - theirs[output]).max() <= share * size, output
+    assert np.ptp(own[outputs[0]]) > 0
+
+
+@pytest.fixture(params=["2.0", "3.0"])
+def model(request: pytest.FixtureRequest, native_fmu: BuildNative, tmp_path: Path) -> Iterator[Any]:
+    """A motor that its host integrates, in continuous-time mode after 0 s."""
+    path = str(native_fmu("MotorHeatSource", request.param))
+    description = fmpy.read_model_description(path)
+    kind = FMU2Model if request.param == "2.0" else FMU3Model
+    instance = kind(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(path, str(tmp_path)),
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        instanceName="motor",
+    )
+    instance.instantiate()
+    if request.param == "2.0":
+        instance.setupExperiment(startTime=0.0)
+    instance.enterInitializationMode()
+    instance.exitInitializationMode()
+    yield instance
+    instance.freeInstance()
+
+
+MOTOR = CONTINUOUS["MotorHeatSource"]
+COUNT = MOTOR.x.size
+
+
+def vector(values: Any = None) -> Any:
+    return (ctypes.c_double * COUNT)(*([] if values is None else values))
+
+
+def rates(model: Any, states: Any = None) -> np.ndarray:
+    found = vector()
+    if states is not None:
+        model.setContinuousStates(vector(states), COUNT)
+    (model.getDerivatives if hasattr(model, "getDerivatives") else model.getContinuousStateDerivatives)(
+        found, COUNT
+    )
+    return np.array(found)
+
+
+def reference(component: Component, name: str) -> int:
+    return next(s.reference for s in component.scalars() if s.name == name)
+
+
+def new_states(model: Any) -> tuple[bool, ...]:
+    answer = (
+        model.newDiscreteStates if hasattr(model, "newDiscreteStates") else model.updateDiscreteStates
+    )()
+    return tuple(bool(each) for each in answer[:5])
+
+
+def test_derivatives_by_states_are_those_of_the_rates(model: Any) -> None:
+    states, own = exchanged_states(MOTOR), vector()
+    assert new_states(model) == (False,) * 5
+    model.enterContinuousTimeMode()
+    model.getContinuousStates(own, COUNT)
+    x = np.array(own) + np.array([30.0, 10.0, 0.0])
+    model.setContinuousStates(vector(x), COUNT)
+    heat_flow = reference(MOTOR, "heat_flow")
+    for i, state in enumerate(states):
+        unknowns = [*(s.rate_reference for s in states), heat_flow]
+        derivative = model.getDirectionalDerivative(unknowns, [state.reference], [1.0])
+        step = np.eye(COUNT)[i]
+        slopes = (rates(model, x + step) - rates(model, x - step)) / 2
+        np.testing.assert_allclose(derivative[:COUNT], slopes, rtol=1e-6, atol=1e-12)
+    model.setContinuousStates(vector(x), COUNT)
+    assert derivative[COUNT] == 0.0
+    by_shaft = model.getDirectionalDerivative([heat_flow], [states[1].reference], [1.0])
+    assert list(by_shaft) == [1.0]
+
+
+def test_nominals_and_variables_are_the_states(model: Any) -> None:
+    nominals, own = vector(), vector()
+    model.getNominalsOfContinuousStates(nominals, COUNT)
+    assert list(nominals) == [300.0, 300.0, 1e4]
+    model.getContinuousStates(own, COUNT)
+    states = exchanged_states(MOTOR)
+    get = model.getFloat64 if hasattr(model, "getFloat64") else model.getReal
+    assert get([s.reference for s in states]) == list(own)
+    np.testing.assert_array_equal(get([s.rate_reference for s in states]), rates(model))
+
+
+def test_nothing_happens_but_by_the_host(model: Any) -> None:
+    """No event indicator, no event after a step; a mode jumps in event mode alone."""
+    new_states(model)
+    model.enterContinuousTimeMode()
+    model.setTime(5.0)
+    before = rates(model)
+    assert [bool(each) for each in model.completedIntegratorStep()][:2] == [False, False]
+    whole = model.setInt32 if hasattr(model, "setInt32") else model.setInteger
+    pad = [reference(MOTOR, "pad_mode")]
+    with pytest.raises(Exception, match="status 3"):
+        whole(pad, [1])
+    assert (rates(model) == before).all()
+    model.enterEventMode()
+    whole(pad, [1])
+    (model.setFloat64 if hasattr(model, "setFloat64") else model.setReal)(
+        [reference(MOTOR, "pad_power")], [15.0]
+    )
+    new_states(model)
+    model.enterContinuousTimeMode()
+    assert rates(model)[1] == pytest.approx(before[1] + 15.0 / 1500.0)
+    with pytest.raises(Exception, match="status 2"):
+        model.setContinuousStates(vector([np.nan] * COUNT), COUNT)
+    assert np.isfinite(rates(model)).all()
+    model.terminate()
