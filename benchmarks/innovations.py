@@ -68,7 +68,7 @@ def innovations(record: Record) -> dict[str, Array]:
     """
     states = record.values[:, len(RECORDED) :].T
     now, before = states[:, SETTLED:], states[:, SETTLED - 1 : -1]
-    sensed = record.values[SETTLED:, [RECORDED.index(f"sensed_{name}") for name in SENSED]].T
+    sensed = record.values[SETTLED:, [list(RECORDED).index(f"sensed_{name}") for name in SENSED]].T
     looked = _look().map(now.shape[1])(before, sensed, now)
     series, mean = (np.array(each) for each in looked)
     _, quiet = _estimates(record, OBSERVER)

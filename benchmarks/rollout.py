@@ -1,8 +1,7 @@
 """The closed cell in one process, fast: every component's own equations joined into one compiled step.
 
-For tests and tuning. It is what a Gauss-Seidel master does with the FMUs (motor, link, sensors, law, camera,
-in this order), without FMUs: one CasADi function takes the whole cell one step further, in C where the
-machine has a compiler and in CasADi's interpreter where it has none.
+For tests and tuning. One CasADi function takes the joined cell one step further, in C where the machine has a
+compiler and in CasADi's interpreter where it has none.
 """
 
 from __future__ import annotations
@@ -22,30 +21,29 @@ from numpy.typing import NDArray
 from warmlink.controllers.design.plant import parameter_vector
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component
-from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.native.codegen import Symbols, micro_step
-from warmlink.fmus.temperature_sensors.component import CHANNELS
-from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 Array = NDArray[np.float64]
 
 DEMANDS = ("speed", "torque", "ambient_temperature", "pad_mode", "pad_temperature", "pad_power")
 """What the duty cycle gives at each step, in this order."""
 
-RECORDED = (
-    "elongation",
-    "correction",
-    "predicted_elongation",
-    "correction_std",
-    "ready",
-    "distrusted",
-    "warning",
-    *SENSED,
-    *(f"sensed_{name}" for name in SENSED),
+_TRUE = (
+    "motor.shaft_temperature",
+    "motor.winding_temperature",
+    "link.base_temperature",
+    "link.sensor_temperature[2]",
+    "link.tip_temperature",
 )
-"""What a run records, in this order; temperatures are true ones, `sensed_` those read."""
+_SAID = ("correction", "predicted_elongation", "correction_std", "ready", "distrusted", "warning")
+RECORDED = {
+    "elongation": "link.elongation",
+    **{name: f"compensator.{name}" for name in _SAID},
+    **dict(zip(SENSED, _TRUE, strict=True)),
+    **{f"sensed_{name}": f"sensors.reading[{i}]" for i, name in enumerate(SENSED, 1)},
+}
+"""What a run records, in this order, by the cell's outputs; `sensed_` temperatures are those read."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ class Record:
 
     def __getitem__(self, name: str) -> Array:
         """One recorded quantity, shape (n,)."""
-        return self.values[:, RECORDED.index(name)]
+        return self.values[:, list(RECORDED).index(name)]
 
     @property
     def error(self) -> Array:
@@ -72,7 +70,7 @@ class Record:
 
 
 class Cell:
-    """Motor, link, sensors, camera and a law, stepped together at 1 s.
+    """Motor, link, sensors, camera and a law joined, and stepped at 1 s.
 
     Parameters
     ----------
@@ -84,13 +82,7 @@ class Cell:
 
     def __init__(self, law: Component, law_states: bool = False) -> None:
         self.law = law
-        self._parts = {
-            "motor": MOTOR,
-            "link": LINK,
-            "sensors": SENSORS,
-            "compensator": law,
-            "camera": CAMERA,
-        }
+        self.joined = WARMUP_CELL.without("duty").joined(law)
         self._law_states = law_states
         self._advance, self._begin = compiled(self._functions())
 
@@ -107,12 +99,8 @@ class Cell:
         InputError
             A parameter is unknown or out of range.
         """
-        given = parameters or {}
-        settled = [
-            np.asarray(part.settled(parameter_vector(part, given.get(name, {}), name)), dtype=float)
-            for name, part in self._parts.items()
-        ]
-        p = np.concatenate(settled)
+        given = {f"{part}.{name}": v for part, of in (parameters or {}).items() for name, v in of.items()}
+        p = np.asarray(self.joined.settled(parameter_vector(self.joined, given, "cell")), dtype=float)
         count = demands.shape[0] - 1
         rows = np.ascontiguousarray(demands, dtype=float)
         x, record = (np.array(part, dtype=float).ravel() for part in self._begin(rows[0], p))
@@ -135,108 +123,35 @@ class Cell:
     def _functions(self) -> list[Any]:
         import casadi as ca
 
-        x = {name: ca.SX.sym(f"x_{name}", part.x.size) for name, part in self._parts.items()}
-        p = {name: ca.SX.sym(f"p_{name}", part.d.size) for name, part in self._parts.items()}
-        u, time = ca.SX.sym("u", len(DEMANDS)), ca.SX.sym("time")
-        wired = _Wiring(self._parts, dict(zip(DEMANDS, ca.vertsplit(u), strict=True)), p)
+        cell = self.joined
+        s, demands = Symbols.of(cell), ca.SX.sym("demands", len(DEMANDS))
+        given = dict(zip(DEMANDS, ca.vertsplit(demands), strict=True))
+        variables = [name.partition(".")[2] for name in cell.u.names]
+        u = ca.vertcat(*(given.get(name, 0.0) for name in variables))
+        whole = ca.Function("whole", [s.x, s.u, s.d, s.time, s.step], [micro_step(cell, s, s.u)])
+        size = cell.continuous.size
+        x = ca.vertcat(whole(s.x, u, s.d, s.time - self.step, self.step), s.x[size:])
+        # The law before the camera, which the shipped system steps the other way round: its picture is a
+        # step older here.
+        for instance in ("sensors", "compensator", "camera"):
+            for clock in (each for each in cell.clocks if each.sample_time.startswith(f"{instance}.")):
+                sampled = cell.updated(x, u, s.d, s.time, self.step, clock)
+                place = cell.x.index[clock.layout.names[0]]
+                x = ca.vertcat(x[:place], sampled, x[place + clock.layout.size :])
+        results = ca.cse([ca.densify(x), ca.densify(self._recorded(x, u, s.d, s.time))])
+        begun = ca.SX(cell.states_at_start(u, s.d))
+        return [
+            ca.Function("advance", [s.x, demands, s.d, s.time], results),
+            ca.Function("begin", [demands, s.d], [begun, self._recorded(begun, u, s.d, 0.0)]),
+        ]
 
-        new = dict(x)
-        for name in ("motor", "link"):
-            new[name] = _integrated(self._parts[name], x[name], wired.inputs(name, new), p[name], self.step)
-        for name in ("sensors", "compensator", "camera"):
-            if not self._parts[name].sampled:  # a law without a memory
-                continue
-            new[name] = self._parts[name].updated(x[name], wired.inputs(name, new), p[name], time, self.step)
-        flat, flat_p = ca.vertcat(*x.values()), ca.vertcat(*p.values())
-        results = ca.cse([ca.densify(ca.vertcat(*new.values())), ca.densify(self._recorded(wired, new))])
-        advance = ca.Function("advance", [flat, u, flat_p, time], results)
-        first: dict[str, Any] = {}
-        for name in ("motor", "link", "sensors"):
-            first[name] = self._parts[name].states_at_start(wired.inputs(name, first), p[name])
-        # The camera's first picture needs the law's first correction, and the law the camera's first reading.
-        first["camera"] = ca.SX.zeros(CAMERA.x.size)
-        first["compensator"] = self.law.states_at_start(wired.inputs("compensator", first), p["compensator"])
-        first["camera"] = CAMERA.states_at_start(wired.inputs("camera", first), p["camera"])
-        ordered = ca.vertcat(*(first[name] for name in self._parts))
-        begin = ca.Function("begin", [u, flat_p], [ordered, self._recorded(wired, first)])
-        return [advance, begin]
-
-    def _recorded(self, wired: _Wiring, x: Mapping[str, Any]) -> Any:
+    def _recorded(self, x: Any, u: Any, p: Any, time: Any) -> Any:
         import casadi as ca
 
-        motor, link = wired.outputs("motor", x), wired.outputs("link", x)
-        law, readings = wired.outputs("compensator", x), wired.outputs("sensors", x).reading
-        values = [link.elongation, *(getattr(law, name) for name in RECORDED[1:7])]
-        values += [motor.shaft_temperature, motor.winding_temperature, link.base_temperature]
-        values += [link.sensor_temperature[1], link.tip_temperature, *ca.vertsplit(readings)[: len(SENSED)]]
-        return ca.vertcat(*values, x["compensator"]) if self._law_states else ca.vertcat(*values)
-
-
-class _Wiring:
-    """Who is connected to whom in the cell."""
-
-    def __init__(
-        self, parts: Mapping[str, Component], demands: Mapping[str, Any], p: Mapping[str, Any]
-    ) -> None:
-        self._parts, self._demands, self._p = parts, demands, p
-
-    def outputs(self, name: str, x: Mapping[str, Any]) -> Any:
-        """Outputs of a component as a record."""
-        part = self._parts[name]
-        return part.y.read(part.outputs_of(x[name], self.inputs(name, x), self._p[name], 0.0))
-
-    def inputs(self, name: str, x: Mapping[str, Any]) -> Any:
-        """Flat inputs of a component for the states that the others have."""
-        import casadi as ca
-
-        part = self._parts[name]
-        values: dict[str, Any] = {v.name: v.start for v in part.inputs}
-        values.update({key: value for key, value in self._demands.items() if key in values})
-        if name == "motor":
-            state = x.get("link")
-            if state is not None:
-                values["link_base_temperature"] = self.outputs_of_link(state).base_temperature
-            else:
-                values["link_base_temperature"] = self._p["link"][LINK.d.index["initial_temperature"]]
-        elif name == "link" and "link" in x:
-            values["heat_flow"] = self.outputs("motor", x).heat_flow
-        elif name == "sensors":
-            motor, link = self.outputs("motor", x), self.outputs_of_link(x["link"])
-            true = [
-                motor.shaft_temperature,
-                motor.winding_temperature,
-                *ca.vertsplit(link.sensor_temperature),
-            ]
-            values["temperature"] = ca.vertcat(*true[:CHANNELS])
-        elif name == "compensator":
-            readings = ca.vertsplit(SENSORS.x.read(x["sensors"]).reading)
-            values.update(zip(SENSED, readings, strict=False))
-            camera = CAMERA.x.read(x["camera"])
-            values["measured_drift"], values["drift_valid"] = camera.measured_drift, camera.drift_valid
-        elif name == "camera":
-            values["elongation"] = self.outputs_of_link(x["link"]).elongation
-            values["correction"] = self.outputs("compensator", x).correction
-        return part.u.flat(values) if part.inputs else ca.SX(0, 1)
-
-    def outputs_of_link(self, state: Any) -> Any:
-        """Outputs of the link that its state alone settles."""
-        values = LINK.outputs_of(state, self._idle_link(), self._p["link"], 0.0)
-        return LINK.y.read(values)
-
-    @staticmethod
-    def _idle_link() -> Any:
-        import casadi as ca
-
-        return ca.SX([v.start for v in LINK.inputs])
-
-
-def _integrated(part: Component, x: Any, u: Any, p: Any, step: float) -> Any:
-    """State after one micro step as the native FMU makes it, with inputs held: its Jacobian is its own."""
-    import casadi as ca
-
-    s = Symbols.of(part)
-    alone = ca.Function("micro_step", [s.x, s.u, s.d, s.time, s.step], [micro_step(part, s, s.u)])
-    return alone(x, u, p, 0.0, step)
+        y, index = ca.SX(self.joined.outputs_of(x, u, p, time)), self.joined.y.index
+        values = [y[index[name]] for name in RECORDED.values()]
+        law = [i for name, i in self.joined.x.index.items() if name.startswith("compensator.")]
+        return ca.vertcat(*values, x[law]) if self._law_states else ca.vertcat(*values)
 
 
 def compiled(functions: list[Any]) -> list[Any]:

@@ -30,8 +30,8 @@ from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus import faults
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
+from warmlink.fmus.plant import plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duties.duty_files import library, load
 
@@ -62,21 +62,16 @@ def run(cell: Cell, duty: str, seed: int = 1, plant_seed: int = 0, stop_time: fl
 pytestmark = pytest.mark.xdist_group("closed_loop")
 
 
-def test_the_cell_in_one_step_is_the_instances_stepped_in_turn(cell_of: CellOf) -> None:
-    """Motor and link as their Python instances give them, exchanged as the cell does."""
+def test_the_cell_in_one_step_is_the_joined_plant_s_instance(cell_of: CellOf) -> None:
+    """Motor and link as the Python instance of both in one piece gives them."""
     record = run(cell_of(OBSERVER), "windshield_wiper", stop_time=120.0)
-    motor, link = Instance(MOTOR), Instance(LINK)
-    motor.set({"speed": 3.43, "torque": 2.5})
-    link.set({"speed": 3.43})
-    for each in (motor, link):
-        each.initialize()
+    both = Instance(plant())
+    both.set({"motor.speed": 3.43, "motor.torque": 2.5, "link.speed": 3.43})
+    both.initialize()
     for k in range(120):
-        motor.set({"link_base_temperature": link.get("base_temperature")})
-        motor.step(float(k), 1.0)
-        link.set({"heat_flow": motor.get("heat_flow")})
-        link.step(float(k), 1.0)
-    assert record["elongation"][-1] == pytest.approx(link.get("elongation"), rel=1e-9)
-    assert record["shaft_temperature"][-1] == pytest.approx(motor.get("shaft_temperature"), rel=1e-12)
+        both.step(float(k), 1.0)
+    assert record["elongation"][-1] == pytest.approx(both.get("link.elongation"), rel=1e-9)
+    assert record["shaft_temperature"][-1] == pytest.approx(both.get("motor.shaft_temperature"), rel=1e-12)
 
 
 @pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
