@@ -165,7 +165,7 @@ def over_a_decade(name: str, random: np.random.Generator) -> dict[str, float]:
     effect = EFFECTS[name]
     channel = f":{random.choice(CHANNELS)}" if effect.per_channel else ""
     sign = random.choice([-1, 1]) if effect.both_signs else 1
-    share = sign * 10 ** random.uniform(-0.7, 0.3)
+    share = sign * 10 ** random.uniform(-0.85, 0.15)  # more would lie beyond a cause's bounds
     return {name + channel: float(effect.neutral + share * (effect.size - effect.neutral))}
 
 

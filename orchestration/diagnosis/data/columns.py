@@ -145,6 +145,8 @@ class Assignment:
             variable = self._known(name)
         if variable == TIME and name == "T" and not chosen:
             variable = None  # a temperature
+        if unit == "-" and variable and self._si(variable) != "1":
+            unit = None  # a dash in a row of units says nothing
         for stem, suffix in with_suffix(name) if unit is None else ():
             meant = variable or self._known(stem)
             if meant and converts(suffix, self._si(meant)):

@@ -306,6 +306,9 @@ VARIANTS = {
         text(header=["t [s]", *PLAIN[1:4], "T [degC]", PLAIN[5]]), names=("T=base_temperature",)
     ),
     "facts about the start above": Variant("Start;22.11.2026;08:59:31\n" + text(";")),
+    "a dash for the unit of a date": Variant(
+        timed("%d.%m.%Y %H:%M:%S").replace(",", ";").replace("\n", "\n-;;;;;\n", 1)
+    ),
     "no header": Variant(text().partition("\n")[2], "no header row"),
     "one column": Variant("time [s]\n" + "\n".join(str(i) for i in range(60)), "no columns are found"),
 }
