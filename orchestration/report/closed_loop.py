@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,14 +18,32 @@ from warmlink.orchestration.scenarios.setup import CELL
 
 ZERO_CELSIUS = 273.15
 
-_TEMPERATURES = (
-    ("winding", "motor.winding_temperature"),
-    ("shaft", "motor.shaft_temperature"),
-    ("link, base", "link.base_temperature"),
-    ("link, middle", "link.sensor_temperature[2]"),
-    ("link, tip", "link.tip_temperature"),
-    ("surroundings", "duty.ambient_temperature"),
-)
+_QUANTITIES = {
+    "m": ("length [µm]", 1e6, 0.0),
+    "K": ("temperature [°C]", 1.0, ZERO_CELSIUS),
+    "W": ("heat flow [W]", 1.0, 0.0),
+}
+"""Label, factor and zero by unit."""
+
+_CELL = {
+    ("Elongation and correction", "m"): {
+        "elongation": "link.elongation",
+        "correction": "compensator.correction",
+    },
+    ("Temperatures", "K"): {
+        "winding": "motor.winding_temperature",
+        "shaft": "motor.shaft_temperature",
+        "link, base": "link.base_temperature",
+        "link, middle": "link.sensor_temperature[2]",
+        "link, tip": "link.tip_temperature",
+        "surroundings": "duty.ambient_temperature",
+    },
+    ("Heat flows", "W"): {
+        "motor to link": "motor.heat_flow",
+        "link's surface to surroundings": "link.surface_heat_loss",
+    },
+}
+"""What is plotted of the warm-up cell: variables by the name of their line."""
 
 
 def write_report(outcome: ClosedLoop, path: Path) -> None:
@@ -62,30 +81,24 @@ def _of_the_system(outcome: ClosedLoop) -> list[Section]:
         from warmlink.orchestration.report.arm import sections
 
         return sections(outcome)
-    if system != CELL.name:
-        return [
-            Section(heading, figure=_unit_plot(outcome, unit, factor, zero, label))
-            for heading, unit, factor, zero, label in _BY_UNIT
-        ]
-    return [
-        Section("Elongation and correction", figure=_elongation_plot(outcome)),
-        Section("Temperatures", figure=_temperature_plot(outcome)),
-        Section("Heat flows", figure=_heat_plot(outcome)),
-    ]
+    plots = _CELL if system == CELL.name else {(h, unit): _of_unit(outcome, unit) for h, unit in _OWN}
+    return [Section(h, figure=_plot(outcome, unit, lines)) for (h, unit), lines in plots.items()]
 
 
-def _unit_plot(outcome: ClosedLoop, unit: str, factor: float, zero: float, label: str) -> object:
-    table = outcome.result.table
-    names = [name for name in table.names if table.units[name] == unit and "[" not in name][:MOST_LINES]
-    lines = [Line(name, factor * (outcome.result[name] - zero)) for name in names]
+_OWN = (("Lengths", "m"), ("Temperatures", "K"), ("Heat flows", "W"))
+
+
+def _of_unit(outcome: ClosedLoop, unit: str) -> dict[str, str]:
+    """Variables of a system of one's own, under their own names."""
+    units = outcome.result.table.units
+    names = [name for name in outcome.result.table.names if units[name] == unit and "[" not in name]
+    return {name: name for name in names[:MOST_LINES]}
+
+
+def _plot(outcome: ClosedLoop, unit: str, variables: Mapping[str, str]) -> object:
+    label, factor, zero = _QUANTITIES[unit]
+    lines = [Line(name, factor * (outcome.result[of] - zero)) for name, of in variables.items()]
     return time_plot(outcome.time, lines, label)
-
-
-_BY_UNIT = (
-    ("Lengths", "m", 1e6, 0.0, "length [µm]"),
-    ("Temperatures", "K", 1.0, ZERO_CELSIUS, "temperature [°C]"),
-    ("Heat flows", "W", 1.0, 0.0, "heat flow [W]"),
-)
 
 
 def _lead(outcome: ClosedLoop) -> str:
@@ -134,30 +147,6 @@ def _error_plot(outcome: ClosedLoop) -> object:
     ]
     band = Band(-tolerance, tolerance, f"±{tolerance:g} µm")
     return time_plot(outcome.time, lines, "error [µm]", band)
-
-
-def _elongation_plot(outcome: ClosedLoop) -> object:
-    run = outcome.result
-    lines = [
-        Line("elongation", 1e6 * run["link.elongation"]),
-        Line("correction", 1e6 * run["compensator.correction"]),
-    ]
-    return time_plot(outcome.time, lines, "length [µm]")
-
-
-def _temperature_plot(outcome: ClosedLoop) -> object:
-    run = outcome.result
-    lines = [Line(name, run[variable] - ZERO_CELSIUS) for name, variable in _TEMPERATURES]
-    return time_plot(outcome.time, lines, "temperature [°C]")
-
-
-def _heat_plot(outcome: ClosedLoop) -> object:
-    run = outcome.result
-    lines = [
-        Line("motor to link", run["motor.heat_flow"]),
-        Line("link's surface to surroundings", run["link.surface_heat_loss"]),
-    ]
-    return time_plot(outcome.time, lines, "heat flow [W]")
 
 
 def _trust(outcome: ClosedLoop) -> str:
