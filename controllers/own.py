@@ -1,4 +1,4 @@
-"""A controller of one's own: a class with a correction becomes a component like any shipped law."""
+"""A user's own controller: a class that computes a correction becomes a component like a shipped law."""
 
 from __future__ import annotations
 
@@ -13,42 +13,43 @@ from warmlink.fmus.errors import InputError
 
 
 class Law:
-    """Base class of a controller: subclass it, declare parameters and states, and give a correction.
+    """Base class of a controller: subclass it, declare parameters and states, and define `correction`.
 
-    The methods get records: states `x`, inputs `u` (`warmlink.controllers.interface.INPUTS`), parameters `p`,
-    each value under its name, all SI. They are plain arithmetic with the functions of
-    `warmlink.fmus.component.arithmetic`, `where` instead of `if`, so that the same lines become C. What the
-    law remembers is a State: the object itself keeps nothing, since an FMU's state is saved and restored.
+    The methods receive records of the states `x`, the inputs `u` (`warmlink.controllers.interface.INPUTS`)
+    and the parameters `p`; each value stands under its name, in SI units. The methods use plain arithmetic
+    and the functions of `warmlink.fmus.component.arithmetic`, with `where` instead of `if`, so that the same
+    lines can be translated to C. The law can remember values only in its states: an attribute of the object
+    is refused, because it would be lost when an FMU's state is saved and restored.
 
     Attributes
     ----------
-    parameters : beside `sample_time` and `tolerance`, which every law has
-    states : what the law remembers from sample to sample
+    parameters : parameters of the law, besides `sample_time` and `tolerance`, which every law has
+    states : values that the law remembers from one sample to the next
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     states: ClassVar[tuple[State, ...]] = ()
 
     def correction(self, x: Record, u: Record, p: Record, time: Number) -> Number:
-        """What the tool point is moved back by, in m."""
+        """Distance in m by which the tool point is to be moved back; every law must define it."""
         raise NotImplementedError
 
     def correction_std(self, x: Record, u: Record, p: Record, time: Number) -> Number:
-        """Standard deviation of the correction's error in m; unless overridden, half the tolerance."""
+        """Standard deviation of the correction's error in m; half the tolerance unless the law defines it."""
         return 0.5 * p.tolerance
 
     def update(self, x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
-        """Next value of every state by name, `step` seconds after the last."""
+        """Next value of every state by name, `step` seconds after the last; needed if the law has states."""
         raise NotImplementedError
 
     def begin(self, u: Record, p: Record) -> Mapping[str, Number]:
-        """Start value of every state by name; unless overridden, the states' own `start`."""
+        """Start value of every state by name; without this method, states begin at their `start`."""
         raise NotImplementedError
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise InputError(
-            f"{type(self).__name__}.{name}: a law's object keeps nothing; declare a State and give its next "
-            "value in update"
+            f"{type(self).__name__}.{name}: a law cannot remember attributes; declare a State and give its "
+            "next value in update"
         )
 
 
@@ -58,7 +59,7 @@ def component_of(law: type[Law]) -> Component:
     Raises
     ------
     InputError
-        The class gives no correction, or has states and no update.
+        If the class defines no `correction`, or has states but defines no `update`.
     """
     name, given = law.__name__, law()
     if law.correction is Law.correction:

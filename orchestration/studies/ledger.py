@@ -76,7 +76,7 @@ class Ledger:
         except OSError as fault:
             raise InputError(
                 f"{self._path}: cannot be written ({fault.strerror}); the {len(self._known)} runs before are "
-                "kept, those under way are lost; make room, and the same command goes on"
+                "kept, those under way are lost; make room, and the same command continues"
             ) from None
         self._known[key] = outcome
         self._end += len(line)

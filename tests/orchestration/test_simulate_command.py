@@ -201,7 +201,7 @@ def test_remarks_are_told(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--time-limit", "3 s"], "--time-limit: holds for FMUs in processes of their own; add --isolate"),
+        (["--time-limit", "3 s"], "--time-limit: applies only to FMUs in processes of their own; add --isolate"),
         (["--isolate", "--time-limit", "0 s"], "--time-limit: 0 s is not positive"),
         (["--stepping", "fast"], "--stepping fast: not known; choose auto, plain or compiled"),
         (["--stepping", "compiled", "--real-time", "1"], "goes neither with isolated slaves nor with a pace"),

@@ -28,7 +28,7 @@ class Workers(Protocol):
         """
 
 
-_KEPT = "the finished runs are kept, and the same command goes on"
+_KEPT = "the finished runs are kept, and the same command continues"
 
 
 def attempt(case: Case, fmus: FmuSet) -> Outcome:

@@ -127,7 +127,7 @@ def test_ctrl_c_ends_in_order_and_keeps_what_is_finished(folder: Path, name: str
         _, said = process.communicate(timeout=60)
         assert psutil.wait_procs(children, timeout=10)[1] == []
     assert process.returncode == 130
-    assert said == "warmlink: interrupted; what is finished is kept, the same command goes on\n"
+    assert said == "warmlink: interrupted; finished runs are kept, and the same command continues\n"
     assert (folder / "part" / "runs.jsonl").read_bytes().count(b"\n") >= 3
 
 

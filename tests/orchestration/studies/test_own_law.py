@@ -92,7 +92,7 @@ def test_a_component_serves_as_well_as_a_class(tmp_path: Path) -> None:
             NONE_OF_IT
             + "class MyLaw(Law):\n    def correction(self, x, u, p, time):\n        self.last = 3\n",
             "MyLaw",
-            "MyLaw.last: a law's object keeps nothing",
+            "MyLaw.last: a law cannot remember attributes",
         ),
         ("", "", "names no law"),
     ],
