@@ -204,9 +204,7 @@ def _pacing(real_time: float | None) -> Pacing | None:
     if real_time is None:
         return None
     if not 0 < real_time < math.inf:
-        raise InputError(
-            f"--real-time {real_time:g}: this is not a pace; give a number above 0, 1 for real time"
-        )
+        raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
     return Pacing(real_time)
 
 

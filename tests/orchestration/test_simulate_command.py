@@ -201,12 +201,15 @@ def test_remarks_are_told(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--time-limit", "3 s"], "--time-limit: applies only to FMUs in processes of their own; add --isolate"),
+        (
+            ["--time-limit", "3 s"],
+            "--time-limit: applies only to FMUs in processes of their own; add --isolate",
+        ),
         (["--isolate", "--time-limit", "0 s"], "--time-limit: 0 s is not positive"),
         (["--stepping", "fast"], "--stepping fast: not known; choose auto, plain or compiled"),
         (["--stepping", "compiled", "--real-time", "1"], "goes neither with isolated slaves nor with a pace"),
-        (["--real-time", "0"], "--real-time 0: this is not a pace"),
-        (["--real-time", "nan"], "--real-time nan: no pace"),
+        (["--real-time", "0"], "--real-time 0: not a pace"),
+        (["--real-time", "nan"], "--real-time nan: not a pace"),
         (["--watch", "a.nothing"], "a.nothing: no slave has such a variable"),
         (["--stop", "1e18 s", "--step", "1 s"], "keeps at most 2 GB in memory"),
         (["--checkpoint", "0"], "checkpoints: every 0 steps is not above 0"),

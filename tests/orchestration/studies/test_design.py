@@ -68,7 +68,10 @@ def test_a_systems_own_parameters_are_designed_for(
             "'lag' has no design; choose regression, observer or",
         ),
         (["WarmupCell", "--camera-std", "1 um"], "observer does not go by the camera; observer_drift does"),
-        (["WarmupCell", "--sensors", "none,base"], "--sensors none,base: none cannot be combined with thermometers"),
+        (
+            ["WarmupCell", "--sensors", "none,base"],
+            "--sensors none,base: none cannot be combined with thermometers",
+        ),
         (["WarmupCell", "--sensors", "base,nose"], "'nose' is not measured"),
         (["WarmupCell", "--sensor-std", "0 K"], "--sensor-std: 0 K is not positive"),
         (["WarmupCell", "--sample-time", "1e-9 s"], "--sample-time 1e-9 s: is too short; give at least"),
