@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import hashlib
+import json
 import os
 import shutil
 import sys
@@ -10,7 +12,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
 
@@ -89,6 +91,22 @@ def write_all(file: BinaryIO, data: bytes) -> None:
     rest = memoryview(data)
     while rest:
         rest = rest[file.write(rest) :]
+
+
+def stamped(facts: Mapping[str, Any]) -> bytes:
+    """A line of JSON that tells by a checksum that it is whole."""
+    text = json.dumps(facts)
+    return f'{text[:-1]}, "checksum": "{hashlib.sha256(text.encode()).hexdigest()[:16]}"}}\n'.encode()
+
+
+def unstamped(line: bytes) -> dict[str, Any] | None:
+    """What a line says; None where it is not, byte for byte, what `stamped` writes."""
+    try:
+        said = json.loads(line)
+        said.pop("checksum")
+        return said if stamped(said) == line else None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
 
 
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:

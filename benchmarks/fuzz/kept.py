@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import hashlib
-import pickle
 import shutil
 import struct
 import tempfile
@@ -15,8 +13,8 @@ from random import Random
 
 import numpy as np
 
-from benchmarks.fuzz.mutate import flipped
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import stamped, unstamped
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.recording.checkpoint import FILE, LongRun
@@ -27,7 +25,6 @@ from warmlink.orchestration.studies import ledger
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.system.model import Component, ParameterSet, System
 
-HEAD = len(b"warmlink checkpoint 2\n")
 SENSORS = "TemperatureSensors"
 STEPS, EVERY = 20, 15
 
@@ -79,7 +76,8 @@ def resume_stamped(path: Path) -> None:
 
 def stamped_checkpoint(random: Random, content: bytes) -> bytes:
     """Damage what a checkpoint says, with its digest to match."""
-    said = pickle.loads(content[HEAD + 32 :])
+    said = unstamped(content)
+    assert said is not None
     key = random.choice(sorted(said))
     wrong: tuple[object, ...] = (
         None,
@@ -87,20 +85,17 @@ def stamped_checkpoint(random: Random, content: bytes) -> bytes:
         10**30,
         float("nan"),
         "x",
-        b"",
+        "",
         [],
-        [b"x"],
+        ["x"],
         [[1.0, "x"]],
         {},
-        (1,),
+        [1],
         [[]],
         7,
-        (1, 2, "x"),
+        [1, 2, "x"],
     )
-    data = pickle.dumps({**said, key: random.choice(wrong)})
-    if random.random() < 0.5:
-        data = flipped(random, content[HEAD + 32 :])
-    return content[:HEAD] + hashlib.sha256(data).digest() + data
+    return stamped({**said, key: random.choice(wrong)})
 
 
 @cache

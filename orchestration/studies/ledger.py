@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import stamped, unstamped
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.cores.workers import Workers
 
@@ -104,16 +104,15 @@ class Ledger:
 
 def _line(key: str, outcome: Outcome) -> bytes:
     """A run as a line of the file."""
-    facts = json.dumps({"run": key, **outcome.to_dict()})
-    return f'{facts[:-1]}, "checksum": "{hashlib.sha256(facts.encode()).hexdigest()[:16]}"}}\n'.encode()
+    return stamped({"run": key, **outcome.to_dict()})
 
 
 def _parsed(line: bytes) -> tuple[str, Outcome] | None:
     """Key and outcome of a line; None where it is not, byte for byte, what `_line` writes."""
+    given = unstamped(line) or {}
     try:
-        given = json.loads(line)
         key = str(given["run"])
         outcome = Outcome(**{each.name: given[each.name] for each in fields(Outcome)})
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (KeyError, TypeError):
         return None
     return (key, outcome) if _line(key, outcome) == line else None

@@ -34,7 +34,7 @@ class Stepper(ABC):
         """
 
     def memory(self) -> object:
-        """Give what must be kept beside the slaves' states for a later continuation; may be pickled."""
+        """Give what must be kept beside the slaves' states for a later continuation, as JSON can hold it."""
         return None
 
     def recall(self, memory: object) -> None:  # noqa: B027

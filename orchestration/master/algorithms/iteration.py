@@ -110,7 +110,9 @@ class IteratedStepper(Stepper):
 
     def memory(self) -> object:
         """Give past inputs and what the solver carries from step to step."""
-        return [(time, [list(v) for v in values]) for time, values in self._past], list(self._kept)
+        return [(time, [list(v) for v in values]) for time, values in self._past], [
+            None if each is None else each.tolist() for each in self._kept
+        ]
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import os
-import pickle
+from base64 import b64decode, b64encode
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.files import whole_file
+from warmlink.orchestration.files import stamped, unstamped, whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -24,8 +23,7 @@ from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
 
 FILE = "checkpoint"
-_HEAD = b"warmlink checkpoint 2\n"
-_DIGEST_BYTES = hashlib.sha256().digest_size
+_VERSION = "warmlink checkpoint 3"
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class Checkpoint:
     fingerprint: str
     rows: int
     digest: str
-    states: list[bytes]
+    states: list[str]  # in base 64
     outputs: list[list[Value]]
     inputs: list[list[Value]]
     memory: object
@@ -121,16 +119,15 @@ class Checkpoints:
             self._fingerprint,
             recorder.rows,
             digest,
-            [slave.serialize() for slave in network.slaves],
+            [b64encode(slave.serialize()).decode() for slave in network.slaves],
             network.outputs,
             network.inputs,
             stepper.memory(),
             (network.steps, network.rejected, sweeps),
         )
-        data = pickle.dumps(vars(kept))
         try:
             with whole_file(self.path) as scratch, scratch.open("wb") as file:
-                file.write(_HEAD + hashlib.sha256(data).digest() + data)
+                file.write(stamped({"version": _VERSION, **vars(kept)}))
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as fault:
@@ -143,15 +140,14 @@ class Checkpoints:
     def _load(self) -> Checkpoint | None:
         if not self.path.exists():
             return None
-        content = self.path.read_bytes()
-        head, data = content[: len(_HEAD) + _DIGEST_BYTES], content[len(_HEAD) + _DIGEST_BYTES :]
-        if head != _HEAD + hashlib.sha256(data).digest():
+        said = unstamped(self.path.read_bytes()) or {}
+        if said.pop("version", None) != _VERSION:
             raise InputError(
                 f"{self.path}: is not a checkpoint that can be read (it is damaged, or of another version); "
                 "start anew"
             )
         with self._readable():
-            found = Checkpoint(**_PlainUnpickler(io.BytesIO(data)).load())
+            found = Checkpoint(**said)
             if not isinstance(found.rows, int) or found.rows < 1:
                 raise ValueError(f"it counts {found.rows!r:.20} rows")
         if found.fingerprint != self._fingerprint:
@@ -167,7 +163,7 @@ class Checkpoints:
         with self._readable():
             self._compare(found)
             for slave, data in zip(network.slaves, found.states, strict=True):
-                slave.deserialize(data)
+                slave.deserialize(b64decode(data))
             network.outputs, network.inputs = found.outputs, found.inputs
             network.steps, network.rejected, sweeps = found.counts
             network.time = recorder.points.time(found.rows - 1)
@@ -191,16 +187,7 @@ class Checkpoints:
             yield
         except InputError:
             raise
-        except (
-            pickle.UnpicklingError,
-            ArithmeticError,
-            AttributeError,
-            EOFError,
-            LookupError,
-            MemoryError,
-            TypeError,
-            ValueError,
-        ) as fault:
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as fault:
             raise InputError(
                 f"{self.path}: is not a checkpoint that can be read ({fault}); start anew"
             ) from None
@@ -228,14 +215,3 @@ def fingerprint(
         tuple(names),
     )
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()
-
-
-class _PlainUnpickler(pickle.Unpickler):
-    """Takes numbers, strings, containers and arrays, and nothing that could run."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        """Allow what an array consists of."""
-        allowed = ("_reconstruct", "ndarray", "dtype", "_frombuffer", "scalar")
-        if module.split(".")[0] == "numpy" and name in allowed:
-            return super().find_class(module, name)
-        raise pickle.UnpicklingError(f"{module}.{name} does not belong into a checkpoint")
