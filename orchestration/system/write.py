@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
-from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
+from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import (
     Component,
     Connector,
@@ -23,7 +23,7 @@ from warmlink.orchestration.system.model import (
 )
 from warmlink.orchestration.system.ports import Ports, opened, with_connectors
 from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
-from warmlink.orchestration.system.ssp.nest import Edge, SystemConnector, Tree, flat, nested
+from warmlink.orchestration.system.ssp.nest import Edge, Tree, flat, nested
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.units import Unit, meaning
 
@@ -82,7 +82,7 @@ def _write(system: System, tree: Tree, path: Path) -> None:
     entries = {"SystemStructure.ssd": to_bytes(_ssd(system, tree, files))}
     for held in system.components.values():
         if held.parameters.values:
-            entries[files.parameters[held.name]] = to_bytes(_ssv(held, system.units))
+            entries[files.parameters[held.name]] = to_bytes(_ssv(held, system))
         entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
     write_archive(path, entries)
 
@@ -141,10 +141,13 @@ class _Document:
         if tree.connectors:
             connectors = sub_element(child, "ssd", "Connectors")
             for shown in tree.connectors:
-                self._shown(connectors, shown)
+                component, variable = shown.source
+                held = self.system.components[component]
+                source = next(each for each in held.connectors if each.name == variable)
+                self._connector(connectors, shown.name, shown.kind, held, source)
         elements = sub_element(child, "ssd", "Elements")
         for inner, held in tree.components.items():
-            _component(elements, inner, held, self.files, self.enumerations, self._of(held))
+            self._component(elements, inner, held)
         for inner, below in tree.systems.items():
             self.add(elements, inner, below)
         if tree.edges:
@@ -153,91 +156,47 @@ class _Document:
                 _connection(links, edge)
         _fixed_step_master(child, self.system.default_experiment.step_size)
 
-    def _of(self, held: Component) -> _Units:
-        return _Units(held, self.system.units, self.units)
+    def _component(self, elements: Any, name: str, held: Component) -> None:
+        source, kind = self.files.fmus[held.fmu], "application/x-fmu-sharedlibrary"
+        child = sub_element(elements, "ssd", "Component", name=name, type=kind, source=source)
+        if held.connectors:
+            connectors = sub_element(child, "ssd", "Connectors")
+            for connector in held.connectors:
+                self._connector(connectors, connector.name, connector.kind, held, connector)
+        if held.parameters.values:
+            bindings = sub_element(child, "ssd", "ParameterBindings")
+            sub_element(bindings, "ssd", "ParameterBinding", source=self.files.parameters[held.name])
 
-    def _shown(self, connectors: Any, shown: SystemConnector) -> None:
-        """Add a connector of a system: named and directed as the system has it, typed as its source is."""
-        component, variable = shown.source
-        held = self.system.components[component]
-        source = next(connector for connector in held.connectors if connector.name == variable)
-        child = sub_element(connectors, "ssd", "Connector", name=shown.name, kind=shown.kind)
-        _typed(child, source, self.enumerations, self._of(held))
-
-
-class _Units:
-    """Where the units of one component are defined, and the definitions used so far in the document."""
-
-    def __init__(self, held: Component, of_system: dict[str, Unit], used: dict[str, Unit]) -> None:
-        self.held = held
-        self.info: ModelInfo = read_description(held.fmu)
-        self.of_system = of_system
-        self.used = used
-
-    def of(self, variable: Variable) -> Unit | None:
-        """Give a variable's unit with its meaning; None where there is none, or it has no known meaning."""
-        declared = next((c.unit for c in self.held.connectors if c.name == variable.name), None)
-        named = self.of_system.get(declared, Unit(declared)) if declared else None
-        unit = own_unit(self.info, variable, named)
+    def _connector(self, parent: Any, name: str, kind: str, held: Component, source: Connector) -> None:
+        """Add a connector: of the type of a component's connector, and of its unit where it has one."""
+        child = sub_element(parent, "ssd", "Connector", name=name, kind=kind)
+        info, where = read_description(held.fmu), f"{held.name}.{source.name}"
+        variable = variable_of(info, source.name, where)
+        if source.type == "Enumeration":
+            if variable.items:
+                enumeration = f"{info.model_name}.{source.name}"
+                self.enumerations[enumeration] = variable.items
+                sub_element(child, "ssc", "Enumeration", name=enumeration)
+            return
+        typed = sub_element(child, "ssc", source.type)
+        unit = _unit(self.system, held, variable)
         if unit is None:
-            return None
-        try:
-            return meaning(unit)
-        except InputError:
-            # An SSD may only name units that it can define; a reader takes it from the FMU then.
-            return None
-
-    def use(self, variable: Variable) -> str | None:
-        """Give the name of a variable's unit and note its definition for the document."""
-        unit = self.of(variable)
-        if unit is None:
-            return None
-        known = self.used.setdefault(unit.name, unit)
-        if known != unit:
-            where = f"{self.held.name}.{variable.name}"
+            return
+        if self.units.setdefault(unit.name, unit) != unit:
             raise InputError(f"{where}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
-        return unit.name
+        typed.set("unit", unit.name)
 
 
-def _component(
-    elements: Any,
-    name: str,
-    held: Component,
-    files: _Files,
-    enumerations: dict[str, dict[str, int]],
-    units: _Units,
-) -> None:
-    kind = "application/x-fmu-sharedlibrary"
-    child = sub_element(elements, "ssd", "Component", name=name, type=kind, source=files.fmus[held.fmu])
-    if held.connectors:
-        connectors = sub_element(child, "ssd", "Connectors")
-        for connector in held.connectors:
-            _connector(connectors, connector, enumerations, units)
-    if held.parameters.values:
-        bindings = sub_element(child, "ssd", "ParameterBindings")
-        sub_element(bindings, "ssd", "ParameterBinding", source=files.parameters[held.name])
-
-
-def _connector(
-    connectors: Any, connector: Connector, enumerations: dict[str, dict[str, int]], units: _Units
-) -> None:
-    child = sub_element(connectors, "ssd", "Connector", name=connector.name, kind=connector.kind)
-    _typed(child, connector, enumerations, units)
-
-
-def _typed(child: Any, connector: Connector, enumerations: dict[str, dict[str, int]], units: _Units) -> None:
-    """Tell a connector's type, and its unit where it has one."""
-    variable = variable_of(units.info, connector.name, f"{units.held.name}.{connector.name}")
-    if connector.type == "Enumeration":
-        name = f"{units.info.model_name}.{connector.name}"
-        if variable.items:
-            enumerations[name] = variable.items
-            sub_element(child, "ssc", "Enumeration", name=name)
-        return
-    typed = sub_element(child, "ssc", connector.type)
-    unit = units.use(variable)
-    if unit is not None:
-        typed.set("unit", unit)
+def _unit(system: System, held: Component, variable: Variable) -> Unit | None:
+    """Give a variable's unit with its meaning; None where there is none, or it has no known meaning."""
+    declared = next((c.unit for c in held.connectors if c.name == variable.name), None)
+    named = system.units.get(declared, Unit(declared)) if declared else None
+    unit = own_unit(read_description(held.fmu), variable, named)
+    try:
+        return None if unit is None else meaning(unit)
+    except InputError:
+        # An SSD may only name units that it can define; a reader takes it from the FMU then.
+        return None
 
 
 def _connection(links: Any, edge: Edge) -> None:
@@ -286,13 +245,13 @@ def _experiment(root: Any, experiment: DefaultExperiment) -> None:
         sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=repr(float(experiment.step_size)))
 
 
-def _ssv(held: Component, of_system: dict[str, Unit]) -> Any:
-    units = _Units(held, of_system, {})
+def _ssv(held: Component, system: System) -> Any:
+    info = read_description(held.fmu)
     values: dict[str, Value | Parameter] = {}
     for name, value in held.parameters.values.items():
-        variable = variable_of(units.info, name, f"{held.name}.{name}")
+        variable = variable_of(info, name, f"{held.name}.{name}")
         if variable.kind == "Real":
-            values[name] = Parameter(name, "Real", float(value), units.of(variable))
+            values[name] = Parameter(name, "Real", float(value), _unit(system, held, variable))
         elif variable.kind == "Enumeration":
             values[name] = Parameter(name, "Enumeration", _item(variable, value))
         else:
