@@ -23,7 +23,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.studies import ledger
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.system.model import Component, ParameterSet, System
+from warmlink.orchestration.system.model import Component, System
 
 SENSORS = "TemperatureSensors"
 STEPS, EVERY = 20, 15
@@ -40,7 +40,7 @@ def _workshop() -> Path:
 def system() -> System:
     """One clocked FMU alone, the smallest that has all kinds of state."""
     fmu = FmuStore("native").files([SENSORS])[SENSORS]
-    return System("s", {"s": Component("s", fmu, (), ParameterSet("p", {"seed": 3}))}, ())
+    return System("s", {"s": Component("s", fmu, (), {"seed": 3})}, ())
 
 
 @cache

@@ -75,7 +75,7 @@ def _instantiate(system: System, work: Path) -> tuple[dict[str, Any], dict[str, 
         )
         slave.instantiate()
         variables = {v.name: v for v in description.modelVariables}
-        for variable, value in component.parameters.values.items():
+        for variable, value in component.values.items():
             about = variables[variable]
             getattr(slave, f"set{about.type}")([about.valueReference], [value])
         slaves[name], types[name] = slave, variables

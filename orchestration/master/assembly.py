@@ -96,7 +96,7 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
         if own is not None:
             shutil.rmtree(own, ignore_errors=True)
         raise
-    values = {name: component.parameters.values for name, component in system.components.items()}
+    values = {name: component.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
     return Assembly(slaves, system.connections, values, files, own)
 

@@ -94,7 +94,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         components[name] = model if own else f"{name} of {system.name}"
         if not own:
             foreign[components[name]] = held.fmu
-        values[name] = dict(held.parameters.values)
+        values[name] = dict(held.values)
     wires = [(each.source, each.target) for each in system.connections]
     driven = [(f"{DUTY}.{demand}", target) for demand, target in _driven(system, roles, where)]
     if driven:

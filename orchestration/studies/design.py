@@ -253,7 +253,7 @@ def _differing(system: System, component: Component) -> dict[str, float]:
         if not isinstance(each.variable, Declared):
             continue
         start = variables[each.name].start if each.name in variables else None
-        value = found[0].parameters.values.get(each.name, start)
+        value = found[0].values.get(each.name, start)
         if value is not None and float(value) != each.start:
             differing[each.name] = float(value)
     return differing

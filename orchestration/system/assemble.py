@@ -15,7 +15,6 @@ from warmlink.orchestration.system.model import (
     Component,
     Connection,
     ConnectorKind,
-    ParameterSet,
     System,
     Value,
 )
@@ -28,7 +27,7 @@ from warmlink.orchestration.system.ssp.declared import (
 from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
 from warmlink.orchestration.system.ssp.flatten import flatten
 from warmlink.orchestration.system.ssp.resolve import Resolver
-from warmlink.orchestration.system.units import Conversion, Unit
+from warmlink.orchestration.system.units import Unit
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
@@ -53,7 +52,7 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
         key: checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
         for key, value in (values or {}).items()
     }
-    return Component(name, fmu, parameters=ParameterSet(values=checked))
+    return Component(name, fmu, values=checked)
 
 
 def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
@@ -89,7 +88,7 @@ def check_system(system: System) -> None:
         if name != held.name:
             raise InputError(f"{name}: the component calls itself {held.name}; give it one name")
         info = read_description(held.fmu)
-        for key, value in held.parameters.values.items():
+        for key, value in held.values.items():
             checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
     for link, found in zip(system.connections, _resolved(system), strict=True):
         if found != link:
@@ -106,17 +105,7 @@ def _resolved(system: System) -> list[Connection]:
     for name, held in system.components.items():
         infos[name,] = read_description(held.fmu)
         elements[name] = _declared(system, held, infos[name,])
-    links = tuple(
-        DeclaredConnection(
-            link.source_component,
-            link.source_variable,
-            link.target_component,
-            link.target_variable,
-            Conversion(link.factor, link.offset) if link.converts else None,
-            link.converts,
-        )
-        for link in system.connections
-    )
+    links = tuple(map(DeclaredConnection.of, system.connections))
     resolver = Resolver(flatten(DeclaredSystem(system.name, {}, (), elements, links)), infos)
     for place in resolver.flat.components:
         resolver.connectors(place)

@@ -32,21 +32,13 @@ class Connector:
 
 
 @dataclass(frozen=True)
-class ParameterSet:
-    """Named start values of one component, in the units of that component's own variables."""
-
-    name: str = "parameters"
-    values: dict[str, Value] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Component:
-    """One FMU in the system: where its file lies, its connectors, and the values it starts from."""
+    """One FMU in the system: its file, its connectors, and start values in its variables' own units."""
 
     name: str
     fmu: Path
     connectors: tuple[Connector, ...] = ()
-    parameters: ParameterSet = ParameterSet()
+    values: dict[str, Value] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -111,5 +103,5 @@ class System(Answer):
     def with_values(self, component: str, values: Mapping[str, Value]) -> System:
         """Give the same system with some start values of one component replaced."""
         old = self.components[component]
-        parameters = replace(old.parameters, values={**old.parameters.values, **values})
-        return replace(self, components={**self.components, component: replace(old, parameters=parameters)})
+        changed = replace(old, values={**old.values, **values})
+        return replace(self, components={**self.components, component: changed})

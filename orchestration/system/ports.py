@@ -9,7 +9,8 @@ from typing import get_args
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connector, ConnectorKind, System
-from warmlink.orchestration.system.ssp.nest import Edge, End, SystemConnector, Tree, flat
+from warmlink.orchestration.system.ssp.declared import DeclaredConnection
+from warmlink.orchestration.system.ssp.nest import End, SystemConnector, Tree, flat
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,10 @@ def opened(system: System, ports: Ports) -> tuple[System, Tree]:
         target = (link.target_component, link.target_variable)
         if name not in {known.name for known in tree.connectors}:
             tree.connectors.append(SystemConnector(name, "input", target))
-        tree.edges.append(Edge(None, name, *target, link.factor, link.offset))
+        tree.edges.append(replace(DeclaredConnection.of(link), start_element=None, start_connector=name))
     for end, name in _names(ports.shown).items():
         tree.connectors.append(SystemConnector(name, "output", end))
-        tree.edges.append(Edge(*end, None, name))
+        tree.edges.append(DeclaredConnection(*end, None, name))
     return inner, tree
 
 
@@ -74,7 +75,7 @@ def _connectors(held: Component, system: System) -> tuple[Connector, ...]:
         if kind == v.causality
         and v.kind is not None
         and not v.dimensions
-        and (kind == "output" or v.name in (used if kind == "input" else held.parameters.values))
+        and (kind == "output" or v.name in (used if kind == "input" else held.values))
     )
 
 

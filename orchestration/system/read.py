@@ -9,7 +9,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Component, ParameterSet, System
+from warmlink.orchestration.system.model import Component, System
 from warmlink.orchestration.system.ssp.declared import Description
 from warmlink.orchestration.system.ssp.flatten import Flat, flatten
 from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
@@ -90,9 +90,7 @@ def _assembled(description: Description, flat: Flat, infos: dict[ElementPath, Mo
     components = {}
     for place, declared in flat.components.items():
         name = ".".join(place)
-        components[name] = Component(
-            name, declared.fmu, connectors[place], ParameterSet(values=start.found[place])
-        )
+        components[name] = Component(name, declared.fmu, connectors[place], start.found[place])
     return System(
         description.name,
         components,

@@ -17,18 +17,18 @@ from warmlink.orchestration.system.model import (
     Component,
     Connector,
     DefaultExperiment,
-    ParameterSet,
     System,
     Value,
 )
 from warmlink.orchestration.system.ports import Ports, opened, with_connectors
+from warmlink.orchestration.system.ssp.declared import DeclaredConnection
 from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
-from warmlink.orchestration.system.ssp.nest import Edge, Tree, flat, nested
+from warmlink.orchestration.system.ssp.nest import Tree, flat, nested
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.units import Unit, meaning
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
-PARAMETER_SET = ParameterSet().name
+PARAMETER_SET = "parameters"
 OMS = "org.openmodelica"
 
 
@@ -81,7 +81,7 @@ def _write(system: System, tree: Tree, path: Path) -> None:
     files = _Files(system.components.values())
     entries = {"SystemStructure.ssd": to_bytes(_ssd(system, tree, files))}
     for held in system.components.values():
-        if held.parameters.values:
+        if held.values:
             entries[files.parameters[held.name]] = to_bytes(_ssv(held, system))
         entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
     write_archive(path, entries)
@@ -163,7 +163,7 @@ class _Document:
             connectors = sub_element(child, "ssd", "Connectors")
             for connector in held.connectors:
                 self._connector(connectors, connector.name, connector.kind, held, connector)
-        if held.parameters.values:
+        if held.values:
             bindings = sub_element(child, "ssd", "ParameterBindings")
             sub_element(bindings, "ssd", "ParameterBinding", source=self.files.parameters[held.name])
 
@@ -199,7 +199,7 @@ def _unit(system: System, held: Component, variable: Variable) -> Unit | None:
         return None
 
 
-def _connection(links: Any, edge: Edge) -> None:
+def _connection(links: Any, edge: DeclaredConnection) -> None:
     ends = {
         "startElement": edge.start_element,
         "startConnector": edge.start_connector,
@@ -208,9 +208,12 @@ def _connection(links: Any, edge: Edge) -> None:
     }
     named = {key: name for key, name in ends.items() if name is not None}
     child = sub_element(links, "ssd", "Connection", **named)
-    if (edge.factor, edge.offset) != (1.0, 0.0):
+    change = edge.transformation
+    if change is not None:
         child.set("suppressUnitConversion", "true")
-        sub_element(child, "ssc", "LinearTransformation", factor=repr(edge.factor), offset=repr(edge.offset))
+        sub_element(
+            child, "ssc", "LinearTransformation", factor=repr(change.factor), offset=repr(change.offset)
+        )
 
 
 def _fixed_step_master(system: Any, step: float | None) -> None:
@@ -248,7 +251,7 @@ def _experiment(root: Any, experiment: DefaultExperiment) -> None:
 def _ssv(held: Component, system: System) -> Any:
     info = read_description(held.fmu)
     values: dict[str, Value | Parameter] = {}
-    for name, value in held.parameters.values.items():
+    for name, value in held.values.items():
         variable = variable_of(info, name, f"{held.name}.{name}")
         if variable.kind == "Real":
             values[name] = Parameter(name, "Real", float(value), _unit(system, held, variable))

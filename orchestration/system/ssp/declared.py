@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from warmlink.orchestration.system.model import ConnectorKind, DefaultExperiment
+from warmlink.orchestration.system.model import Connection, ConnectorKind, DefaultExperiment
 from warmlink.orchestration.system.ssp.parameter_values import MappingEntry, Parameter
 from warmlink.orchestration.system.units import Conversion, Unit
 
@@ -37,8 +37,14 @@ class DeclaredConnection:
     start_connector: str
     end_element: str | None
     end_connector: str
-    transformation: Conversion | None
-    suppress_unit_conversion: bool
+    transformation: Conversion | None = None
+    suppress_unit_conversion: bool = False
+
+    @classmethod
+    def of(cls, link: Connection) -> DeclaredConnection:
+        """Declare a connection between components, in the units of their own variables."""
+        ends = link.source_component, link.source_variable, link.target_component, link.target_variable
+        return cls(*ends, Conversion(link.factor, link.offset) if link.converts else None, link.converts)
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ that the systems on the way show.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.model import Component, Connection, System
+from warmlink.orchestration.system.ssp.declared import DeclaredConnection
 
 Path = tuple[str, ...]
 End = tuple[str, str]
@@ -26,18 +27,6 @@ class SystemConnector:
     source: End
 
 
-@dataclass(frozen=True)
-class Edge:
-    """A connection inside one system; an element None is the system itself."""
-
-    start_element: str | None
-    start_connector: str
-    end_element: str | None
-    end_connector: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-
 @dataclass
 class Tree:
     """A system with its components by the names that they bear in it, and the systems in it."""
@@ -45,15 +34,12 @@ class Tree:
     components: dict[str, Component] = field(default_factory=dict)
     systems: dict[str, Tree] = field(default_factory=dict)
     connectors: list[SystemConnector] = field(default_factory=list)
-    edges: list[Edge] = field(default_factory=list)
+    edges: list[DeclaredConnection] = field(default_factory=list)
 
 
 def flat(system: System) -> Tree:
     """Give a tree of one system, with the components under their full names."""
-    edges = [
-        Edge(c.source_component, c.source_variable, c.target_component, c.target_variable, c.factor, c.offset)
-        for c in system.connections
-    ]
+    edges = [DeclaredConnection.of(link) for link in system.connections]
     return Tree(components=dict(system.components), edges=edges)
 
 
@@ -85,15 +71,16 @@ def _connect(top: Tree, link: Connection) -> None:
     element, connector = start[-1], link.source_variable
     for depth in range(len(start) - 1, shared, -1):
         shown = _shown(_at(top, start[:depth]), "output", source, "_".join((*start[depth:], source[1])))
-        _lay(_at(top, start[:depth]), Edge(element, connector, None, shown))
+        _lay(_at(top, start[:depth]), DeclaredConnection(element, connector, None, shown))
         element, connector = start[depth - 1], shown
     giver: str | None = element
     for depth in range(shared, len(end) - 1):
         name = "_".join((*end[depth + 1 :], link.target_variable))
         shown = _shown(_at(top, end[: depth + 1]), "input", source, name)
-        _lay(_at(top, end[:depth]), Edge(giver, connector, end[depth], shown))
+        _lay(_at(top, end[:depth]), DeclaredConnection(giver, connector, end[depth], shown))
         giver, connector = None, shown
-    last = Edge(giver, connector, end[-1], link.target_variable, link.factor, link.offset)
+    last = DeclaredConnection.of(link)
+    last = replace(last, start_element=giver, start_connector=connector, end_element=end[-1])
     _at(top, end[:-1]).edges.append(last)
 
 
@@ -116,6 +103,6 @@ def _shown(place: Tree, kind: Literal["input", "output"], source: End, name: str
     return name
 
 
-def _lay(place: Tree, edge: Edge) -> None:
+def _lay(place: Tree, edge: DeclaredConnection) -> None:
     if edge not in place.edges:
         place.edges.append(edge)

@@ -141,8 +141,8 @@ def test_nested_and_flat_ssp_hold_the_same_arm(
     assert set(read.components) == set(arm.components)
     assert {name.replace(".", "_") for name in read.components} == set(other.components)
     for name, held in read.components.items():
-        assert held.parameters == other.components[name.replace(".", "_")].parameters
-        assert held.parameters.values == arm.components[name].parameters.values
+        assert held.values == other.components[name.replace(".", "_")].values
+        assert held.values == arm.components[name].values
     assert set(read.connections) == set(arm.connections)
     assert len(other.connections) == len(arm.connections)
     a, b = simulate(read, 60.0, 1.0, Jacobi()), simulate(other, 60.0, 1.0, Jacobi())

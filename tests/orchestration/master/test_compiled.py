@@ -19,7 +19,7 @@ from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves import fmi
-from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
+from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import assembly, counter, interrupt_at, wire
 
@@ -39,7 +39,7 @@ WIRES = (
 def loop(*fmus: Path, **values: dict[str, Value]) -> System:
     given: dict[str, dict[str, Value]] = {"a": {"y": 1.0}, "b": {"rate": 0.7, "on": True}, "c": {"gain": 0.9}}
     components = {
-        name: Component(name, fmu, (), ParameterSet("p", {**given[name], **values.get(name, {})}))
+        name: Component(name, fmu, (), {**given[name], **values.get(name, {})})
         for name, fmu in zip("abc", fmus, strict=True)
     }
     return System("loop", components, WIRES)

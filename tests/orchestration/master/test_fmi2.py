@@ -14,13 +14,13 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, Connection, ParameterSet, System, Value
+from warmlink.orchestration.system.model import Component, Connection, System, Value
 
 from .pairs import wire
 
 
 def system(fmu: Path, *wires: Connection, **values: dict[str, Value]) -> System:
-    components = {n: Component(n, fmu, (), ParameterSet("p", v)) for n, v in values.items()}
+    components = {n: Component(n, fmu, (), v) for n, v in values.items()}
     return System("s", components, wires)
 
 

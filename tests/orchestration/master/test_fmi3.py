@@ -11,7 +11,7 @@ from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
+from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import wire
 
@@ -21,7 +21,7 @@ def mixed(first: Path, second: Path, **values: dict[str, Value]) -> System:
     fmus = {"a": first, "b": second}
     return System(
         "s",
-        {n: Component(n, fmu, (), ParameterSet("p", values.get(n, {}))) for n, fmu in fmus.items()},
+        {n: Component(n, fmu, (), values.get(n, {})) for n, fmu in fmus.items()},
         wires,
     )
 
@@ -66,7 +66,7 @@ def test_mixed_versions_give_what_equal_ones_give(trivial2: Path, trivial3: Path
 def test_interpolated_inputs_reach_the_accuracy_of_fmi2(trivial2: Path, trivial3: Path) -> None:
     # x' = v, v' = -x with quadratic integrators: both versions integrate linear inputs exactly.
     wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
-    start = ParameterSet("p", {"y": 1.0})
+    start = {"y": 1.0}
     results = []
     for fmu in (trivial2, trivial3):
         system = System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, wires)
@@ -77,7 +77,7 @@ def test_interpolated_inputs_reach_the_accuracy_of_fmi2(trivial2: Path, trivial3
 
 def test_bad_status_is_told_in_the_slaves_words(trivial3: Path) -> None:
     values: dict[str, Value] = {"fail_at": 3.5, "fail_status": 3}
-    system = System("s", {"a": Component("a", trivial3, (), ParameterSet("p", values))})
+    system = System("s", {"a": Component("a", trivial3, (), values)})
     result = simulate(system, 10.0, 1.0)
     assert result.reason == "a: error at 3 s: fmi3DoStep answered error; it logged: it fails from 3.5"
     np.testing.assert_array_equal(result.times, [0, 1, 2, 3])

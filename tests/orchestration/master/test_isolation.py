@@ -11,7 +11,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
-from warmlink.orchestration.system.model import Component, ParameterSet, System, Value
+from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import wire
 
@@ -20,7 +20,7 @@ LIMITS = Isolation(time_limit=0.5)
 
 def pair(fmu: Path, **values: Value) -> System:
     wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
-    parameters = ParameterSet("p", {"y": 1.0, **values})
+    parameters = {"y": 1.0, **values}
     return System("s", {"a": Component("a", fmu), "b": Component("b", fmu, (), parameters)}, wires)
 
 

@@ -32,7 +32,7 @@ from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
-from warmlink.orchestration.system.model import Component, ParameterSet, System
+from warmlink.orchestration.system.model import Component, System
 
 from .mock import MockSlave
 from .motor_link import motor_link
@@ -43,7 +43,7 @@ KILLS = int(os.environ.get("WARMLINK_KILLS", "5"))
 
 
 def pair(fmu: Path) -> System:
-    start = ParameterSet("p", {"y": 1.0})
+    start = {"y": 1.0}
     return System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, WIRES)
 
 
@@ -116,9 +116,9 @@ from pathlib import Path
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, Connection, ParameterSet, System
+from warmlink.orchestration.system.model import Component, Connection, System
 fmu, folder = map(Path, sys.argv[1:3])
-start = ParameterSet("p", {"y": 1.0})
+start = {"y": 1.0}
 wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
 system = System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, wires)
 print("go", flush=True)

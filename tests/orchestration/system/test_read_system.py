@@ -89,7 +89,7 @@ def test_connectors_may_tell_another_unit_than_their_fmus(lab: Lab) -> None:
 def test_an_unconnected_input_keeps_its_start_value(lab: Lab) -> None:
     read = lab.read(lab.cell())
     assert read.connections == ()
-    assert read.components["motor"].parameters.values == {}
+    assert read.components["motor"].values == {}
 
 
 def test_the_default_experiment_with_the_step_size_that_libcosim_writes(lab: Lab) -> None:
@@ -113,7 +113,7 @@ def test_start_values_of_every_type_in_the_variables_own_units(lab: Lab) -> None
         "label:String:rod",
         "metal:Enumeration:brass",
     )
-    values = lab.read(lab.cell(link=given)).components["link"].parameters.values
+    values = lab.read(lab.cell(link=given)).components["link"].values
     assert values == {
         "length": pytest.approx(0.3048, rel=1e-15),
         "ambient": pytest.approx(298.15, rel=1e-15),
@@ -133,7 +133,7 @@ def test_parameter_files_beside_the_ssd(lab: Lab) -> None:
         "resources/names.ssm": ssm(entry("L", "length", '<ssc:LinearTransformation factor="10"/>')),
     }
     read = lab.read(lab.cell(link=bound), more)
-    assert read.components["link"].parameters.values == {"length": pytest.approx(0.3, rel=1e-15)}
+    assert read.components["link"].values == {"length": pytest.approx(0.3, rel=1e-15)}
 
 
 def test_a_file_may_be_named_as_a_uri_or_as_it_is(lab: Lab) -> None:
@@ -148,13 +148,13 @@ def test_a_mapping_may_suppress_the_unit_conversion(lab: Lab) -> None:
         "</ssd:ParameterValues>",
         "</ssd:ParameterValues>" + mapping(entry("L", "length", shift, 'suppressUnitConversion="true"')),
     )
-    assert lab.read(lab.cell(link=inner)).components["link"].parameters.values == {"length": 0.53}
+    assert lab.read(lab.cell(link=inner)).components["link"].values == {"length": 0.53}
 
 
 def test_later_bindings_win_and_the_system_wins_over_its_components(lab: Lab) -> None:
     link = parameters("length:Real:1", "cells:Integer:10") + parameters("length:Real:2")
     before = f"<ssd:ParameterBindings>{parameters('link.cells:Integer:20')}</ssd:ParameterBindings>"
-    values = lab.read(lab.cell(link=link, before=before)).components["link"].parameters.values
+    values = lab.read(lab.cell(link=link, before=before)).components["link"].values
     assert values == {"length": 2.0, "cells": 20}
 
 
@@ -163,7 +163,7 @@ def test_a_prefix_makes_a_components_set_fit_the_system(lab: Lab) -> None:
         "<ssd:ParameterBinding ", '<ssd:ParameterBinding prefix="link." '
     )
     before = f"<ssd:ParameterBindings>{bound}</ssd:ParameterBindings>"
-    assert lab.read(lab.cell(before=before)).components["link"].parameters.values == {"length": 1.0}
+    assert lab.read(lab.cell(before=before)).components["link"].values == {"length": 1.0}
 
 
 def test_a_value_that_no_variable_bears_is_passed_over_but_told(lab: Lab) -> None:
@@ -223,11 +223,11 @@ def test_what_drives_nothing_from_outside_leaves_inner_inputs_unconnected(lab: L
 def test_a_systems_connector_hands_its_start_value_on(lab: Lab) -> None:
     given = parameters("surroundings:Real:30:degC", "size:Real:250:mm", "motor.torque_constant:Real:2")
     read = lab.read(ssd(system(nested(f"<ssd:ParameterBindings>{given}</ssd:ParameterBindings>"))))
-    assert read.components["axis.motor"].parameters.values == {
+    assert read.components["axis.motor"].values == {
         "ambient": pytest.approx(303.15, rel=1e-15),
         "torque_constant": 2.0,
     }
-    assert read.components["axis.link"].parameters.values == {
+    assert read.components["axis.link"].values == {
         "ambient": pytest.approx(303.15, rel=1e-15),
         "length": pytest.approx(0.25, rel=1e-15),
     }
@@ -237,7 +237,7 @@ def test_an_outer_binding_reaches_into_nested_systems_and_wins(lab: Lab) -> None
     inner = f"<ssd:ParameterBindings>{parameters('size:Real:1')}</ssd:ParameterBindings>"
     outer = f"<ssd:ParameterBindings>{parameters('axis.link.length:Real:2')}</ssd:ParameterBindings>"
     read = lab.read(ssd(system(nested(inner), before=outer)))
-    assert read.components["axis.link"].parameters.values == {"length": 2.0}
+    assert read.components["axis.link"].values == {"length": 2.0}
 
 
 def test_a_component_may_be_another_ssp_or_ssd(lab: Lab) -> None:
@@ -254,7 +254,7 @@ def test_a_component_may_be_another_ssp_or_ssd(lab: Lab) -> None:
     }
     read = lab.read(ssd(system(elements)), more)
     assert list(read.components) == ["packed.motor", "packed.link", "beside.motor", "beside.link"]
-    assert read.components["packed.link"].parameters.values == {"length": 1.0}
+    assert read.components["packed.link"].values == {"length": 1.0}
     assert {link.source for link in read.connections} == {"packed.motor.heat_flow", "beside.motor.heat_flow"}
 
 
@@ -265,7 +265,7 @@ def test_ssp_two_has_types_of_its_own(lab: Lab) -> None:
     # An FMU of FMI 2.0 calls the same thing Real.
     text = ssd(system(elements, connection("motor.heat_flow", "link.heat_flow")), version="2.0")
     read = lab.read(text)
-    assert read.components["link"].parameters.values == {"length": 1.0}
+    assert read.components["link"].values == {"length": 1.0}
     assert read.connections == (Connection("motor", "heat_flow", "link", "heat_flow"),)
 
 
@@ -311,7 +311,7 @@ def test_a_difference_reaches_its_variable_through_systems_without_the_zero_of_a
     motor = component("motor", "resources/Motor.fmu", MOTOR_CONNECTORS)
     given = f"<ssd:ParameterBindings>{parameters('arm.rise:Real:5:degC')}</ssd:ParameterBindings>"
     read = lab.read(ssd(system(motor + inner, connection("motor.rise", "arm.rise"), before=given)))
-    assert read.components["arm.link"].parameters.values == {"difference": 5.0}
+    assert read.components["arm.link"].values == {"difference": 5.0}
     assert read.connections == (Connection("motor", "rise", "arm.link", "difference"),)
 
 
@@ -327,7 +327,7 @@ def test_components_of_fmi_three_and_two_mix(lab: Lab) -> None:
     )
     read = lab.read(text, {"resources/Link3.fmu": lab.fmu("Link3", FMI3).read_bytes()})
     assert [link.target for link in read.connections] == ["third.ambient", "link.ambient"]
-    assert read.components["third"].parameters.values == {"cells": 10}
+    assert read.components["third"].values == {"cells": 10}
 
 
 @pytest.mark.parametrize(

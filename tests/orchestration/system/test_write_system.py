@@ -52,7 +52,7 @@ def made(lab: Lab) -> System:
 
 def without_places(read: System) -> dict[str, tuple[str, bytes, dict[str, object]]]:
     return {
-        name: (held.fmu.name, held.fmu.read_bytes(), dict(held.parameters.values))
+        name: (held.fmu.name, held.fmu.read_bytes(), dict(held.values))
         for name, held in read.components.items()
     }
 
@@ -213,7 +213,7 @@ def test_values_are_checked_when_a_component_is_made(lab: Lab) -> None:
         component("link", link, {"length": -0.02})
     with pytest.raises(InputError, match=r"^link\.cells: 2\.5 is not of type Integer"):
         component("link", link, {"cells": 2.5})
-    assert component("link", link, {"length": 1}).parameters.values == {"length": 1.0}
+    assert component("link", link, {"length": 1}).values == {"length": 1.0}
 
 
 def test_parameter_sets_round_trip(tmp_path: Path) -> None:
