@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant
 from warmlink.controllers.design.reduction import Balanced, ReducedPlant, balanced
-from warmlink.orchestration.report.figures import COLOURS, styled
+from warmlink.orchestration.report.figures import COLOURS, DASHES, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _bode(plant: LinearPlant, reduced: ReducedPlant, speed: float) -> Section:
                 "x": FREQUENCIES[::every],
                 "mode": mode,
                 "legendgroup": name,
-                "line": {"color": COLOURS[i]},
+                "line": {"color": COLOURS[i], "dash": DASHES[i % len(DASHES)]},
                 "marker": {"color": COLOURS[i], "symbol": i, "size": 7},
             }
             title = f"{name} [{UNITS[name]}]" if mode == "lines" else f"{name}, reduced"
@@ -102,7 +102,7 @@ def _bode(plant: LinearPlant, reduced: ReducedPlant, speed: float) -> Section:
     figure.update_yaxes(title="elongation [µm/W, µm/K]", type="log", exponentformat="power", row=1, col=1)
     figure.update_yaxes(title="phase [degrees]", row=2, col=1)
     return Section(
-        f"Bode plot, {_motion(speed)}", "From each input to the elongation.", figure=styled(figure, 560)
+        f"Bode plot, {_motion(speed)}", "From each input to the elongation.", figure=styled(figure, 560, 550)
     )
 
 

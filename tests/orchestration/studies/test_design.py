@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.pages import plots
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
@@ -111,6 +112,7 @@ def test_the_page_shows_poles_and_bode_plots(tmp_path: Path, monkeypatch: pytest
     assert "observer for WarmupCell" in text
     assert "Bode plot, 3.43 rad/s" in text
     assert "<th>still, reduced [min]</th>" in text
+    assert '"dash":"dashdot"' in plots(page), "each input's line has a dash of its own beside its colour"
     assert "<td>28.4</td>" in text, "the slowest pattern of motor and link lasts half an hour"
 
 
