@@ -19,6 +19,7 @@ from warmlink.orchestration.command_line import (
     init,
     reproduce,
     run,
+    save,
     schema,
     simulate,
 )
@@ -38,6 +39,7 @@ app = typer.Typer(
 COMMANDS: dict[str, Callable[..., None]] = {
     "run": run.run,
     "build": build.build,
+    "save": save.save,
     "simulate": simulate.simulate,
     "compare": compare.compare,
     "tune": tune.tune,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,12 +11,14 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.options import Json
-from warmlink.orchestration.console import answer, answer_json, counted, progress_bar
+from warmlink.orchestration.console import answer, answer_json, counted, progress_bar, remark
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from warmlink.fmus.catalogue import Entry
+    from warmlink.fmus.component import Component
+    from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")
 SHOWN_CONTROLLER = "lag"
@@ -36,11 +40,15 @@ def build(
             "this machine's."
         ),
     ] = None,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(help="A scenario (TOML) of your own: build its system alone, as FMUs and SSP."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
     json: Json = False,
 ) -> None:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them."""
-    built = build_files(out, fmus, platforms)
+    built = build_files(out, fmus, platforms, scenario)
     if json:
         answer_json([str(path) for path in built])
     else:
@@ -48,7 +56,12 @@ def build(
             answer(f"{path.stat().st_size / 1024:8.0f} KiB  {path}")
 
 
-def build_files(out: str | Path = "dist", fmus: str = "all", platforms: str | None = None) -> list[Path]:
+def build_files(
+    out: str | Path = "dist",
+    fmus: str = "all",
+    platforms: str | None = None,
+    scenario: str | Path | None = None,
+) -> list[Path]:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
 
     Parameters
@@ -57,6 +70,7 @@ def build_files(out: str | Path = "dist", fmus: str = "all", platforms: str | No
     fmus : native, python or all
     platforms : platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this
         machine's by default
+    scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
 
     Raises
     ------
@@ -67,9 +81,16 @@ def build_files(out: str | Path = "dist", fmus: str = "all", platforms: str | No
 
     if fmus not in KINDS:
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
+    from warmlink.orchestration.scenarios.closed_loop import judged
+    from warmlink.orchestration.scenarios.load import load_scenario
+
     out = Path(out)
+    own = None if scenario is None else load_scenario(str(scenario))
+    advice = None if own is None else judged(own)[0]
+    if advice is not None:
+        remark(advice)
     try:
-        built = _build(fmus, platforms, out)
+        built = _build(fmus, platforms, out, own)
     except OSError as fault:
         place = Path(fault.filename or out)
         shown = out if place.is_relative_to(out) else place
@@ -79,27 +100,33 @@ def build_files(out: str | Path = "dist", fmus: str = "all", platforms: str | No
     return built
 
 
-def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
+def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries
+    from warmlink.orchestration.fmu_store import FmuStore
     from warmlink.orchestration.scenarios.load import load_scenario
     from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
     from warmlink.orchestration.system.write import write_ssp
 
     law, arm = controller(SHOWN_CONTROLLER), load_scenario(SHOWN_ARM_SCENARIO)
-    components = list(entries().values())
+    components = [each for name, each in entries().items() if own is None or name in own.kinds]
     built: list[Path] = []
     if kind != "native":
         with progress_bar("Python FMUs") as progress:
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out)
-        joined = (WARMUP_CELL.joined(law), arm.joined())
+        joined = [WARMUP_CELL.joined(law), arm.joined()] if own is None else _whole(own)
         built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out)
     fmus = {path.stem: path for path in built}
+    if own is not None:
+        built.append(out / f"{own.name}.ssp")
+        store = FmuStore("python" if kind == "python" else "native")
+        write_ssp(own.system({**fmus, **own.setup.foreign, **own.controller.files(store)}), built[-1])
+        return built
     for blueprint in SHIPPED.values():
         path = out / f"{blueprint.name}.ssp"
         write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), path)
@@ -108,6 +135,13 @@ def _build(kind: str, platforms: str | None, out: Path) -> list[Path]:
             built.append(out / f"{blueprint.name}-ports.ssp")
             write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
     return built + write_arm(arm.system(fmus), out)
+
+
+def _whole(own: Scenario) -> list[Component]:
+    """A scenario's system as one component, called as the scenario is; none where others' FMUs are in it."""
+    if own.setup.foreign:
+        return []
+    return [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
 
 
 def _build_native(components: Sequence[Entry], platforms: str | None, out: Path) -> list[Path]:

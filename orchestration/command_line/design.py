@@ -22,12 +22,16 @@ def design(
     ],
     law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
     sensors: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`."
+            help="Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`. "
+            "Default: those that the scenario says, or base and tip."
         ),
-    ] = "base,tip",
-    sensor_std: Annotated[str, typer.Option(help="Standard deviation of a thermometer's noise.")] = "0.1 K",
+    ] = None,
+    sensor_std: Annotated[
+        str | None,
+        typer.Option(help="Standard deviation of a thermometer's noise. Default: the scenario's, or 0.1 K."),
+    ] = None,
     camera_std: Annotated[
         str | None,
         typer.Option(
@@ -63,7 +67,7 @@ def design(
     found = design_law(
         system,
         law,
-        _names(sensors),
+        None if sensors is None else _names(sensors),
         sensor_std=sensor_std,
         camera_std=camera_std,
         sample_time=sample_time,

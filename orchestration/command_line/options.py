@@ -101,6 +101,10 @@ Scheduler = Annotated[
     str | None,
     typer.Option(help="Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine."),
 ]
+ScenarioFile = Annotated[
+    Path | None,
+    typer.Option(help="A scenario (TOML) of a cell of your own: its parameters and sensors hold."),
+]
 StudyFile = Annotated[
     str,
     typer.Argument(

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from importlib.util import find_spec
+from pathlib import Path
 
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.component import Component
 from warmlink.fmus.names import listed
+from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_value, start_values
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
@@ -25,7 +27,9 @@ Written = Mapping[str, str | float]
 """Start values as written, by `instance.variable`."""
 
 
-def advice(controller: str, components: Mapping[str, Component], believed: Written) -> str | None:
+def advice(
+    controller: str, components: Mapping[str, Component], believed: Written, file: Path | None = None
+) -> str | None:
     """What to do where a law was made for another cell than it is meant to run in.
 
     Parameters
@@ -33,6 +37,7 @@ def advice(controller: str, components: Mapping[str, Component], believed: Writt
     controller : name of a shipped law
     components : declaration behind each instance of the cell
     believed : start values of the cell as the law should know them, and of the law
+    file : the scenario's, in which the start values stand
 
     Returns
     -------
@@ -52,14 +57,14 @@ def advice(controller: str, components: Mapping[str, Component], believed: Writt
             return None
         return (
             f"{controller} was designed for another cell, this one {differing}; design it anew: "
-            f"{_command(controller, made_for)}; then add --parameters {controller}.ssv"
+            f"{_command(controller, made_for, file)}; then add --parameters {controller}.ssv"
         )
     own = {name.partition(".")[2] for name in _changed(believed, components, (COMPENSATOR,))}
     if not changed or own - _NO_PART_OF_A_DESIGN or _is_nominal(SUBSTITUTE, components, believed):
         return None
     return (
         f"the parameters of {controller} suit the nominal cell, this one {differing}; tune them, or take a "
-        f"law that is designed for it: {_command(SUBSTITUTE, made_for)}; then run with "
+        f"law that is designed for it: {_command(SUBSTITUTE, made_for, file)}; then run with "
         f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
     )
 
@@ -135,6 +140,9 @@ def _changed(
     ]
 
 
-def _command(law: str, plant: Written) -> str:
-    settings = "".join(f' --set "{name}={value}"' for name, value in plant.items())
-    return f"warmlink design WarmupCell --law {law}{settings} --out {law}.ssv"
+def _command(law: str, plant: Written, file: Path | None) -> str:
+    """The command that designs a law, with what the scenario's file does not say."""
+    known = {} if file is None else load_scenario(str(file)).parameters
+    beside = {name: value for name, value in plant.items() if known.get(name) != value}
+    settings = "".join(f' --set "{name}={value}"' for name, value in beside.items())
+    return f"warmlink design {file or 'WarmupCell'} --law {law}{settings} --out {law}.ssv"

@@ -281,4 +281,5 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     declared = scenario.declared
     believed = scenario.parameters if scenario.believed is None else scenario.believed
     perfect = scenario.in_use.noise is None
-    return advice(name, declared, believed), perfect and is_ideal(name, declared, scenario.parameters)
+    told = advice(name, declared, believed, scenario.file)
+    return told, perfect and is_ideal(name, declared, scenario.parameters)

@@ -9,7 +9,7 @@ or the path of an SSP, whose `[roles]` say what is driven, what is scored and wh
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -95,7 +95,8 @@ def load_scenario(name: str) -> Scenario:
         if name in known:
             return read_scenario(name, read_text(folder / f"{name}.toml", ""))
     if path.suffix == ".toml":
-        return read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
+        read = read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
+        return replace(read, file=path)
     if path.suffix == ".csv" or name in duty_files.names():
         return _driven_by(duty_files.load(name))
     if path.suffix in _OTHERS and is_file(path):
@@ -104,6 +105,22 @@ def load_scenario(name: str) -> Scenario:
         f"{shortened(name)}: no such scenario; "
         f"{instead(name, scenario_names(), 'or give a TOML or CSV file')}"
     )
+
+
+def driven(cell: Scenario, duty: Scenario) -> Scenario:
+    """A scenario's system with what drives another one.
+
+    Raises
+    ------
+    InputError
+        If one is of the arm and the other is not.
+    """
+    if (cell.setup.name == ARM) != (duty.setup.name == ARM):
+        raise InputError(
+            f"{duty.name}: is made for {duty.setup.name}, but {cell.name} is a scenario of "
+            f"{cell.setup.name}; choose another duty cycle"
+        )
+    return replace(cell, name=duty.name, title=duty.title, about=duty.about, duty=duty.duty)
 
 
 def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:

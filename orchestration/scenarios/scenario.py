@@ -71,6 +71,7 @@ class Scenario:
     sensors : what the controllers go by; what is None there is the system's
     mismatches : names of those that change the parameters
     believed : the parameters without them, which is what a law may know; None where there are none
+    file : where it was read; None for what ships
     """
 
     name: str
@@ -86,6 +87,7 @@ class Scenario:
     sensors: Sensors = AS_THEY_ARE
     mismatches: tuple[str, ...] = ()
     believed: dict[str, str | float] | None = None
+    file: Path | None = None
 
     @property
     def stop_time(self) -> float:

@@ -4,16 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any
 
 from warmlink.controllers.interface import SENSED
 from warmlink.orchestration.own_law import controller_named
-from warmlink.orchestration.scenarios.entries import Names, Quantity, Text, Value
+from warmlink.orchestration.scenarios.entries import Entry, Names, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Sensors
 from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.text_files import read_toml
 
 TEMPERATURES = tuple(each.removesuffix("_temperature") for each in SENSED)
+
+
+MATERIALS = Path(__file__).parent / "materials.toml"
+_WORDS = ("about", "source")
+
+
+@cache
+def materials() -> dict[str, dict[str, str]]:
+    """Materials by name: `about`, `source` and their figures with units."""
+    return read_toml(MATERIALS)
+
+
+@dataclass(frozen=True)
+class Material(Entry):
+    """The name of a material."""
+
+    def _read(self, value: Any) -> str:
+        return OneOf(list(materials()))._read(value)
+
+    def _schema(self) -> dict[str, Any]:
+        return OneOf(list(materials()))._schema()
 
 
 @dataclass(frozen=True)
@@ -37,6 +61,7 @@ class Settings:
     master: Annotated[str | None, Text("gauss_seidel")] = None
     controller: Annotated[str | None, Text("observer")] = None
     tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
+    materials: Mapping[str, Annotated[str, Material()]] = field(default_factory=dict)
     parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
     sensors: SensorsTable = SensorsTable()
 
@@ -56,6 +81,15 @@ class Settings:
             master=default.master if self.master is None else self.master,
             controller=default.controller if self.controller is None else controller_named(self.controller),
             tolerance=self.tolerance or default.tolerance,
-            parameters=dict(self.parameters),
+            parameters={**self._of_materials(), **self.parameters},
             sensors=Sensors(self.sensors.noise, self.sensors.used),
         )
+
+    def _of_materials(self) -> dict[str, str | float]:
+        """Start values that the materials give, under `instance.variable`."""
+        return {
+            f"{instance}.{name}": figure
+            for instance, material in self.materials.items()
+            for name, figure in materials()[material].items()
+            if name not in _WORDS
+        }

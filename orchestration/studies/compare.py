@@ -141,6 +141,7 @@ def compare(
     mismatches: Sequence[str] | None = None,
     *,
     system: str = CELL.name,
+    scenario: str | Path | None = None,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
     means: Means = USUAL,
     out: str | Path | None = None,
@@ -152,6 +153,7 @@ def compare(
     controllers : names, or laws of one's own as `my_law.py:MyLaw`; all that are designed for the system
     duty_cycles, mismatches : names or files; all that are usual for the system
     system : WarmupCell or SixAxisArm
+    scenario : file (TOML) of a cell of one's own, whose parameters and sensors hold in every duty cycle
     parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
     means : kind of FMU and number of processes
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
@@ -163,7 +165,7 @@ def compare(
     """
     given = given_values(parameters)
     sets = [StartValueSet("parameters", given)] if given else []
-    asked = plan_on(system, controllers, duty_cycles, mismatches, sets)
+    asked = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
     cases = asked.cases
     with (
         folder_for(out) as folder,

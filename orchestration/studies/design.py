@@ -29,6 +29,7 @@ from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.run import changed
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Sensors
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.read import read_system
@@ -38,6 +39,9 @@ from warmlink.orchestration.system.units import parse_unit
 
 if TYPE_CHECKING:
     from warmlink.controllers.design.reduction import ReducedPlant
+
+SENSORS, SENSOR_STD = ("base", "tip"), 0.1
+"""What a law goes by where nothing else is said: temperatures, and the noise of a reading in K."""
 
 WITH_CAMERA = "observer_drift"
 """The law that uses the camera."""
@@ -104,9 +108,9 @@ class Designed(Answer):
 def design(
     system: str | Path = WARMUP_CELL.name,
     law: str = "observer",
-    sensors: Sequence[str] = ("base", "tip"),
+    sensors: Sequence[str] | None = None,
     *,
-    sensor_std: str | float = 0.1,
+    sensor_std: str | float | None = None,
     camera_std: str | float | None = None,
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
@@ -117,8 +121,10 @@ def design(
     ----------
     system : WarmupCell, an SSP with one motor and one link, or a scenario (TOML) of any motors and links
     law : observer, observer_drift or regression
-    sensors : temperatures that the law uses: any of shaft, winding, base, middle, tip
-    sensor_std, camera_std : standard deviation of the noise of a thermometer and of the camera, in K and m
+    sensors : temperatures that the law uses: any of shaft, winding, base, middle, tip; by default those that
+        the scenario says, or base and tip
+    sensor_std : standard deviation of the noise of a thermometer in K; what the scenario says, or 0.1 K
+    camera_std : that of the camera in m
     sample_time : time between two corrections, in s
     parameters : what differs in the plant from the system, `"2 W/K"` under `motor.joint_conductance`
 
@@ -131,8 +137,10 @@ def design(
         raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
-    plant = _plant(str(system), law, parameters)
-    noise, period = positive(sensor_std, "K", "--sensor-std"), positive(sample_time, "s", "--sample-time")
+    plant, known = _plant(str(system), law, parameters)
+    sensors = known.used or SENSORS if sensors is None else sensors
+    noise = positive(sensor_std or known.noise or SENSOR_STD, "K", "--sensor-std")
+    period = positive(sample_time, "s", "--sample-time")
     if period < SHORTEST_SAMPLE_TIME:
         raise InputError(
             f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
@@ -145,12 +153,13 @@ def design(
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
 
 
-def _plant(system: str, law: str, given: Mapping[str, str | float]) -> Plant | Network:
-    """What to design for, other parameters given."""
+def _plant(system: str, law: str, given: Mapping[str, str | float]) -> tuple[Plant | Network, Sensors]:
+    """What to design for, other parameters given, and what is known of its sensors."""
     if system.endswith(".toml"):
-        return network_of(changed(load_scenario(system), controller=law, parameters=given))
+        scenario = changed(load_scenario(system), controller=law, parameters=given)
+        return network_of(scenario), scenario.in_use
     if system == WARMUP_CELL.name:
-        return with_values(Plant(), given)
+        return with_values(Plant(), given), AS_THEY_ARE
     if system in SHIPPED:
         raise InputError(
             f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
@@ -159,7 +168,7 @@ def _plant(system: str, law: str, given: Mapping[str, str | float]) -> Plant | N
         read = read_system(Path(system), work)
         for told in read.remarks:
             remark(told)
-        return with_values(plant_of(read), given)
+        return with_values(plant_of(read), given), AS_THEY_ARE
 
 
 def plant_of(system: System) -> Plant:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
@@ -12,7 +13,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.own_law import controller_named
-from warmlink.orchestration.scenarios.load import load_scenario, names_on
+from warmlink.orchestration.scenarios.load import driven, load_scenario, names_on
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, settable
@@ -112,14 +113,20 @@ def plan_on(
     duty_cycles: Sequence[str] | None = None,
     mismatches: Sequence[str] | None = None,
     sets: Sequence[StartValueSet] = (),
+    scenario: str | Path | None = None,
 ) -> Plan:
     """What to compare, by names and files; what is None is all that is usual for the system.
+
+    The system is that of a scenario, with its parameters and sensors, where one is given.
 
     Raises
     ------
     InputError
         If there is none of a name, or as `plan`.
     """
+    cell = None if scenario is None else load_scenario(str(scenario))
+    if cell is not None:
+        system = ARM if cell.setup.name == ARM else CELL.name
     if system not in SYSTEMS:
         raise InputError(f"--system {system}: no such system to compare on; {instead(system, SYSTEMS)}")
     if controllers is None:
@@ -132,9 +139,10 @@ def plan_on(
     ):
         if not names:
             raise InputError(f"{option}: names none; give some, as {option} {example}")
+    duties = [load_scenario(name) for name in duty_cycles]
     return plan(
         [controller_named(name) for name in dict.fromkeys(controllers)],
-        [load_scenario(name) for name in duty_cycles],
+        duties if cell is None else [driven(cell, duty) for duty in duties],
         [load_mismatch(name) for name in mismatches],
         sets,
     )

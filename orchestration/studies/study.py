@@ -4,6 +4,7 @@
 title = "Gain and time constant of the lag law"
 controller = "lag"                                # or a law of your own, "my_law.py:MyLaw"
 duty_cycles = ["windshield_wiper", "stop_and_go"]
+scenario = "my_cell.toml"                         # a cell of one's own; default: the nominal one
 mismatches = ["nominal", "thermal_high"]          # default: nominal
 seed = 1
 
@@ -45,7 +46,7 @@ from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
-from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.scenarios.load import driven, load_scenario
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import TABLE, read_table
@@ -105,6 +106,7 @@ class StudyFile:
     duty_cycles: Annotated[tuple[str, ...], Names("windshield_wiper")]
     parameters: Mapping[str, AxisTable]
     title: Annotated[str | None, Text()] = None
+    scenario: Annotated[str | None, Text("my_cell.toml")] = None
     mismatches: Annotated[tuple[str, ...], Names(NOMINAL)] = (NOMINAL,)
     seed: Annotated[int, Whole(0, MOST_SEED)] = 1
     step_size: Annotated[float | None, Quantity("s", positive=True)] = None
@@ -210,7 +212,8 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     """Study from the tables of its file; files that it names are looked for in `folder` too."""
     file = read_table(StudyFile, given, name)
     controller = controller_named(_beside(file.controller, folder))
-    scenarios = tuple(_scenario(_beside(each, folder), file, controller) for each in file.duty_cycles)
+    cell = None if file.scenario is None else load_scenario(_beside(file.scenario, folder))
+    scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in file.duty_cycles)
     declared = scenarios[0].declared
     study = Study(
         name=name,
@@ -229,8 +232,8 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     return study
 
 
-def _scenario(duty: str, file: StudyFile, controller: Controller) -> Scenario:
-    scenario = load_scenario(duty)
+def _scenario(duty: str, file: StudyFile, controller: Controller, cell: Scenario | None) -> Scenario:
+    scenario = load_scenario(duty) if cell is None else driven(cell, load_scenario(duty))
     if file.master is not None:
         algorithm(file.master)
     return replace(

@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Parameters, Report, Set
+from warmlink.orchestration.command_line.options import (
+    Fmus,
+    Jobs,
+    Json,
+    Parameters,
+    Report,
+    ScenarioFile,
+    Set,
+)
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
 
@@ -41,6 +49,7 @@ def compare(
     system: Annotated[
         str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.")
     ] = "WarmupCell",
+    scenario: ScenarioFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
     jobs: Jobs = 2,
     report: Report = True,
@@ -53,11 +62,14 @@ def compare(
     command continues. Differences within the error budget count as equal. The table marks where an error is
     beyond the tolerance, and where a controller is worse than none.
 
+    With --scenario, a cell of one's own is compared in: its parameters and sensors hold in every duty cycle.
+
     Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
     """
     from warmlink.orchestration.command_line.studies.compare_table import print_table
     from warmlink.orchestration.command_line.studies.in_order import interruptible, results
     from warmlink.orchestration.fmu_store import kind_named
+    from warmlink.orchestration.scenarios.closed_loop import judged
     from warmlink.orchestration.studies.at_work import Means, at_work
     from warmlink.orchestration.studies.compare import run_comparison, write_csv
     from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, told
@@ -66,11 +78,15 @@ def compare(
     laws = options.listed(controllers)
     if with_ and system in SYSTEMS:
         laws = [*(designed_for(system) if laws is None else laws), *with_]
-    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets)
+    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
     for each in sets:
         sentence = told(each, plan.laws)
         if sentence is not None:
             remark(sentence)
+    for first in {each.controller.name: each for each in plan.scenarios}.values():
+        advice, _ = judged(first)
+        if advice is not None:
+            remark(advice)
     cases = plan.cases
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
     with interruptible(), at_work(plan.scenarios, Means(kind_named(fmus), jobs), folder) as work:
