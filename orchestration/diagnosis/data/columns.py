@@ -212,6 +212,7 @@ class Assignment:
         for column in columns:
             header = self.sheet.headers[column]
             name, unit = name_and_unit(header)
+            unit = unit or self.sheet.units[column]
             if self.named.get(header, self.named.get(name)) == "":
                 continue
             likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self.rig.columns}

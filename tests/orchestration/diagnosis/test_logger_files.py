@@ -251,6 +251,9 @@ VARIANTS = {
     "other names": Variant(
         text(header=[f"{n} [{u}]" for n, u in zip(LONE, UNITS, strict=True)]), "may be speed"
     ),
+    "other names over a row of units": Variant(
+        ";".join(LONE) + "\n" + text(";", list(UNITS)).replace("base", "b"), "may be speed"
+    ),
     "other names, said": Variant(
         text(header=[f"{n} [{u}]" for n, u in zip(LONE, UNITS, strict=True)]), names=tuple(MAPPED)
     ),
