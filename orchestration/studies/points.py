@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.study import Point, Study
@@ -53,6 +54,55 @@ class Judged:
 def best(found: Sequence[Judged]) -> Judged | None:
     """The feasible point with the smallest objective, the earliest of equals; None where there is none."""
     return min((each for each in found if each.feasible), key=lambda each: each.objective, default=None)
+
+
+@dataclass(frozen=True, repr=False)
+class Searched(Answer):
+    """A study and what its points came to, by number."""
+
+    study: Study
+    found: list[Judged]
+
+    word: ClassVar[str] = "point"
+    """What one of them is called."""
+
+    @property
+    def best(self) -> Judged | None:
+        """That with the smallest objective that keeps every constraint; None where there is none."""
+        return best(self.found)
+
+    def summary(self) -> str:
+        """What came of the study, in a few lines."""
+        study, poisoned = self.study, [each for each in self.found if each.reason is not None]
+        lines = [
+            f"{study.title} · {study.controller.name} · {len(self.found)} {self.word}s "
+            f"of {len(study.runs)} runs",
+            *self._told(),
+        ]
+        if poisoned:
+            because = f"the first because of: {poisoned[0].reason}"
+            lines.append(f"{len(poisoned)} {self.word}s gave no objective, {because}")
+        return "\n".join(lines)
+
+    def _told(self) -> list[str]:
+        objectives = [each.objective for each in self.found if each.reason is None]
+        if self.best is None:
+            return []
+        return [
+            f"{self.study.objective.title}: from {min(objectives):.4g} to {max(objectives):.4g}",
+            f"smallest that keeps every constraint: {self.best.objective:.4g}, point {self.best.number}",
+            *self.study.lines(self.best.point),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "study": self.study.name,
+            "objective": self.study.objective.title,
+            "best": None if self.best is None else self.best.to_dict(),
+            "units": {axis.name: axis.unit for axis in self.study.axes},
+            f"{self.word}s": [each.to_dict() for each in self.found],
+        }
 
 
 def latin_hypercube(study: Study, count: int) -> list[Point]:

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import Answer, progress_bar
+from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work, folder_for
 from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.points import Judged, best, evaluate, latin_hypercube
+from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, latin_hypercube
 from warmlink.orchestration.studies.storage import (
     EXCESS,
     REASON,
@@ -34,48 +33,25 @@ if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True, repr=False)
-class Tuned(Answer):
-    """A study with all its trials by number."""
+class Tuned(Searched):
+    """A study with all its trials."""
 
-    study: Study
-    trials: list[Judged]
+    word = "trial"
 
     @property
-    def best(self) -> Judged | None:
-        """The trial with the smallest objective that keeps every constraint; None where there is none."""
-        return best(self.trials)
+    def trials(self) -> list[Judged]:
+        """All of them by number."""
+        return self.found
 
-    def summary(self) -> str:
-        """What came of the study, in a few lines."""
-        study, trials, winner = self.study, self.trials, self.best
-        poisoned = [trial for trial in trials if trial.reason is not None]
-        unfit = sum(trial.reason is None and not trial.feasible for trial in trials)
-        runs = len(study.runs)
-        lines = [f"{study.title} · {study.controller.name} · {len(trials)} trials of {runs} runs"]
-        if winner is None:
-            lines.append("no trial keeps every constraint")
-        else:
-            first = trials[0]
-            shipped = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
-            lines.append(f"{study.objective.title}: {winner.objective:.4g} at best{shipped}")
-            lines += study.lines(winner.point)
-        if unfit:
-            lines.append(f"{unfit} trials break a constraint")
-        if poisoned:
-            count, reason = len(poisoned), poisoned[0].reason
-            lines.append(f"{count} trials gave no objective, the first because of: {reason}")
-        return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "study": self.study.name,
-            "objective": self.study.objective.title,
-            "best": None if self.best is None else self.best.to_dict(),
-            "units": {axis.name: axis.unit for axis in self.study.axes},
-            "trials": [trial.to_dict() for trial in self.trials],
-        }
+    def _told(self) -> list[str]:
+        lines, winner, first = ["no trial keeps every constraint"], self.best, self.found[0]
+        if winner is not None:
+            shipped = self.study.shipped and first.reason is None
+            told = f", {first.objective:.4g} as shipped" if shipped else ""
+            lines = [f"{self.study.objective.title}: {winner.objective:.4g} at best{told}"]
+            lines += self.study.lines(winner.point)
+        unfit = sum(trial.reason is None and not trial.feasible for trial in self.found)
+        return [*lines, f"{unfit} trials break a constraint"] if unfit else lines
 
     def to_frame(self) -> pandas.DataFrame:
         """A row for each trial, as in `trials.csv`."""
