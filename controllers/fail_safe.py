@@ -1,13 +1,13 @@
-"""What every law does when it should not be trusted: limits on the correction, and doubt about signals.
+"""How every law protects itself: limits on the correction, and tests of the signals.
 
-Limits: a correction keeps within `correction_limit`, changes no faster than `correction_rate_limit`, and
-raises `warning` from `warning_limit` on, as servo drives' compensation interfaces have it. The rate limit
-also makes every start bumpless: a law begins at no correction, or where it was, and goes where it should.
+Limits: a correction stays within `correction_limit`, changes no faster than `correction_rate_limit`, and
+raises `warning` from `warning_limit` on, as in the compensation interfaces of servo drives. The rate limit
+also makes every start bumpless: a law begins with no correction, or with its last one, and moves from there.
 
-Doubt: a signal's innovation (reading minus prediction, in standard deviations) is standard normal and white
-while the signal is sound. A single one beyond `gate` leaves the reading out, as does a mean of the last
-minutes beyond `mean_gate`; a reading that repeats itself brings no news and is left out too. A signal comes
-back when its innovations have been small for `return_time`.
+Tests: a signal's innovation (reading minus prediction, in standard deviations) is standard normal and white
+while the signal is sound. A reading is left out if its innovation is beyond `gate`, or if the mean innovation
+of the last minutes is beyond `mean_gate`. A reading that repeats itself is left out too, because it brings
+nothing new. A signal is used again when its innovations have been small for `return_time`.
 Innovation tests: Y. Bar-Shalom, X. R. Li and T. Kirubarajan, *Estimation with Applications to Tracking and
 Navigation*, Wiley 2001, section 5.4.
 """
@@ -53,7 +53,7 @@ LIMITS = (
 )
 
 MEAN_SAMPLES, STUCK_SAMPLES, RETURN_SAMPLES = 12, 3, 6
-"""Samples that `mean_time`, `stuck_time` and `return_time` last at least: a mean of fewer is noise."""
+"""Least number of samples in `mean_time`, `stuck_time` and `return_time`: a mean of fewer is mostly noise."""
 
 DOUBT = (
     Parameter(
@@ -90,38 +90,39 @@ DOUBT = (
         "return_time",
         "s",
         60,
-        f"time of small innovations after which a signal is taken back; {RETURN_SAMPLES} samples at least",
+        f"time of small innovations after which a signal is used again; {RETURN_SAMPLES} samples at least",
         positive=True,
     ),
 )
 
 RETURN_GATE = 3.0
-"""Standard deviations within which innovations must stay for a signal to be taken back."""
+"""Standard deviations within which innovations must stay before a signal is used again."""
 
 
 def limited(previous: Number, wanted: Number, p: Record, step: Number) -> Number:
-    """Correction in m that the limits allow, a step in s after the previous one."""
+    """Correction in m that the limits allow, `step` seconds after the previous one."""
     target = clip(wanted, -p.correction_limit, p.correction_limit)
     reach = p.correction_rate_limit * step
     return previous + clip(target - previous, -reach, reach)
 
 
 def warning(correction: Number, wanted: Number, p: Record) -> Number:
-    """1 where the correction is near its limit or held back by one, else 0."""
+    """1 where the correction is near its limit, or is held back by a limit, else 0."""
     held_back = absolute(wanted - correction) > p.tolerance
     return where(held_back, 1.0, where(absolute(correction) >= p.warning_limit, 1.0, 0.0))
 
 
 def with_held_back(std: Number, x: Record) -> Number:
-    """Standard deviation in m of the correction's error, from that of `elongation`'s.
+    """Standard deviation in m of the correction's error, from that of the error of `elongation`.
 
-    What a limit holds back is known and counts in full; the law's states have `elongation` and `correction`.
+    Where a limit holds the correction back, the difference of the states `elongation` and `correction` is a
+    known error and counts in full.
     """
     return (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
 
 
 class Trust(NamedTuple):
-    """What is remembered of signals to judge them, each a vector with an element a signal.
+    """Memory of the signals that is needed to judge them: vectors with one element for each signal.
 
     Attributes
     ----------
@@ -140,7 +141,7 @@ class Trust(NamedTuple):
 
 
 def trust_states(unit: str, signals: int) -> tuple[State, ...]:
-    """States that hold the memory of so many signals."""
+    """States that hold the memory of this many signals."""
     units = Trust(last=unit, same_for="s", mean="1", calm_for="s", out="1")
     return tuple(
         State(f"trust_{name}", of, size=signals, accepts_nan=name == "last")
@@ -149,36 +150,36 @@ def trust_states(unit: str, signals: int) -> tuple[State, ...]:
 
 
 def trust_of(x: Record) -> Trust:
-    """The memory as it lies in a law's states."""
+    """Read the memory from a law's states."""
     return Trust(*(getattr(x, f"trust_{name}") for name in Trust._fields))
 
 
 def trust_named(trust: Trust) -> dict[str, Number]:
-    """The memory under the names of a law's states."""
+    """Name each part of the memory as the law's states are named."""
     return {f"trust_{name}": value for name, value in trust._asdict().items()}
 
 
 def gates_of(p: Record) -> Gates:
-    """The bounds as a law's parameters give them, over as many samples as they take at least."""
+    """Bounds of the innovation tests from a law's parameters, over the least number of samples."""
     mean_time = maximum(p.mean_time, MEAN_SAMPLES * p.sample_time)
     return_time = maximum(p.return_time, RETURN_SAMPLES * p.sample_time)
     return Gates(p.gate, p.mean_gate, mean_time, return_time)
 
 
 def at_start(readings: Number) -> Trust:
-    """The memory of signals that are trusted until they show otherwise."""
+    """Memory at the start: every signal is trusted."""
     none = readings * 0.0
     zero = where(finite(readings), none, 0.0)
     return Trust(readings, zero, zero, zero, zero)
 
 
 def present(readings: Number) -> Number:
-    """1 for each reading that is there, 0 for NaN."""
+    """1 for each reading that is a number, 0 for NaN."""
     return where(finite(readings), 1.0, 0.0)
 
 
 def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Number, Trust]:
-    """Which readings bring news, 1 or 0 each, before any innovation is known."""
+    """Tell which readings are present and new (1) and which not (0), and update the memory of repetitions."""
     there = present(readings)
     same_for = where(readings == trust.last, trust.same_for + step, 0.0)
     stuck_time = maximum(p.stuck_time, STUCK_SAMPLES * p.sample_time)
@@ -188,7 +189,7 @@ def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Numb
 
 
 class Gates(NamedTuple):
-    """Bounds of the innovation tests; the parameters of the same names say what they are."""
+    """Bounds of the innovation tests; the parameters of the same names describe them."""
 
     gate: Number
     mean_gate: Number
@@ -197,7 +198,7 @@ class Gates(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """Verdict on one reading: whether to use it, and what is remembered after it."""
+    """Verdict on one reading: whether to use it, and the signal's memory after it."""
 
     use: Number
     mean: Number
@@ -219,11 +220,12 @@ def judged(
 
     Parameters
     ----------
-    trust, i : memory, and the signal's place in it
-    news : whether the reading is there and new
+    trust, i : memory of all signals, and the signal's index in it
+    news : 1 if the reading is present and new, else 0
     innovation : reading minus prediction
-    variance : its variance, unknown heat included: what a sound signal may show at most
-    sure_variance : its variance by the law's own account of its error: what a signal must show to come back
+    variance : largest variance of a sound signal's innovation, with unknown heat acting
+    sure_variance : variance of the innovation with only the error that the law reports; a signal that was
+        left out must keep within it to be used again
     gates : bounds of the tests
     step : time in s since the last reading
     """

@@ -1,4 +1,4 @@
-"""The connectors that every compensating controller has, so that one may stand in for another."""
+"""The connectors that every compensating controller has, so that one can replace another."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ INPUTS = (
 )
 
 OUTPUTS = (
-    Output("correction", "m", "what the tool point is moved back by", display="um", nominal=5e-5),
-    Output("predicted_elongation", "m", "elongation as the controller sees it", display="um", nominal=5e-5),
+    Output("correction", "m", "distance the tool point is moved back by", display="um", nominal=5e-5),
+    Output("predicted_elongation", "m", "controller's estimate of the growth", display="um", nominal=5e-5),
     Output("correction_std", "m", "standard deviation of the correction's error", display="um", nominal=1e-6),
     Output("ready", "1", "whether the remaining error is within tolerance", type="Boolean", discrete=True),
     Output("distrusted", "1", "whether a signal is left out as not credible", type="Boolean", discrete=True),
@@ -62,7 +62,7 @@ TOLERANCE = Parameter(
     "tolerance",
     "m",
     5e-6,
-    "largest error of the tool point in production",
+    "largest error of the tool point that production allows",
     display="um",
     positive=True,
     nominal=5e-6,

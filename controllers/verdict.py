@@ -14,12 +14,12 @@ def ready(correction_std: Number, tolerance: Number) -> Number:
 
 
 def error_std(predicted: Number, relative: Number, floor: Number) -> Number:
-    """Standard deviation in m of a prediction that errs by a share of itself and by a constant.
+    """Standard deviation in m of a prediction's error, which has a relative and a constant part.
 
     Parameters
     ----------
     predicted : predicted elongation in m
     relative : standard deviation of the relative error
-    floor : standard deviation in m of the error that is left at no elongation
+    floor : standard deviation in m of the error when the elongation is 0
     """
     return ((relative * predicted) ** 2 + floor**2) ** 0.5

@@ -40,7 +40,7 @@ _PARAMETERS = (
         "temperature_source",
         "1",
         law.BASE,
-        "temperature to go by: 0 base, 1 shaft",
+        "thermometer used: 0 base, 1 shaft",
         type="Integer",
         minimum=law.BASE,
         maximum=law.SHAFT,
@@ -51,19 +51,19 @@ _PARAMETERS = (
         "reference_temperature",
         "K",
         0,
-        "temperature of no elongation; 0: the first good reading",
+        "temperature at which the elongation is 0; 0: the first good reading",
         minimum=0,
         nominal=NOMINAL_TEMPERATURE,
     ),
     Parameter(
-        "heating_rise", "K", 0.5, "rise from which on the time of heating counts", minimum=0, nominal=0.5
+        "heating_rise", "K", 0.5, "rise at which the time of heating begins to count", minimum=0, nominal=0.5
     ),
     Parameter("relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1),
     Parameter(
         "least_error",
         "m",
         1e-6,
-        "standard deviation of the error at no elongation",
+        "standard deviation of the error when the elongation is 0",
         display="um",
         minimum=0,
         nominal=1e-6,

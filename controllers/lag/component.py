@@ -28,7 +28,7 @@ _PARAMETERS = (
     TOLERANCE,
     *LIMITS,
     Parameter(
-        "gain", "m/W", 4.21e-6, "steady growth a watt of loss", display="um/W", nominal=4e-6, tunable=True
+        "gain", "m/W", 4.21e-6, "steady growth per watt of loss", display="um/W", nominal=4e-6, tunable=True
     ),
     Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True, tunable=True),
     *_LOSSES,
@@ -37,7 +37,7 @@ _PARAMETERS = (
         "least_error",
         "m",
         2e-6,
-        "standard deviation of the error at no elongation",
+        "standard deviation of the error when the elongation is 0",
         display="um",
         minimum=0,
         nominal=1e-6,

@@ -16,7 +16,7 @@ COMPONENT = Component(
             "elongation_std",
             "m",
             5e-5,
-            "standard deviation of the growth that is left alone",
+            "standard deviation of the growth, which stays uncorrected",
             display="um",
             minimum=0,
             nominal=5e-5,

@@ -29,7 +29,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "reference_temperature",
             "K",
             295.15,
-            "temperature of no elongation",
+            "temperature at which the elongation is 0",
             display="degC",
             nominal=NOMINAL_TEMPERATURE,
             positive=True,
@@ -38,11 +38,11 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "initial_temperature",
             "K",
             0,
-            "temperature of motor and link at a cold start; 0: the surroundings'",
+            "temperature of motor and link at a cold start; 0: ambient temperature",
             minimum=0,
             nominal=NOMINAL_TEMPERATURE,
         ),
-        Parameter("initial_std", "K", 0, "standard deviation of that temperature", minimum=0, nominal=0.1),
+        Parameter("initial_std", "K", 0, "standard deviation of initial_temperature", minimum=0, nominal=0.1),
         Parameter(
             "sensor_std",
             "K",
@@ -56,7 +56,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "model_std",
             "m",
             0,
-            "error of the reduced model's elongation, which the design computes; in correction_std alone",
+            "error of the reduced model's elongation, computed by the design; affects only correction_std",
             display="um",
             minimum=0,
             nominal=1e-8,
@@ -65,8 +65,8 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "relative_std",
             "1",
             0,
-            "doubt about the elongation as a share of it, that of the expansion coefficient for one; "
-            "in correction_std alone",
+            "relative uncertainty of the elongation, for example of the expansion coefficient; "
+            "affects only correction_std",
             minimum=0,
             nominal=0.01,
         ),
@@ -74,7 +74,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "disturbance_std",
             "1",
             0,
-            "standard deviation of what is unknown: W into the shaft, W into the link, and further ones",
+            "standard deviation of each disturbance: heat in W into shaft, into link, and further ones",
             size=disturbances,
             positive=True,
         ),
@@ -82,7 +82,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "disturbance_time",
             "s",
             0,
-            "time over which each of these is correlated",
+            "correlation time of each disturbance",
             size=disturbances,
             positive=True,
             nominal=1000,
@@ -91,7 +91,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "disturbance_start",
             "1",
             1,
-            "doubt about each of these at the start, as a share of its variance",
+            "variance of each disturbance at the start, as a share of its stationary variance",
             size=disturbances,
             minimum=0,
             maximum=1,
@@ -100,7 +100,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             "quiet_share",
             "1",
             0.05,
-            "share of unknown heats and profile errors that is allowed for while no unknown heat is certain",
+            "share of unknown heat and profile errors that the quiet filter expects",
             minimum=0,
             maximum=1,
         ),
@@ -109,13 +109,13 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
 
 
 def observer_derived(disturbances: int) -> tuple[Derived, ...]:
-    """What parameters alone settle: what a sample leaves of modes and disturbances, and the witnesses'."""
+    """Values that follow from the parameters alone: decay over a sample, and those of the witnesses."""
     kept = (Derived("decay", "1", size=_MODES), Derived("reach", "s", size=_MODES))
     return (*kept, Derived("fade", "1", size=disturbances), *witnesses.DERIVED)
 
 
 def observer_states(size: int) -> tuple[State, ...]:
-    """What an observer with a state of so many elements remembers."""
+    """States of an observer whose filters have `size` elements."""
     return (
         *filter_states(size),
         State("evidence", "1"),
@@ -167,7 +167,9 @@ _MODEL = (
         "elongation_per_kelvin", "m/K", 0, "elongation when all is warmer by 1 K", positive=True, nominal=1e-5
     ),
     Parameter("link_loss", "W/K", 0, "conductance from the link to still air", minimum=0, nominal=0.1),
-    Parameter("link_loss_per_speed", "W.s/(K.rad)", 0, "conductance gained a speed", minimum=0, nominal=0.1),
+    Parameter(
+        "link_loss_per_speed", "W.s/(K.rad)", 0, "increase of link_loss per speed", minimum=0, nominal=0.1
+    ),
     Parameter(
         "model_share", "1", 0.4, "share of the link's losses by which the model may be wrong", minimum=0
     ),
@@ -184,7 +186,7 @@ _MODEL = (
         "warm_spread",
         "1",
         0,
-        "covariance of the modes in a cell left warm, upper triangle's rows, a squared kelvin at the shaft",
+        "covariance of the modes in a warm cell per squared kelvin at the shaft, upper triangle by rows",
         size=packed_size(_MODES),
     ),
     Parameter(

@@ -2,9 +2,10 @@
 
     dz/dt = (the reduced model of `model.py`) + B_s d_1 + B_l d_2
 
-d_1 and d_2 are heat in W that no input tells of, into the shaft (a pad, say) and into the link, each with
-exponentially fading correlation. Two filters expect more and less of it, see `filters.py`. Readings enter one
-after the other, so any may be left out. See README.md.
+d_1 and d_2 are unknown heat in W, which is not among the inputs: into the shaft (from a heating pad, for
+example) and into the link. Their correlation decays exponentially in time. Of two filters one expects more of
+this heat and the other less, see `filters.py`. Readings enter one after the other, so that any can be left
+out. See README.md.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ from warmlink.fmus.component.arithmetic import (
 )
 
 HEAT = slice(0, HEATS)
-"""Which of the disturbances are unknown heat."""
+"""Places of the unknown heats among the disturbances."""
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
@@ -68,7 +69,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 
 
 def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
-    """Both filters after the first readings, and the start values of the states but the elongation's."""
+    """Both filters after the first readings, and the start values of all states except the elongation."""
     told, readings = first_believed(u, p), sensed(u)
     start = first_filters(told, readings, p, size)
     trust = fail_safe.at_start(readings)
@@ -85,7 +86,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
-    """States after a sample: carried over by the model, corrected by the readings, limited."""
+    """States after a sample: predicted by the model, corrected by the readings, and limited."""
     sample = sampled(x, u, p, step, STATES)
     seen = evidence(x.evidence, sample.filters.alert, HEAT, p, sample.heard)
     filters = led(sample.filters, seen, sample.again, p)
@@ -94,7 +95,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 
 
 class Sample(NamedTuple):
-    """What a sample has brought before anything is made of it.
+    """Everything known after a sample's inputs were taken in, before the correction is computed.
 
     Attributes
     ----------
@@ -117,7 +118,7 @@ class Sample(NamedTuple):
 
 
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
-    """Filters and memory after duty, surroundings and thermometers were heard."""
+    """Filters and memory after the inputs of a sample: duty, ambient temperature and thermometers."""
     told, idle, doubted = believed(x, u, p, step)
     filters = predict(filters_of(x, size), told, p)
     readings = sensed(u)
@@ -142,12 +143,12 @@ def settled(
     learnt: Number = 0.0,
     camera: witnesses.Look = witnesses.Look(),  # noqa: B008
 ) -> tuple[Number, dict[str, Number]]:
-    """The elongation in m that the witnesses bear out, and the states that follow from it.
+    """The elongation in m within the bounds that the witnesses confirm, and the states that follow from it.
 
     Parameters
     ----------
-    estimate : elongation in m that temperatures make by the filter that leads
-    learnt : elongation in m that a camera adds to it
+    estimate : elongation in m by the temperatures of the leading filter
+    learnt : elongation in m that the camera adds to it
     """
     now = witnesses.seen(x, sample.readings, step)
     verdict = witnesses.heard(
@@ -173,7 +174,7 @@ def settled(
 
 
 def derive(p: Record) -> Mapping[str, Number]:
-    """What parameters alone settle: what is left after a sample, and what thermometers tell by themselves."""
+    """Values that follow from the parameters alone: decay over a sample, and those of the witnesses."""
     decay, reach = decay_and_reach(p, p.sample_time)
     fade = exp(-p.sample_time / p.disturbance_time)
     return {"decay": decay, "reach": reach, "fade": fade, **witnesses.derive(p)}
@@ -191,7 +192,7 @@ def sensed(u: Record) -> Number:
 
 
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
-    """What the filters remember, under the names of the law's states."""
+    """Name the filters' memory as the law's states are named."""
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
 
 
@@ -204,8 +205,9 @@ def first_filters(told: Told, readings: Number, p: Record, size: int) -> Filters
 def first_belief(told: Told, readings: Number, p: Record, size: int) -> Belief:
     """Belief before any reading.
 
-    Everything is at the surroundings' temperature. How sure that is, the readings tell: by how much the
-    farthest lies beyond its noise is how warm the cell may be, with profiles that heat in the shaft leaves.
+    Its mean is the ambient temperature everywhere. Its uncertainty follows from the first readings: the
+    largest distance of a reading from that temperature, less its noise, is how warm the cell may be, with
+    the temperature profiles that heat in the shaft leaves behind.
     """
     start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
     warmth: Number = 0.0
@@ -227,13 +229,13 @@ def first_belief(told: Told, readings: Number, p: Record, size: int) -> Belief:
 
 
 def predict(filters: Filters, u: Told, p: Record) -> Filters:
-    """Beliefs a sample later: modes driven by losses, ambient and unknown heat, inputs held over it."""
+    """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
     decay, reach, fade = p.decay, p.reach, p.fade
     extra = fade.shape[0] - HEATS
     by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
         reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
     )
-    # Of convection's effect on errors the diagonal is kept: the rest is a hundredth of it.
+    # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
     own = decay + reach * absolute(u.speed) * diagonal_of(matrix(p.convection, MODES))
     transition = blocks(diagonal(own), by_heat, diagonal(fade))
     designed = stack(p.profile_std**2 * (1.0 - decay**2), p.disturbance_std**2 * (1.0 - fade**2))
@@ -285,13 +287,13 @@ def sense(
 
 
 def since_heard(trust: fail_safe.Trust, readings: Number, p: Record, step: Number) -> Number:
-    """The step in s where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
+    """The step in s if any sensor is in use, else 0: without one nothing shows that unknown heat is gone."""
     in_use = where(p.sensor_std > 0, fail_safe.present(readings) * (1.0 - trust.out), 0.0)
     return where(total(in_use) > 0, step, 0.0)
 
 
 def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:
-    """The outputs, given the derivative of the elongation by the state and the evidence of a camera."""
+    """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence."""
     spread = believed_spread(filters.quiet, filters.alert, x.evidence, taught)
     variance = variance_along(spread, row)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
@@ -307,6 +309,6 @@ def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number
 
 
 def distrusted(trust: fail_safe.Trust, readings: Number, p: Record) -> Number:
-    """1 where a signal that the law goes by is missing, or left out as not credible, else 0."""
+    """1 where a signal that the law uses is missing, or left out as not credible, else 0."""
     missing = 1.0 - fail_safe.present(readings)
     return where(total(where(p.sensor_std > 0, trust.out + missing, 0.0)) > 0, 1.0, 0.0)

@@ -16,7 +16,7 @@ _PARAMETERS = (
     TOLERANCE,
     *fail_safe.LIMITS,
     *fail_safe.DOUBT,
-    temperature_parameter("reference_temperature", "temperature of no elongation"),
+    temperature_parameter("reference_temperature", "temperature at which the elongation is 0"),
     Parameter(
         "sensor_std",
         "K",
@@ -39,7 +39,7 @@ _PARAMETERS = (
         "residual_std",
         "m",
         0,
-        "standard deviation of what the regression left of the run that taught it",
+        "standard deviation of the regression's residual in the run it was fitted to",
         display="um",
         minimum=0,
         nominal=1e-6,

@@ -89,7 +89,7 @@ COMPONENT = Component(
         Output(
             "error",
             "m",
-            "true tool point minus the one that the adjusted dimensions tell: x, y, z",
+            "true tool point minus the one computed with the adjusted dimensions: x, y, z",
             size=3,
             display="um",
             nominal=5e-5,
@@ -98,7 +98,7 @@ COMPONENT = Component(
         Output(
             "uncompensated_error",
             "m",
-            "true tool point minus the one that the nominal dimensions tell: x, y, z",
+            "true tool point minus the one computed with the nominal dimensions: x, y, z",
             size=3,
             display="um",
             nominal=5e-5,

@@ -55,7 +55,7 @@ AMBIENT_ERROR = (
         "ambient_drift",
         "K/s",
         0,
-        "true minus given ambient temperature, a second",
+        "true minus given ambient temperature, per second",
         display="K/h",
         nominal=1e-4,
         tunable=True,

@@ -21,7 +21,7 @@ COMPONENT = Component(
             "contact_resistance",
             "K/W",
             0,
-            "thermal resistance from heater to link; above 0 where there is a heat capacity",
+            "thermal resistance from heater to link; above 0 if there is a heat capacity",
             minimum=0,
             nominal=0.1,
         ),
@@ -38,7 +38,7 @@ COMPONENT = Component(
     checks=(
         Check(
             lambda p: where(p.heat_capacity > 0, p.heat_capacity - equations.LEAST_HEAT_CAPACITY, 0.0),
-            "heat_capacity: {heat_capacity} J/K is too small to count with; give 0 for none or at least "
+            "heat_capacity: {heat_capacity} J/K is too small to compute with; give 0 for none or at least "
             f"{equations.LEAST_HEAT_CAPACITY:g} J/K",
         ),
         Check(

@@ -31,7 +31,12 @@ _PARAMETERS = (
     Parameter("thickness", "m", 0.00635, "thickness of the link", display="mm", positive=True),
     Parameter("cross_section", "m2", 0, "cross-section; 0: width times thickness", display="mm2", minimum=0),
     Parameter(
-        "perimeter", "m", 0, "perimeter of the cross-section; 0: of the rectangle", display="mm", minimum=0
+        "perimeter",
+        "m",
+        0,
+        "perimeter of the cross-section; 0: that of the rectangle",
+        display="mm",
+        minimum=0,
     ),
     Parameter(
         "base_position", "m", 0.0254, "where heat enters, from the proximal end", display="mm", minimum=0
@@ -42,7 +47,7 @@ _PARAMETERS = (
         "conductivity_temperature_coefficient",
         "1/K",
         0,
-        "relative change of conductivity a kelvin above 295.15 K",
+        "relative change of conductivity per kelvin above 295.15 K",
         minimum=-0.01,
         maximum=0.01,
         nominal=1e-3,
@@ -64,7 +69,7 @@ _PARAMETERS = (
         "convection_per_speed",
         "W.s/(m3.K)",
         6.4,
-        "convection coefficient gained a m/s of the link's mean speed",
+        "increase of the convection coefficient per m/s of the link's mean speed",
         minimum=0,
         tunable=True,
     ),
@@ -107,7 +112,7 @@ _PARAMETERS = (
         "reference_temperature",
         "K",
         0,
-        "temperature of no elongation; 0: the initial temperature",
+        "temperature at which the elongation is 0; 0: the initial temperature",
         nominal=300,
         minimum=0,
     ),
@@ -154,7 +159,7 @@ _CHECKS = (
     ),
     Check(
         lambda p: p.tip_position - p.base_position - 1e-3 * p.length,
-        "base_position: {base_position} m leaves no stretch before tip_position ({tip_position} m); "
+        "base_position: {base_position} m leaves no length before tip_position ({tip_position} m); "
         "put it nearer the proximal end",
     ),
     *(_sensor_on_link(i) for i in range(SENSORS)),

@@ -54,7 +54,9 @@ def test_a_tiny_time_constant_is_no_trouble() -> None:
 
 @pytest.mark.parametrize("capacity", [5e-324, 1e-308, 9e-7])
 def test_a_capacity_too_small_to_count_with_is_refused(capacity: float) -> None:
-    with pytest.raises(InputError, match="J/K is too small to count with; give 0 for none or at least 1e-06"):
+    with pytest.raises(
+        InputError, match="J/K is too small to compute with; give 0 for none or at least 1e-06"
+    ):
         heater(heat_capacity=capacity, contact_resistance=0.015625)
 
 

@@ -36,7 +36,7 @@ REFUSED = [
     (
         "ThermalLink",
         {"base_position": 0.317},
-        "link.base_position: 0.317 m leaves no stretch before tip_position (0.317 m); put it nearer the "
+        "link.base_position: 0.317 m leaves no length before tip_position (0.317 m); put it nearer the "
         "proximal end",
     ),
     (

@@ -8,7 +8,7 @@ from warmlink.fmus.component.arithmetic import finite, where
 class MyLaw(Law):
     """Growth by the mean of the temperatures at both ends of the link."""
 
-    parameters = (Parameter("gain", "m/K", 6.9e-6, "growth a kelvin of mean rise", display="um/K"),)
+    parameters = (Parameter("gain", "m/K", 6.9e-6, "growth per kelvin of mean rise", display="um/K"),)
     states = (State("reference", "K"), State("mean", "K"))
 
     def begin(self, u, p):
