@@ -15,7 +15,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 def init(
-    kind: Annotated[str, typer.Argument(help="Kind of file; so far only `experiment`.")],
+    kind: Annotated[str, typer.Argument(help="Kind: `scenario`, `cell`, `study`, `law` or `experiment`.")],
     out: Annotated[Path, typer.Option(help="Folder to write into.")] = Path(),
 ) -> None:
     """Write a commented example file to begin with, and the data files that it names; it runs as it is.
@@ -34,10 +34,13 @@ def init(
         for name, write in KINDS[kind].items():
             write(work / name)
     answer("\n".join(str(out / name) for name in KINDS[kind]))
+    answer(f"try  {NEXT[kind]} {out / next(iter(KINDS[kind]))}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:
-    path.write_bytes((TEMPLATES / path.name).read_bytes())
+    # A law's template is no module of this package.
+    kept = path.with_suffix(".txt") if path.suffix == ".py" else path
+    path.write_bytes((TEMPLATES / kept.name).read_bytes())
 
 
 def _schema(path: Path) -> None:
@@ -59,6 +62,10 @@ def _run(path: Path) -> None:
 
 
 KINDS: dict[str, dict[str, Callable[[Path], None]]] = {
+    "scenario": {"scenario.toml": _template, "scenario.json": _schema},
+    "cell": {"cell.toml": _template, "scenario.json": _schema},
+    "study": {"study.toml": _template, "study.json": _schema},
+    "law": {"law.py": _template},
     "experiment": {
         "experiment.toml": _template,
         "experiment.json": _schema,
@@ -67,3 +74,12 @@ KINDS: dict[str, dict[str, Callable[[Path], None]]] = {
     },
 }
 """Files of each kind, the first of them the commented one, and what writes each."""
+
+NEXT = {
+    "scenario": "warmlink run",
+    "cell": "warmlink run",
+    "study": "warmlink tune",
+    "law": "warmlink run --controller",
+    "experiment": "warmlink diagnose",
+}
+"""Command that takes the commented file."""

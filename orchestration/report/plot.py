@@ -57,6 +57,22 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     return time_plot(frame[TIME], lines, f"{', '.join(variables)} [{unit}]")
 
 
+def picture(figure: Any, path: Path, kind: str) -> None:
+    """Draw the lines of a plot into a file of a kind: svg, png or pdf."""
+    from matplotlib.figure import Figure
+
+    styles = {"solid": "-", "dash": "--", "dot": ":"}
+    drawn = Figure(figsize=(8, 4), layout="constrained")
+    axes = drawn.subplots()
+    for line in figure.data:
+        style = styles.get(line.line.dash, "-.")
+        axes.plot(line.x, line.y, style, color=line.line.color, label=line.name)
+    axes.set(xlabel=figure.layout.xaxis.title.text, ylabel=figure.layout.yaxis.title.text)
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False)
+    drawn.savefig(path, format=kind)
+
+
 def frame_of(results: Any) -> pandas.DataFrame:
     """Results of a run as columns, wherever they are; raises InputError where there are none."""
     import pandas

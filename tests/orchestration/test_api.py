@@ -11,9 +11,11 @@ import numpy as np
 import pandas
 import pytest
 
+from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import api as wl
 from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.cli import main
 from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.duties.duty import Segment
@@ -141,3 +143,34 @@ def test_a_script_that_compares_needs_no_guard(tmp_path: Path) -> None:
     assert done.stdout.startswith("begun\nlargest error in um"), done.stderr
     assert "nan" not in done.stdout.lower()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["script.py", "work.toml"]
+
+
+def test_results_are_plotted_as_page_and_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    time = np.arange(5.0)
+    frame = pandas.DataFrame({"time [s]": time, "link.elongation [m]": 1e-6 * time, "link.a [K]": time})
+    for name in ("a", "b"):
+        Path(name).mkdir()
+        frame.to_csv(f"{name}/results.csv", index=False)
+
+    def plotted(*arguments: str) -> tuple[int, str]:
+        monkeypatch.setattr("sys.argv", ["warmlink", "plot", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        return int(stop.value.code or 0), capsys.readouterr().err
+
+    assert plotted("a", "link.elongation", "--against", "b", "--out", "plot.svg") == (0, "")
+    assert "<svg" in Path("plot.svg").read_text("utf-8")
+    assert plotted("a/results.csv", "link.a") == (0, "")
+    assert "link.a [K]" in plots(Path("plot.html"))
+    for arguments, sentence in (
+        (("a", "link.b"), "link.b: no such variable in the results; did you mean link.a?"),
+        (("a", "link.a", "--out", "plot.txt"), "is no page or picture"),
+        (("c", "link.a"), "c: no results there"),
+    ):
+        code, told = plotted(*arguments)
+        assert code == 2
+        assert sentence in told
+    assert sorted(path.name for path in Path().iterdir()) == ["a", "b", "plot.html", "plot.svg"]

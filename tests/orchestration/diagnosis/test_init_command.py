@@ -1,14 +1,19 @@
 """`warmlink init` writes commented files that run as they are."""
 
+import re
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.command_line.init import KINDS, TEMPLATES
+from warmlink.orchestration.command_line.init import KINDS, NEXT, TEMPLATES
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import read
+from warmlink.orchestration.own_law import load_own_law
+from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.studies.study import load_study
 
 
 def told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -28,21 +33,22 @@ def test_an_experiment_can_be_diagnosed_as_it_is_and_is_not_written_over(
     assert [run.heldout for run in found.runs] == [False, True]
     assert len(found.columns) == 6
     assert found.remarks == ()
-    assert "experiment.toml: is there already" in told(monkeypatch, capsys, "experiment", "--out", "rig")
+    assert "experiment.toml: exists already" in told(monkeypatch, capsys, "experiment", "--out", "rig")
     assert "no such kind of file" in told(monkeypatch, capsys, "experimnt")
+
+
+def uncommented(text: str, but: str) -> str:
+    """A template with the entries in use that stand behind a #, those with a word apart."""
+    return "\n".join(
+        re.sub(r'^# (?=\[|"|\w+ = ["\[{\d])', "", line) for line in text.splitlines() if but not in line
+    )
 
 
 def test_what_is_commented_out_can_be_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, write in KINDS["experiment"].items():
         write(tmp_path / name)
     path = tmp_path / "experiment.toml"
-    lines = path.read_text().splitlines()
-    first = next(i for i, line in enumerate(lines) if line.startswith("title"))
-    used = [
-        line.removeprefix("# ") if i > first and "T_next" not in line else line
-        for i, line in enumerate(lines)
-    ]
-    path.write_text("\n".join(used))
+    path.write_text(uncommented(path.read_text("utf-8"), "T_next"))
     found = read_experiment(path)
     assert found.runs[1].adapt == 1200
     assert found.cause_labels == ("fan",)
@@ -50,4 +56,33 @@ def test_what_is_commented_out_can_be_used(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_every_kind_has_its_template() -> None:
-    assert {next(iter(files)) for files in KINDS.values()} == {path.name for path in TEMPLATES.iterdir()}
+    first = {Path(next(iter(files))).stem for files in KINDS.values()}
+    assert first == {path.stem for path in TEMPLATES.iterdir()}
+    assert KINDS.keys() == NEXT.keys()
+
+
+def test_scenario_cell_study_and_law_work_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for kind in ("scenario", "cell", "study", "law"):
+        printed = told(monkeypatch, capsys, kind, "--out", kind)
+        assert f"try  {NEXT[kind]} {kind}/{kind}." in printed
+    for kind in ("scenario", "cell"):
+        scenario = load_scenario(f"{kind}/{kind}.toml")
+        assert scenario.values()["sensors"]["noise[1]"] == pytest.approx(0.1)
+        assert scenario.stop_time / scenario.step_size == 7200
+    assert [axis.name for axis in load_study("study/study.toml").axes] == [
+        "compensator.gain",
+        "compensator.time_constant",
+    ]
+    assert load_own_law("law/law.py:MyLaw").name == "MyLaw"
+
+
+@pytest.mark.parametrize(("kind", "read"), [("cell", load_scenario), ("study", load_study)])
+def test_what_is_commented_out_in_a_cell_and_a_study_can_be_used(
+    kind: str, read: Callable[[str], object], tmp_path: Path
+) -> None:
+    text = (TEMPLATES / f"{kind}.toml").read_text("utf-8")
+    (tmp_path / "mine.toml").write_text(uncommented(text, "cell.toml"))
+    assert read(str(tmp_path / "mine.toml"))
