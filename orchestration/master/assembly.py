@@ -8,18 +8,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from warmlink.fmus.packaging.model_description import inputs_accepting_nan
+from warmlink.orchestration.master.slaves.fmi import FmiSlave
+from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
+from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
 from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, start
 from warmlink.orchestration.master.slaves.process import OtherProcess
 from warmlink.orchestration.master.slaves.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.master.slaves.fmi import FmiSlave
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
@@ -105,10 +104,5 @@ def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
     # The description was read before, and refused if it declared entities.
     accepting = inputs_accepting_nan((folder / "modelDescription.xml").read_bytes())
-    if info.fmi_version == "3.0":
-        from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
-
-        return Fmi3Slave(name, info, folder, accepting)
-    from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
-
-    return Fmi2Slave(name, info, folder, accepting)
+    made = Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave
+    return made(name, info, folder, accepting)

@@ -6,7 +6,6 @@ import contextlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -23,13 +22,11 @@ from warmlink.orchestration.master.recording.line import Line
 from warmlink.orchestration.master.recording.recorder import Recorder, outputs_of
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.recording.stores import VALUES, Store
+from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.master.stepping import Progress, Run
 from warmlink.orchestration.system.model import System
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.master.slaves.isolation import Isolation
 
 
 def simulate(

@@ -49,6 +49,7 @@ class Layout:
 
     def __init__(self, network: Network, recorder: Recorder) -> None:
         self.network = network
+        self.slaves = [slave for slave in network.slaves if isinstance(slave, FmiSlave)]
         self._sizes = [0, 0, 3]  # the first three bytes are the flags of fmi3DoStep
         self._keep: list[Batch] = []
         count = len(network.slaves)
@@ -113,14 +114,8 @@ class Layout:
         value = self.buffers[kind][index].item()
         return bool(value) if kind == 2 else value
 
-    def slave(self, k: int) -> FmiSlave:
-        """Give a slave as the FMU that it is."""
-        slave = self.network.slaves[k]
-        assert isinstance(slave, FmiSlave)
-        return slave
-
     def _row(self, k: int) -> list[int]:
-        slave = self.slave(k)
+        slave = self.slaves[k]
         assert slave.component.value is not None
         last = self.buffers[0].ctypes.data + 8 * (len(self.buffers[0]) - 1)
         return [
@@ -134,7 +129,7 @@ class Layout:
 
     def _plan(self, k: int, names: Names, verb: str) -> tuple[list[list[int]], list[Place]]:
         """Give the rows of the table of batches, and where each variable lies."""
-        slave = self.slave(k)
+        slave = self.slaves[k]
         rows: list[list[int]] = []
         places: list[Place] = [(0, 0)] * len(names)
         for batch in slave.batches(names) if names else ():

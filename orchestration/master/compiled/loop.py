@@ -178,7 +178,7 @@ class CompiledLoop:
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
         """Raise what plain stepping would have raised."""
         kernel, network = self._kernel, self.network
-        slave = self.layout.slave(max(k, 0))
+        slave = self.layout.slaves[max(k, 0)]
         slave.time = self._points.time(reached)
         if what == kernel.NOT_FINITE:
             network.time = self._points.time(reached) + self._points.step_size

@@ -17,7 +17,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Steppe
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.recording.stores import Folder, StoreError
+from warmlink.orchestration.master.recording.stores import Folder, writing
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
@@ -125,13 +125,10 @@ class Checkpoints:
             stepper.memory(),
             (network.steps, network.rejected, sweeps),
         )
-        try:
-            with whole_file(self.path) as scratch, scratch.open("wb") as file:
-                file.write(stamped({"version": _VERSION, **vars(kept)}))
-                file.flush()
-                os.fsync(file.fileno())
-        except OSError as fault:
-            raise StoreError(self.path, fault) from None
+        with writing(self.path), whole_file(self.path) as scratch, scratch.open("wb") as file:
+            file.write(stamped({"version": _VERSION, **vars(kept)}))
+            file.flush()
+            os.fsync(file.fileno())
 
     def forget(self) -> None:
         """Remove what an earlier run left, so that nobody takes it for this one's."""

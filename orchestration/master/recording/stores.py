@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
@@ -29,6 +30,15 @@ class StoreError(Exception):
 
     def __init__(self, path: Path, fault: OSError) -> None:
         super().__init__(f"{path.name} cannot be written any more ({fault.strerror})")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what the disk does not take into a StoreError."""
+    try:
+        yield
+    except OSError as fault:
+        raise StoreError(path, fault) from None
 
 
 class Store:
@@ -155,22 +165,18 @@ class Folder(Store):
         """
         assert self._file is not None
         data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
-        try:
+        with writing(self.path):
             self._file.seek(self._place(first))
             write_all(self._file, data)
             self._file.seek(0)
             write_all(self._file, self._npy_header(first + len(rows)))
-        except OSError as fault:
-            raise StoreError(self.path, fault) from None
         self._digest.update(data)
 
     def secure(self) -> str:
         """Have everything written reach the disk; give its digest."""
         assert self._file is not None
-        try:
+        with writing(self.path):
             os.fsync(self._file.fileno())
-        except OSError as fault:
-            raise StoreError(self.path, fault) from None
         return self._digest.hexdigest()
 
     def values(self, first: int, rest: NDArray[np.float64]) -> NDArray[np.float64]:

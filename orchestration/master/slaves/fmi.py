@@ -264,7 +264,6 @@ class FmiSlave(ABC):
         if self._worst < 4:
             self.function("FreeInstance")(self.component)
             library.freeLibrary()
-        self.log.close()
 
     def _load(self, folder: Path) -> Any:
         slave_class, platform = self.load_class()

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from typing import Any
+from functools import cache
+from typing import Any, ClassVar
+from weakref import WeakValueDictionary
 
 KEPT_LINES = 200
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -22,24 +24,17 @@ class FmuLog:
     ----------
     key : int
         Given to the FMU as its environment.
+    open : mapping
+        All logs by their keys.
     """
 
     _keys = itertools.count(1)
-    _open: dict[int, FmuLog] = {}  # noqa: RUF012
+    open: ClassVar[WeakValueDictionary[int, FmuLog]] = WeakValueDictionary()
 
     def __init__(self) -> None:
         self.key = next(self._keys)
         self._lines: deque[tuple[str, str]] = deque(maxlen=KEPT_LINES)
-        self._open[self.key] = self
-
-    @classmethod
-    def of(cls, key: int | None) -> FmuLog | None:
-        """Find the log that an environment pointer stands for."""
-        return cls._open.get(key or 0)
-
-    def close(self) -> None:
-        """Take no further lines."""
-        self._open.pop(self.key, None)
+        self.open[self.key] = self
 
     def add(self, status: int, message: bytes | str | None) -> None:
         """Keep a line."""
@@ -69,29 +64,24 @@ def fmi2_callbacks(log: FmuLog) -> Any:
     return own
 
 
-_fmi2: list[Any] = []
-
-
+@cache
 def _fmi2_shared() -> Any:
-    if _fmi2:
-        return _fmi2[0]
+    """Callback functions that FMPy's proxy knows, kept alive as long as the process."""
     from ctypes import byref
 
     from fmpy import calloc, fmi2, free
     from fmpy.logging import addLoggerProxy
 
     def log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
-        kept = FmuLog.of(environment)
+        kept = FmuLog.open.get(environment or 0)
         if kept is None:
             fmi2.printLogMessage(environment, name, status, category, message)
         else:
             kept.add(status, message)
 
-    callback = fmi2.fmi2CallbackLoggerTYPE(log)
     shared = fmi2.fmi2CallbackFunctions()
-    shared.logger = callback
+    shared.logger = fmi2.fmi2CallbackLoggerTYPE(log)
     shared.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
     shared.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
     addLoggerProxy(byref(shared))
-    _fmi2.extend((shared, callback))
     return shared
