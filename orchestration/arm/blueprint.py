@@ -26,17 +26,9 @@ POSES, KINEMATICS = "poses", "kinematics"
 
 
 def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
-    """Blueprint of an arm.
+    """Blueprint of an arm of some axes, each with sensors and a compensator if it is `compensated`.
 
-    Parameters
-    ----------
-    count : number of axes, 1 or more; beyond six another arm of six stands on the tip of the one before
-    compensated : whether each axis has sensors and a compensator
-
-    Raises
-    ------
-    InputError
-        The number of axes is not positive.
+    Beyond six another arm of six stands on the tip of the one before; InputError for less than one.
     """
     if count < 1:
         raise InputError(f"axes: {count} is not positive; give an arm at least 1 axis")
@@ -67,13 +59,7 @@ def kinematics_of(number: int) -> str:
 
 
 def arm_values(count: int = AXES, cut: bool = False) -> dict[str, dict[str, Value]]:
-    """Start values of motors and links by instance: the geometry's.
-
-    Parameters
-    ----------
-    count : number of axes
-    cut : whether no heat passes from a link's tip to the next joint
-    """
+    """Start values of motors and links by instance; `cut`: no heat passes from a tip to the next joint."""
     values: dict[str, dict[str, Value]] = {}
     for i in range(1, count + 1):
         values[f"{axis_name(i)}.motor"] = dict(axis(i).motor)

@@ -30,17 +30,7 @@ def _settled() -> Array:
 
 
 def sensitivities(angles: Array) -> Array:
-    """Derivative of the tool point by each elongation.
-
-    Parameters
-    ----------
-    angles : joint angles in rad, shape (n, 6)
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (n, 3, 6), of unit columns.
-    """
+    """Derivative of the tool point by each elongation, shape (n, 3, 6), at angles in rad, shape (n, 6)."""
     poses, which = np.unique(angles, axis=0, return_inverse=True)
     found = np.empty((len(poses), len(COORDINATES), AXES))
     for k, pose in enumerate(poses):

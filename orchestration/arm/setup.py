@@ -40,13 +40,9 @@ def plant(number: int) -> Plant:
 
 
 def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None:
-    """Start values of the compensators by instance, for a law's name; None where it has no design here.
+    """Start values of the compensators by instance for a law's name; None where it has no design here.
 
-    Parameters
-    ----------
-    law : name of the controller
-    sensors : noise of a reading, and which temperatures each axis measures
-    count : number of axes
+    `sensors` says what noise a reading has, and which temperatures each axis measures.
     """
     if law not in DESIGNED:
         return None

@@ -18,19 +18,9 @@ HALF_WIDTH = 60.0
 
 
 def smoothed(time: Vector, values: Vector, changes: Vector) -> Vector:
-    """Readings as lines fitted about each row give them.
+    """Readings as lines fitted about each row give them, shape (n,), for rising times in s.
 
-    Parameters
-    ----------
-    time : s, rising, shape (n,)
-    values : readings, shape (n,)
-    changes : times in s at which the duty cycle changes, rising; those closer together than the lines are
-        wide bend the course too little to end a line
-
-    Returns
-    -------
-    ndarray
-        Shape (n,).
+    Changes of the duty cycle closer together than the lines are wide bend the course too little to end one.
     """
     inner = _lasting(np.concatenate([[time[0]], changes, [time[-1]]]))
     part = np.searchsorted(inner, time, side="right")

@@ -62,12 +62,9 @@ def fea(assembly: Assembly) -> Fea:
 
 
 def steady_time(time: Array, values: Array) -> float:
-    """Three time constants [s], a time constant being the time to (e - 1)/e of the last value ([1] VI.A).
+    """Three time constants [s] of what approaches its last value from its first, `values` over `time` [s].
 
-    Parameters
-    ----------
-    time : increasing [s], shape (n,)
-    values : what approaches its last value from its first, shape (n,)
+    A time constant is the time to (e - 1)/e of the last value ([1] VI.A).
     """
     share = (values - values[0]) / (values[-1] - values[0])
     reached = int(np.argmax(share >= 1 - math.exp(-1)))

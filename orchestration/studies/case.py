@@ -123,13 +123,9 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
-    """Run a case; a run that stops early gives its reason instead of figures.
+    """Run a case on FMUs by the component's name; one that stops early gives its reason instead of figures.
 
-    Parameters
-    ----------
-    case : the run
-    fmus : file of each FMU by the component's name
-    unpacked : folder that keeps the unpacked FMUs from run to run
+    `unpacked` is a folder that keeps the unpacked FMUs from run to run.
     """
     setup = case.setup
     system = setup.blueprint.system({**setup.foreign, **fmus}, case.law, case.values)
@@ -168,13 +164,7 @@ def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
     """Minutes within tolerance for who warms up without compensation and then sets the zero once.
 
     The best moment for the end of the warm-up is taken, on a grid of a minute, as if it had been known
-    beforehand: no real warm-up gives more.
-
-    Parameters
-    ----------
-    time : communication points in s, shape (n,)
-    elongation : growth in m at these points, shape (n,)
-    tolerance : largest error in m that production bears
+    beforehand: no real warm-up gives more. Times in s, growth and tolerance in m.
     """
     stride = max(1, round(WARM_UP_GRID_S / 6 / float(time[1] - time[0])))
     at, growth = time[::stride], elongation[::stride]

@@ -24,12 +24,8 @@ class Ledger:
     damaged one elsewhere is named in a remark and removed, and its run is done again. Runs that gave no
     figures are not kept: what stopped them may be mended.
 
-    Parameters
-    ----------
-    folder : where the file is kept
-    fmus : digest of the FMUs' bytes, by which runs of other FMUs are told apart
-    workers : who runs what is not known yet
-    remark : is told of damaged lines
+    `fmus` is the digest of the FMUs' bytes, by which runs of other FMUs are told apart; `workers` run what is
+    not known yet; `remark` is told of damaged lines.
     """
 
     def __init__(self, folder: Path, fmus: str, workers: Workers, remark: Remark) -> None:

@@ -37,12 +37,7 @@ class Storage:
 
     A study that is not quite the same, or runs on other FMUs, has another name in the storage: its trials
     are not mixed with these.
-
-    Parameters
-    ----------
-    study : the study
-    fmus : digest of the FMUs
-    url : as Optuna takes it
+    `fmus` is the digest of the FMUs, `url` as Optuna takes it.
     """
 
     def __init__(self, study: Study, fmus: str, url: str) -> None:

@@ -21,15 +21,9 @@ Circle = tuple[float, float]
 
 
 def hexahedra(columns: Iterable[tuple[str, Array, Array]]) -> Any:
-    """Extrude grids into one mesh, merging nodes that coincide.
+    """Extrude each grid, shape (n, m, 2) [m], over its levels [m] into one `skfem.MeshHex`, nodes merged.
 
-    Parameters
-    ----------
-    columns : name of a region, a grid of shape (n, m, 2) [m], and its levels along z [m]
-
-    Returns
-    -------
-    `skfem.MeshHex` with the regions as its subdomains
+    The names before the grids become its subdomains.
     """
     # scikit-fem numbers a hexahedron's corners from (1, 1, 1) down to (0, 0, 0) in this order.
     corners = [(1, 1, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)]

@@ -52,13 +52,9 @@ class Drive:
 
 
 def graded(breakpoints: Sequence[float], steps: Sequence[float] = (2.0, 10.0, 60.0), each: int = 20) -> Array:
-    """Times [s] whose steps grow after every breakpoint, where something jumps, and that meet each exactly.
+    """Times [s] from the first breakpoint to the last that meet each, with steps that grow after it.
 
-    Parameters
-    ----------
-    breakpoints : times [s] of start, jumps and end, increasing
-    steps : step sizes [s] to use one after the other; the last one fills the rest and shrinks to fit
-    each : how many of every step but the last
+    So many steps (`each`) of every size [s] follow each other; the last size shrinks to fill the rest.
     """
     times = [np.array(breakpoints[:1])]
     for start, end in pairwise(breakpoints):

@@ -30,11 +30,7 @@ class ThermoElasticity:
 
     The displacement's component a at scalar unknown n is unknown n + a N, where N is the number of scalar
     unknowns. Each pair of components is a scalar form: a vector-valued one takes far longer to assemble.
-
-    Parameters
-    ----------
-    body : mesh, materials, supports
-    order : 1 for 8-node trilinear, 2 for 20-node serendipity displacement
+    Displacement is trilinear on 8 nodes (`order` 1) or serendipity on 20 (2).
     """
 
     def __init__(self, body: Body, order: int = 2) -> None:

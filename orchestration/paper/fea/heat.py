@@ -54,13 +54,7 @@ class CooledSurface:
 
 
 class HeatModel:
-    """Matrices of a body's heat equation.
-
-    Parameters
-    ----------
-    body : mesh, materials and named boundaries
-    cooled : names of the cooled boundaries; None takes all of the body's
-    """
+    """Matrices of a body's heat equation; `cooled` names the cooled boundaries, None all that it has."""
 
     def __init__(self, body: Body, cooled: tuple[str, ...] | None = None) -> None:
         skfem = scikit_fem()

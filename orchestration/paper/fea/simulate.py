@@ -124,12 +124,7 @@ class HeatStepper:
         self._factors: dict[tuple[float, float, float], tuple[Any, csc_matrix]] = {}
 
     def step(self, temperature: Array, start: float, size: float) -> tuple[Array, Array]:
-        """Step by `size` [s] from `start` [s].
-
-        Returns
-        -------
-        new temperatures [K], and heat moved [J]: received at the heated boundary, convected and radiated away
-        """
+        """Step by `size` from `start` [s]; give temperatures [K] and heat received, convected, radiated."""
         model, drive = self._model, self._drive
         old = temperature.copy()
         jump = 0.0

@@ -21,13 +21,7 @@ TASKS_A_THREAD = 8
 
 
 class ClusterWorkers:
-    """The workers of a scheduler, which need warmlink installed and get the FMUs from here.
-
-    Parameters
-    ----------
-    fmus : what the cases run on
-    address : of the scheduler, as `tcp://10.0.0.1:8786`
-    """
+    """The workers of a scheduler at an address; they need warmlink installed and get the FMUs from here."""
 
     def __init__(self, fmus: FmuSet, address: str) -> None:
         try:
