@@ -71,11 +71,11 @@ def write_report(outcome: ClosedLoop, path: Path) -> None:
 _ERROR_TEXT = "{score}, at the communication points."
 
 MOST_LINES = 10
-"""Lines in a plot of a system of one's own."""
+"""Most lines in a plot of a user's own system."""
 
 
 def _of_the_system(outcome: ClosedLoop) -> list[Section]:
-    """Sections for what the system is: the arm's, the cell's, or the outputs of one's own by their units."""
+    """Sections that depend on the system: the arm's, the cell's, or any other's outputs by their units."""
     system = outcome.scenario.setup.name
     if system == ARM:
         from warmlink.orchestration.report.arm import sections
@@ -151,30 +151,30 @@ def _error_plot(outcome: ClosedLoop) -> object:
 
 def _trust(outcome: ClosedLoop) -> str:
     return (
-        "Coupling: bounded by a run with half the communication step. "
-        "Discretisation: the links' own estimate for their grids. Heat balance: heat that left a part less "
-        "heat that reached the next."
+        "The coupling error is bounded by a second run with half the communication step. The discretisation "
+        "error is the links' own estimate for their grids. A heat balance is the heat that left one part "
+        "minus the heat that reached the next one; only the coupling makes it differ from 0."
     )
 
 
 def _budget(outcome: ClosedLoop) -> Table:
     rows = [
         (
-            f"coupling error of {listed(outcome.scenario.setup.roles.plant)}",
+            f"coupling error of {listed(outcome.scenario.setup.roles.plant)}, at most",
             _bound(outcome.coupling_error_um),
         ),
-        ("discretisation error of any elongation", _bound(outcome.discretisation_error_um)),
+        ("discretisation error of any elongation, at most", _bound(outcome.discretisation_error_um)),
     ]
     for audit in outcome.result.audits:
         share = abs(audit.total) / max(abs(audit.delivered), 1e-12)
         rows.append(
             (
-                f"{audit.balance.delivered} less {audit.balance.received}",
-                f"{audit.total:.3g} J ({share:.2g} of it)",
+                f"heat balance over the run: {audit.balance.delivered} minus {audit.balance.received}",
+                f"{audit.total:.3g} J ({share:.2g} of the heat delivered)",
             )
         )
-        rows.append(("largest in one step", f"{audit.largest_step:.3g} J"))
-    return Table(("", "at most"), rows)
+        rows.append(("largest imbalance of this kind in one step", f"{audit.largest_step:.3g} J"))
+    return Table(("", "value"), rows)
 
 
 def _bound(micrometres: float | None) -> str:

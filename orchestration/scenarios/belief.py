@@ -1,4 +1,4 @@
-"""What a controller was made for, held against the cell that it runs in."""
+"""Whether a controller was designed for the cell that it runs in, and what to do if it was not."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PLANT = ("motor", "link")
 THERMOMETERS = "sensors"
 
 SUBSTITUTE = "observer"
-"""Law that can be designed for any cell, proposed where the one in use cannot."""
+"""Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
 
 _NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
 
@@ -30,19 +30,19 @@ Written = Mapping[str, str | float]
 def advice(
     controller: str, components: Mapping[str, Component], believed: Written, file: Path | None = None
 ) -> str | None:
-    """What to do where a law was made for another cell than it is meant to run in.
+    """Advise what to do if a law was designed for another cell than the one that it runs in.
 
     Parameters
     ----------
     controller : name of a shipped law
     components : declaration behind each instance of the cell
-    believed : start values of the cell as the law should know them, and of the law
+    believed : start values of the law, and of the cell as its designer may know it (without mismatches)
     file : the scenario's, in which the start values stand
 
     Returns
     -------
     str or None
-        A sentence with the command that designs the law anew; None where it suits the cell.
+        A sentence with the command that designs the law anew; None if the law suits the cell.
 
     Raises
     ------
@@ -56,26 +56,26 @@ def advice(
         if knows(controller, components, believed):
             return None
         return (
-            f"{controller} was designed for another cell, this one {differing}; design it anew: "
+            f"{controller} was designed for another cell; this one {differing}; design it anew: "
             f"{_command(controller, made_for, file)}; then add --parameters {controller}.ssv"
         )
     own = {name.partition(".")[2] for name in _changed(believed, components, (COMPENSATOR,))}
     if not changed or own - _NO_PART_OF_A_DESIGN or _is_nominal(SUBSTITUTE, components, believed):
         return None
     return (
-        f"the parameters of {controller} suit the nominal cell, this one {differing}; tune them, or take a "
-        f"law that is designed for it: {_command(SUBSTITUTE, made_for, file)}; then run with "
+        f"the parameters of {controller} suit the nominal cell; this one {differing}; tune them, or use a "
+        f"law that is designed for this cell: {_command(SUBSTITUTE, made_for, file)}; then run with "
         f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
     )
 
 
 def has_design(controller: str) -> bool:
-    """Whether a shipped law's parameters come from a design; told without loading what designs it."""
+    """Whether a shipped law's parameters come from a design; this is found out without loading the design."""
     return find_spec(f"warmlink.controllers.{controller}.designed") is not None
 
 
 def knows(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
-    """Whether a law that can be designed holds the facts of the motor and link given with it.
+    """Whether a law that can be designed was designed for the motor and link in `parameters`.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def knows(controller: str, components: Mapping[str, Component], parameters: Writ
 
 
 def is_ideal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
-    """Whether a law runs in just the cell that it was designed for, by thermometers without a fault.
+    """Whether a law runs in exactly the cell that it was designed for, with thermometers without errors.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def is_ideal(controller: str, components: Mapping[str, Component], parameters: W
 
 
 def _is_nominal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
-    """Whether a design for this cell would be that for the nominal one."""
+    """Whether a design for this cell would equal the design for the nominal cell."""
     return _facts(controller, components, parameters) == _facts(controller, components, {})
 
 
@@ -141,7 +141,7 @@ def _changed(
 
 
 def _command(law: str, plant: Written, file: Path | None) -> str:
-    """The command that designs a law, with what the scenario's file does not say."""
+    """The command that designs a law, with `--set` for each value that is not in the scenario's file."""
     known = {} if file is None else load_scenario(str(file)).parameters
     beside = {name: value for name, value in plant.items() if known.get(name) != value}
     settings = "".join(f' --set "{name}={value}"' for name, value in beside.items())

@@ -1,4 +1,4 @@
-"""One scenario in closed loop: how far off the tool point was with a controller, and how far without."""
+"""One scenario in closed loop: how far off the tool point was with a controller and without one."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, repr=False)
 class ClosedLoop(Answer):
-    """What a scenario came to, with a controller and without.
+    """Result of a scenario, with a controller and without one.
 
-    No controller acts on what it corrects, so the one run also tells the error without any.
+    A correction has no effect on the growth that it corrects, so that one run gives both errors.
 
     Attributes
     ----------
     result : the run
-    coupling_error_um : bound on what the finite communication step costs the plant, by a run with half of
-        it; None where one of the two stopped early
-    cut_short : why a run ended early, None where both came to their end
-    advice : what to do where the controller was made for another system, None where it was not
-    ideal : whether the cell and its thermometers are just what the controller was designed for
+    coupling_error_um : bound on the plant's error due to the finite communication step, from a second run
+        with half of it; None if one of the two runs stopped early
+    cut_short : why a run ended early; None if both ran to their end
+    advice : what to do if the controller was designed for another system; None if it suits this one
+    ideal : whether the cell and its thermometers are exactly those that the controller was designed for
     """
 
     scenario: Scenario
@@ -73,7 +73,7 @@ class ClosedLoop(Answer):
 
     @property
     def uncompensated_error(self) -> Series:
-        """The same without a controller."""
+        """Error of the tool point in m at the communication points, without a controller."""
         return np.asarray(self.scenario.setup.roles.uncompensated.value(self.result.__getitem__))
 
     @property
@@ -88,18 +88,18 @@ class ClosedLoop(Answer):
 
     @property
     def discretisation_error_um(self) -> float:
-        """Largest estimate that a link makes of its grid's error."""
+        """Largest of the links' estimates of the error due to their grids, in um."""
         return discretisation_um(self.result)
 
     @property
     def reduction_percent(self) -> float | None:
-        """Share of the largest error that the controller removes; None where that means nothing."""
+        """Share of the largest error that the controller removes, in percent; None if that means nothing."""
         budget = (self.coupling_error_um or 0.0) + self.discretisation_error_um
         return reduction_percent(self.uncompensated, self.metrics, budget)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What to know before trusting the figures."""
+        """What a reader should know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
         told = (*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None)
         return tuple(each for each in told if each)
@@ -111,7 +111,7 @@ class ClosedLoop(Answer):
         return frame
 
     def summary(self) -> str:
-        """What the run came to, in a few lines."""
+        """The result in a few lines."""
         before, after, removed = self.uncompensated, self.metrics, self.reduction_percent
         coupling = "unknown" if self.coupling_error_um is None else f"±{self.coupling_error_um:.2g} µm"
         within = f"within ±{1e6 * self.scenario.tolerance:g} µm from"
@@ -139,7 +139,7 @@ class ClosedLoop(Answer):
         return "\n".join([" · ".join(head), *lines, *(f"note  {text}" for text in self.remarks)])
 
     def to_dict(self) -> dict[str, Any]:
-        """What stands in `metrics.json`."""
+        """Content of `metrics.json`."""
         detail = self.scenario.setup.detail
         more = {} if detail is None else detail(self.result)
         return {
@@ -180,8 +180,8 @@ def _duration(seconds: float) -> str:
 
 
 IDEAL = (
-    "the thermometers are perfect and the cell is just the one that the law was designed for, which no real "
-    "one is; add --mismatch thermal_high or --mismatch noisy_sensors, say"
+    "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
+    "cell is; add --mismatch thermal_high or --mismatch noisy_sensors, for example"
 )
 
 
@@ -191,20 +191,20 @@ def remaining_error(setup: Setup, result: Result) -> Series:
 
 
 def discretisation_um(result: Result) -> float:
-    """Largest estimate in um that a link makes of its grid's error; 0 where nothing estimates one."""
+    """Largest of the links' estimates of the error due to their grids, in um; 0 if there is no estimate."""
     estimates = [result[name] for name in result.table.names if name.endswith(".discretisation_error")]
     return 1e6 * float(np.max(np.abs(estimates), initial=0.0))
 
 
 def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None = None) -> ClosedLoop:
-    """Run a scenario with its controller, and once more at half the step.
+    """Run a scenario with its controller, and once more with half the step.
 
-    Ctrl-C ends it in order: what was computed up to there is kept.
+    Ctrl-C ends the run in order: what was computed up to there is kept.
 
     Parameters
     ----------
-    scenario : what to run
-    store : where the FMUs are
+    scenario : the scenario to run
+    store : the FMUs to run it with
     progress : called with the share of the work that is done
 
     Raises
@@ -213,7 +213,7 @@ def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None 
         If the scenario names a parameter, unit or master that does not exist, or a value that
         a component refuses.
     SlaveError
-        If the run did not get to a first value.
+        If the run failed before its first communication point.
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
@@ -263,19 +263,22 @@ def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None 
 
 
 def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
-    """Bound in um on what the communication step costs the plant; None where a run stopped early."""
+    """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
     bounds = coupling_error(result, fine, order, setup.roles.plant)
     largest = max((bound.largest for bound in bounds), default=np.inf)
     return 1e6 * largest if np.isfinite(largest) else None
 
 
 def judged(scenario: Scenario) -> tuple[str | None, bool]:
-    """What to do where the controller was not made for the system, and whether all is as it was made for."""
+    """Advice if the controller was not designed for the system, and whether the system is ideal for it."""
     name, setup = scenario.controller.name, scenario.setup
     if name == NO_CONTROLLER or isinstance(scenario.controller, OwnLaw):
         return None, False
     if scenario.design is None:
-        return f"{name} has no design for {setup.name}; it runs with the parameters that it ships with", False
+        return (
+            f"{name} has no design for {setup.name}; it runs with the parameters that it is shipped with",
+            False,
+        )
     if setup.name != CELL.name:
         return None, False
     declared = scenario.declared

@@ -1,8 +1,8 @@
-"""Entries of files that people write (TOML): what each may hold, and what is said where it does not fit.
+"""Kinds of entries in files that people write (TOML): what each accepts, and how it refuses a wrong value.
 
-They are annotations in the dataclasses that `written` reads, as
-`duration: Annotated[float, Quantity("s", positive=True)]`, and refuse a value with an InputError that says
-what is wrong and the remedy; `written` puts the place before it.
+They are used as annotations in the dataclasses that `written` reads, for example
+`duration: Annotated[float, Quantity("s", positive=True)]`. An entry refuses a value with an InputError that
+says what is wrong and the remedy; `written` puts the place in the file before it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Entry:
     """One entry of a file: how it is read, and its JSON Schema, whose first example shows how to write it."""
 
     def _read(self, value: Any) -> Any:
-        """The value as the program has it; raises ValueError with what is wrong and the remedy."""
+        """Convert a value from the file; raise InputError with what is wrong and the remedy."""
         raise NotImplementedError
 
     def _schema(self) -> dict[str, Any]:

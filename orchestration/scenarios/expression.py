@@ -35,13 +35,13 @@ class Expression:
 
     Attributes
     ----------
-    text : as written; variables are `instance.variable`, with `[1]` for an element of a vector
-    where : what it belongs to, for the sentence that refuses it
+    text : the expression as written; variables are `instance.variable`, with `[1]` for an element of a vector
+    where : place of the expression, put before an error message
 
     Raises
     ------
     InputError
-        The text is no such expression.
+        If the text is no such expression.
     """
 
     text: str
@@ -63,7 +63,7 @@ class Expression:
         return tuple(found)
 
     def value(self, of: Callable[[str], Any]) -> Any:
-        """Value for the variables' values: numbers, or arrays of one shape."""
+        """Evaluate the expression; the variables' values are numbers, or arrays of one shape."""
         try:
             with np.errstate(all="ignore"):
                 return self._of(self._tree, of)
@@ -73,7 +73,7 @@ class Expression:
             ) from None
 
     def without(self, names: Collection[str]) -> Expression:
-        """The same with some variables taken as zero."""
+        """The same expression with some variables replaced by 0."""
 
         class Zero(ast.NodeTransformer):
             def generic_visit(self, node: ast.AST) -> ast.AST:
@@ -85,12 +85,12 @@ class Expression:
         return Expression(ast.unparse(tree), self.where)
 
     def weights(self) -> dict[str, float]:
-        """Weight of each variable in an expression that is linear.
+        """Weight of each variable in a linear expression.
 
         Raises
         ------
         InputError
-            The expression is not linear, or has a constant part.
+            If the expression is not linear, or has a constant part.
         """
         zero = dict.fromkeys(self.variables, 0.0)
         found = {name: float(self.value({**zero, name: 1.0}.__getitem__)) for name in self.variables}

@@ -1,9 +1,10 @@
-"""Reading scenarios: those shipped by name, and files of one's own.
+"""Reading scenarios: shipped ones by name, and files of the user.
 
-A scenario file names a shipped duty cycle, `duty = "shift_with_breaks"`, or holds one of its own in the form
-of the duty cycle files. Every duty cycle is a scenario too, with the default settings. `system` names
-another system than the warm-up cell: `SixAxisArm`, whose segments hold six values each (`arm/program.py`),
-or the path of an SSP, whose `[roles]` say what is driven, what is scored and who controls (`own_system.py`).
+A scenario file either names a shipped duty cycle, `duty = "shift_with_breaks"`, or contains a duty cycle in
+the form of the duty cycle files. Every duty cycle can also be run as a scenario, with the default settings.
+`system` names another system than the warm-up cell: `SixAxisArm`, whose segments have six values each
+(`arm/program.py`), or the path of an SSP, for which `[roles]` says which inputs are driven, what is scored
+and which instance is the controller (`own_system.py`).
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class ScenarioFile(DutyTables, Settings):
             raise InputError(f"{twice[0]} beside duty; name a duty cycle or write one, not both")
 
     def drive(self, name: str, folder: Path) -> Duty:
-        """The duty cycle that it holds or names; raises InputError where there is none of that name."""
+        """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
             return self.laid_out(name, self.stop_time or 0.0)
         beside = folder / self.duty
@@ -65,16 +66,16 @@ _OTHERS = {
     ".fmu": "it is an FMU: warmlink check {}",
     ".ssv": "it is a parameter set: warmlink run --parameters {}",
 }
-"""What to do with files that are no scenario, by their ending."""
+"""What a file that is no scenario is, and the command that reads it, by the file's ending."""
 
 
 def scenario_names() -> list[str]:
-    """Names of the scenarios that warmlink ships, its duty cycles and the arm's programs among them."""
+    """Names of the shipped scenarios, which include the duty cycles and the arm's programs."""
     return sorted(_shipped() | set(duty_files.names()) | set(program_names()))
 
 
 def names_on(system: str) -> list[str]:
-    """Names of the scenarios that one may compare controllers on, by the system's name."""
+    """Names of the scenarios in which controllers can be compared, by the system's name."""
     return program_names() if system == ARM else duty_files.names()
 
 
@@ -83,12 +84,12 @@ def _shipped() -> set[str]:
 
 
 def load_scenario(name: str) -> Scenario:
-    """Scenario by the name of a shipped one, or by the path of a TOML or CSV file.
+    """Load a shipped scenario by its name, or a scenario from a TOML or CSV file by its path.
 
     Raises
     ------
     InputError
-        If there is none of that name, or the file does not hold a scenario.
+        If no scenario has that name, or the file contains no scenario.
     """
     path = Path(name)
     for known, folder in ((_shipped(), LIBRARY), (program_names(), PROGRAMS)):
@@ -108,12 +109,12 @@ def load_scenario(name: str) -> Scenario:
 
 
 def driven(cell: Scenario, duty: Scenario) -> Scenario:
-    """A scenario's system with what drives another one.
+    """The scenario `cell`, driven by the duty cycle of the scenario `duty`.
 
     Raises
     ------
     InputError
-        If one is of the arm and the other is not.
+        If the two are scenarios of different systems.
     """
     if (cell.setup.name == ARM) != (duty.setup.name == ARM):
         raise InputError(
@@ -124,12 +125,12 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 
 
 def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:
-    """Scenario from the text of its file; files that it names are looked for in `folder`.
+    """Read a scenario from the text of its file; the paths in it are relative to `folder`.
 
     Raises
     ------
     InputError
-        If the text does not hold one.
+        If the text contains no scenario.
     """
     return of_tables(name, tables_of(text, name), folder)
 
@@ -151,7 +152,7 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         )
     elif read.roles is not None:
         raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
-    # A duty cycle that others follow too does not tell this scenario from theirs.
+    # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     return read.applied(Scenario(name, title, drive.reason, drive, setup))
 

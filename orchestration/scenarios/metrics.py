@@ -1,4 +1,4 @@
-"""How far off the tool point is: the figures of one run, and of a controller against none."""
+"""How far off the tool point is: the figures of one run, and a controller compared with none."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Series = NDArray[np.float64]
 class ErrorMetrics:
     """Figures of one error history, in um and s.
 
-    `time_to_tolerance_s` is the first time after which the error stays inside the tolerance: 0 where it
-    always does, None where it does not at the end.
+    `time_to_tolerance_s` is the first time after which the error stays within the tolerance: 0 if it always
+    does, None if it is outside at the end.
     """
 
     max_abs_um: float
@@ -25,7 +25,7 @@ class ErrorMetrics:
     time_to_tolerance_s: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, as they stand in `metrics.json`."""
+        """Plain values, as in `metrics.json`."""
         return asdict(self)
 
 
@@ -36,7 +36,7 @@ def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics
     ----------
     time : communication points in s, shape (n,)
     error : true elongation minus correction in m at these points, shape (n,)
-    tolerance : largest error in m that production bears
+    tolerance : largest error in m that production allows
     """
     size = np.abs(error)
     outside = np.flatnonzero(~(size <= tolerance))
@@ -55,7 +55,7 @@ def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics
 
 
 SMALLEST_SHOWN_UM = 0.05
-"""Errors below this are 0.0 um in an answer, and a share of them means nothing."""
+"""Errors below this are printed as 0.0 um, so that a share of them means nothing."""
 
 
 def reduction_percent(
@@ -63,7 +63,7 @@ def reduction_percent(
 ) -> float | None:
     """Share of the largest error that was removed, in percent.
 
-    None where one of the two errors is within the error budget, or too small to be shown.
+    None if one of the two errors is within the error budget, or too small to be shown.
     """
     least = max(budget_um, SMALLEST_SHOWN_UM)
     if not (uncompensated.max_abs_um > least and compensated.max_abs_um > least):
@@ -72,6 +72,6 @@ def reduction_percent(
 
 
 def _mean(time: Series, value: Series) -> float:
-    """Mean over time, so that uneven communication points count for what they span."""
+    """Mean over time: each communication point is weighted with the time that it represents."""
     span = time[-1] - time[0]
     return float(np.trapezoid(value, time) / span) if span > 0 else float(value[-1])

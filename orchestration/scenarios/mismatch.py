@@ -1,4 +1,4 @@
-"""Mismatches: how the cell differs from what the laws believe it to be.
+"""Mismatches: how the real cell differs from the one that the controllers were designed for.
 
 A mismatch is a TOML file with `about`, `[scale]` (factors on start values) and `[parameters]` (start values
 with units), each under `instance.variable`. `draw_7` is drawn from the seed 7: every thermal parameter within
@@ -45,7 +45,7 @@ THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03
 LARGEST_FACTOR = 1e6
 
 PLANT = ("duty", "motor", "link")
-"""Instances that settle the true elongation."""
+"""Instances that determine the true elongation."""
 
 _DRAW = re.compile(r"draw_(\d{1,9})")
 
@@ -66,15 +66,15 @@ class Mismatch:
         return any(part in PLANT for parts in named for part in parts)
 
     def applied(self, scenario: Scenario) -> Scenario:
-        """Scenario with this mismatch on top, which the law does not know of.
+        """The scenario with this mismatch added, unknown to the controller.
 
-        What concerns the warm-up cell's motor concerns every motor of another system, and so on; factors act
-        on what each has. What a system does not have is left out.
+        A change of the warm-up cell's motor applies to every motor of another system, and so on; a factor
+        multiplies the start value of each. Changes of parts that a system does not have are left out.
 
         Raises
         ------
         InputError
-            If it names what does not exist, or a value that is no number.
+            If the mismatch names a variable that does not exist, or a value that is no number.
         """
         where = f"mismatch {self.name}"
         setup = scenario.setup
@@ -94,7 +94,7 @@ class Mismatch:
 
 
 def _meant(name: str, setup: Setup) -> list[str]:
-    """Variables of a system that a name means."""
+    """Variables of a system that a name of the warm-up cell stands for."""
     instance, _, variable = name.rpartition(".")
     if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:
         return [name]
@@ -103,7 +103,7 @@ def _meant(name: str, setup: Setup) -> list[str]:
 
 @dataclass(frozen=True)
 class MismatchFile:
-    """How the cell differs from what the laws believe it to be."""
+    """How the real cell differs from the one that the controllers were designed for."""
 
     __pydantic_config__ = TABLE
 
@@ -115,7 +115,7 @@ class MismatchFile:
 
 
 def names() -> list[str]:
-    """Names of the mismatches in the library; draws come on top."""
+    """Names of the mismatches in the library, without the random draws."""
     return sorted((path.stem for path in LIBRARY.glob("*.toml")), key=lambda name: (name != NOMINAL, name))
 
 
@@ -125,7 +125,7 @@ def load(name: str) -> Mismatch:
     Raises
     ------
     InputError
-        If there is none of that name, or its file does not hold one.
+        If no mismatch has that name, or its file contains none.
     """
     drawn = _DRAW.fullmatch(name)
     if drawn:
@@ -142,13 +142,13 @@ def load(name: str) -> Mismatch:
 
 
 def draw(seed: int) -> Mismatch:
-    """Every thermal parameter and the expansion coefficient off by a share drawn evenly from a seed."""
+    """Draw relative errors of the thermal parameters and the expansion coefficient, evenly, from a seed."""
     import numpy as np
 
     generator = np.random.default_rng(seed)
     spreads = {**dict.fromkeys(THERMAL_PARAMETERS, THERMAL_SPREAD), EXPANSION: EXPANSION_SPREAD}
     scale = {name: 1 + float(generator.uniform(-spread, spread)) for name, spread in spreads.items()}
-    about = f"Thermal parameters within 20 %, expansion within 3 % of what the laws believe, seed {seed}"
+    about = f"Thermal parameters wrong by up to 20 %, expansion by up to 3 %, drawn from seed {seed}"
     return Mismatch(f"draw_{seed}", about, scale)
 
 

@@ -38,7 +38,7 @@ def start_values(
     ----------
     written : values with units under `instance.variable`
     components : declaration behind each instance
-    where : what the values are for, put before a complaint
+    where : what the values are for, put before an error message
 
     Raises
     ------
@@ -81,7 +81,7 @@ def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar
 
 
 def settable(component: Component) -> dict[str, Scalar]:
-    """Inputs and parameters of a component by name: what has a start value."""
+    """Inputs and parameters of a component by name: the variables that have a start value."""
     return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
 
 
@@ -93,17 +93,17 @@ def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> 
 
 
 def given_values(given: Mapping[str, str | float] | str | Path) -> dict[str, str | float]:
-    """Start values as written, or those of a parameter set (SSV); raises as `parameters_of`."""
+    """The given start values, or those of the parameter set (SSV) at a path; raises as `parameters_of`."""
     return dict(given) if isinstance(given, Mapping) else dict(parameters_of(Path(given)))
 
 
 def parameters_of(path: Path) -> dict[str, float]:
-    """Start values in SI units by `instance.variable`; names without an instance are the compensator's.
+    """Start values in SI units by `instance.variable`; a name without an instance belongs to the compensator.
 
     Raises
     ------
     InputError
-        The file cannot be read, or holds a value that is no number.
+        If the file cannot be read, or contains a value that is no number.
     """
     found = {}
     for name, parameter in read_ssv(path).items():

@@ -1,10 +1,10 @@
-"""Somebody's SSP as what scenarios run in: its FMUs, and the roles that a scenario file gives them.
+"""A user's SSP as a system for scenarios: its FMUs, and the roles that a scenario file gives them.
 
 ```toml
 [roles]
 speed = ["joint1.speed", "joint2.speed"]       # inputs that the duty cycle drives; torque and so on likewise
 score = "link1.elongation + link2.elongation - compensator.correction"
-controller = "compensator"                     # the instance that controllers take, or several
+controller = "compensator"                     # the instance, or a list of them, that a controller replaces
 ```
 """
 
@@ -40,7 +40,7 @@ Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
 
 @dataclass(frozen=True, kw_only=True)
 class RolesTable:
-    """Who does what in a system: the inputs that the duty cycle drives, what is scored, who controls."""
+    """Roles in a system: the inputs that the duty cycle drives, the score, and the controllers' instances."""
 
     __pydantic_config__ = TABLE
 
@@ -56,7 +56,7 @@ class RolesTable:
 
     @property
     def driven(self) -> dict[str, tuple[str, ...]]:
-        """Inputs by the demand that drives them."""
+        """Names of the driven inputs, by the demand of the duty cycle that drives them."""
         return {demand: getattr(self, demand) for demand in DEMANDS}
 
 
@@ -67,12 +67,12 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     ----------
     path : the .ssp file
     roles : table of the scenario file
-    where : name of the scenario, put before a complaint
+    where : name of the scenario, put before an error message
 
     Raises
     ------
     InputError
-        If the file cannot be read, or a role names what the system does not have.
+        If the file cannot be read, or a role names a variable that the system does not have.
     """
     where = f"{where}: roles"
     if roles is None:
@@ -117,7 +117,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:
-    """Whether an FMU is made of a component of this version: the same variables under the same names."""
+    """Whether an FMU was made from a component of this version: both have the same variables."""
     if declared is None:
         return False
     found = read_description(fmu).variables

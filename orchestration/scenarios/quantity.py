@@ -14,7 +14,7 @@ _HEADING = re.compile(r"([^\[\]]+)\[([^\[\]]*)\]")
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
-    """Value in an SI unit; `where` says what the value is for, before a complaint. Raises as `in_si`."""
+    """Value in an SI unit; `where` says what the value is for in an error message. Raises as `in_si`."""
     try:
         return in_si(text, unit, difference=difference)
     except InputError as fault:
@@ -22,7 +22,7 @@ def quantity(text: str | float, unit: str, where: str, *, difference: bool = Fal
 
 
 def positive(text: str | float, unit: str, where: str) -> float:
-    """Value in an SI unit that must lie above 0; raises InputError otherwise."""
+    """Value in an SI unit; raises InputError unless it is above 0."""
     value = quantity(text, unit, where)
     if value <= 0:
         raise InputError(f"{where}: {not_positive(text, unit)}")
@@ -30,7 +30,7 @@ def positive(text: str | float, unit: str, where: str) -> float:
 
 
 def not_positive(text: str | float, unit: str) -> str:
-    """What to say of a value that must lie above 0 and does not."""
+    """Sentence that refuses a value which is not above 0."""
     return f"{shortened(str(text))} is not positive; give a value above 0 {unit}"
 
 
@@ -39,14 +39,14 @@ def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
 
     Parameters
     ----------
-    text : `"22 degC"`, or a bare number, which counts as being in `unit` already
-    unit : SI unit wanted, in Modelica's notation
-    difference : whether it is a difference, for which 5 degC are 5 K
+    text : `"22 degC"`, or a bare number, which is taken to be in `unit`
+    unit : SI unit of the result, in Modelica's notation
+    difference : whether the value is a temperature difference, so that 5 degC are 5 K
 
     Raises
     ------
     InputError
-        If it is no number with a unit, is not finite, or the unit is one of another quantity.
+        If the text is no number with a unit, the number is not finite, or the unit does not fit.
     """
     found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
     if found is None:
@@ -60,7 +60,7 @@ def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
 
 
 def converter(given: str, unit: str, where: str = "", *, difference: bool = False) -> Conversion:
-    """Conversion from a unit as written to an SI unit; raises InputError where that is not possible."""
+    """Conversion from a unit as written to an SI unit; raises InputError if the units do not fit."""
     try:
         return conversion(parse_unit(given), parse_unit(unit), difference)
     except InputError as fault:
@@ -68,6 +68,6 @@ def converter(given: str, unit: str, where: str = "", *, difference: bool = Fals
 
 
 def heading(header: str) -> tuple[str, str | None]:
-    """Name and unit of a column headed `name [unit]`; None where the header has no unit in brackets."""
+    """Name and unit of a column headed `name [unit]`; None if the header has no unit in brackets."""
     match = _HEADING.fullmatch(header.strip())
     return (match[1].strip(), match[2].strip()) if match else (header.strip(), None)

@@ -1,4 +1,4 @@
-"""A scenario with what somebody asks of it beside what its file says, and its run."""
+"""A scenario with changes to what its file says, and its run."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ def changed(
     stop: str | float | None = None,
     master: str | None = None,
 ) -> Scenario:
-    """Scenario with what is given changed; the rest is as its file says.
+    """The scenario with the given changes; what is not given stays as its file says.
 
     Parameters
     ----------
-    controller : name of a shipped one, or a law of one's own, as `my_law.py:MyLaw`
+    controller : name of a shipped controller, or a law of your own, as `my_law.py:MyLaw`
     parameters : start values, `"2 W/K"` under `motor.joint_conductance`, or the path of a parameter set (SSV)
-    mismatches : names or files, one on top of the other
+    mismatches : names or files; several mismatches add up
     step, stop : communication step size and stop time, `"1 h"` or in s
     master : name of the algorithm
 
     Raises
     ------
     InputError
-        If there is no such controller or mismatch, or a time is none.
+        If a controller or mismatch does not exist, or a time is not valid.
     """
     scenario = replace(
         scenario,
@@ -67,20 +67,20 @@ def run(
     master: str | None = None,
     fmus: FmuKind | None = None,
 ) -> ClosedLoop:
-    """Run a scenario with a controller and without, and say how far off the tool point is.
+    """Run a scenario with a controller and without one, and compute how far off the tool point is.
 
     Parameters
     ----------
-    scenario : name of a shipped one, or a TOML or CSV file
-    controller, parameters, mismatches, step, stop, master : what differs from it, as for `changed`
-    fmus : native (C) or python; native where there is a C compiler
+    scenario : name of a shipped scenario, or a TOML or CSV file
+    controller, parameters, mismatches, step, stop, master : changes to the scenario, as for `changed`
+    fmus : native (C) or python; by default native if there is a C compiler
 
     Raises
     ------
     InputError
-        If something that is named does not exist, or a value is refused.
+        If a name does not exist, or a value is refused.
     SlaveError
-        If the run did not get to a first value.
+        If the run failed before its first communication point.
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     asked = changed(

@@ -27,7 +27,7 @@ LONGEST = 365 * 86400.0
 """Longest time in s that a scenario may simulate."""
 
 MOST_POINTS = 1_000_000
-"""Communication points of a run that keeps them all: eleven days in steps of 1 s."""
+"""Most communication points that a run may keep in memory: eleven days in steps of 1 s."""
 
 
 class Drive(Protocol):
@@ -35,23 +35,23 @@ class Drive(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Its name."""
 
     @property
     def title(self) -> str:
-        """In a few words."""
+        """Its title, a few words."""
 
     @property
     def reason(self) -> str:
-        """Why it is as it is."""
+        """Why it was chosen so."""
 
     @property
     def stop_time(self) -> float:
-        """In s."""
+        """Stop time in s."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was taken for granted where a file did not say it."""
+        """What was assumed because the file did not say it."""
 
     def until(self, stop_time: float) -> Drive:
         """The same with another stop time in s."""
@@ -62,16 +62,16 @@ class Drive(Protocol):
 
 @dataclass(frozen=True)
 class Scenario:
-    """What to run: the step in s, the tolerance in m.
+    """What to run, and how; `step_size` is in s, `tolerance` in m.
 
     Attributes
     ----------
     parameters : start values as written, `"2 W/K"` under `motor.joint_conductance`
-    controller : the law of all controllers of the system
-    sensors : what the controllers go by; what is None there is the system's
-    mismatches : names of those that change the parameters
-    believed : the parameters without them, which is what a law may know; None where there are none
-    file : where it was read; None for what ships
+    controller : the law that all controllers of the system use
+    sensors : thermometers that the controllers use; a value of None there means the system's own
+    mismatches : names of the mismatches that change the parameters
+    believed : the parameters without the mismatches, which a designer may know; None without mismatches
+    file : the file that it was read from; None for a shipped scenario
     """
 
     name: str
@@ -96,7 +96,7 @@ class Scenario:
 
     @property
     def in_use(self) -> Sensors:
-        """What the controllers go by."""
+        """Thermometers that the controllers use."""
         mine, theirs = self.sensors, self.setup.sensors
         return Sensors(
             theirs.noise if mine.noise is None else mine.noise,
@@ -105,14 +105,14 @@ class Scenario:
 
     @property
     def design(self) -> StartValues | None:
-        """Parameters of the controllers for this system; None where it has no design of the law."""
+        """Parameters of the controllers for this system; None if the law has no design for it."""
         if self.setup.designs is None:
             return {}
         return self.setup.designs(self.controller.name, self.in_use)
 
     @property
     def _most_points(self) -> int:
-        """Communication points that fit in memory: fewer where a controller takes several instances."""
+        """Communication points that fit into memory: fewer if several instances are controllers."""
         return MOST_POINTS // max(1, len(self.setup.controllers))
 
     @property
@@ -122,16 +122,16 @@ class Scenario:
 
     @property
     def declared(self) -> dict[str, Component]:
-        """Declaration behind each instance that is one of ours."""
+        """Declaration of each instance that is a component of warmlink."""
         return self.setup.declared(self.controller.component)
 
     def files(self, store: FmuStore) -> dict[str, Path]:
-        """Files of all FMUs of the system by the component's name; built where they are missing.
+        """Files of all FMUs of the system by the component's name; missing ones are built.
 
         Raises
         ------
         InputError
-            If one cannot be built.
+            If an FMU cannot be built.
         """
         files = store.files(sorted(self.kinds))
         return {**files, **self.setup.foreign, **self.controller.files(store)}
@@ -164,21 +164,21 @@ class Scenario:
         return replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
 
     def system(self, fmus: Mapping[str, Path]) -> System:
-        """System with its FMUs, as `files` gives them; raises as `values`."""
+        """The system with its FMUs, which `files` returned; raises as `values`."""
         return self._blueprint.system(fmus, self.controller.component.name, self.values())
 
     def joined(self) -> Component:
-        """The same as one component.
+        """The system joined into one component.
 
         Raises
         ------
         InputError
-            If the system holds FMUs that are not ours, or as `values`.
+            If the system contains FMUs that are not made of warmlink's components, or as `values`.
         """
         if self.setup.foreign:
             raise InputError(
-                f"{self.setup.name}: holds FMUs of others ({', '.join(self.setup.foreign)}), whose equations "
-                "nobody knows; run it by the master"
+                f"{self.setup.name}: contains foreign FMUs ({', '.join(self.setup.foreign)}), whose "
+                "equations are not known; run it with a master instead"
             )
         return self._blueprint.joined(self.controller.component, self.values())
 
@@ -190,12 +190,12 @@ def check_extent(name: str, stop_time: float, step_size: float, most: int = MOST
     ----------
     name : of the scenario
     stop_time, step_size : in s
-    most : communication points that fit
+    most : communication points that fit into memory
 
     Raises
     ------
     InputError
-        It would run for more than a year, or hold too many points.
+        If it would run for more than a year, or have too many points.
     """
     if stop_time > LONGEST:
         raise InputError(

@@ -1,4 +1,4 @@
-"""What a scenario file says beside what drives the system."""
+"""Entries of a scenario file besides the duty cycle that drives the system."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _WORDS = ("about", "source")
 
 @cache
 def materials() -> dict[str, dict[str, str]]:
-    """Materials by name: `about`, `source` and their figures with units."""
+    """Materials by name: `about`, `source` and the values of their properties with units."""
     return read_toml(MATERIALS)
 
 
@@ -66,12 +66,12 @@ class Settings:
     sensors: SensorsTable = SensorsTable()
 
     def applied(self, default: Scenario) -> Scenario:
-        """Scenario with what the file says; what it leaves out stays.
+        """The scenario changed as the file says; what the file leaves out stays.
 
         Raises
         ------
         InputError
-            If there is no such controller.
+            If the controller does not exist.
         """
         return replace(
             default,
@@ -86,7 +86,7 @@ class Settings:
         )
 
     def _of_materials(self) -> dict[str, str | float]:
-        """Start values that the materials give, under `instance.variable`."""
+        """Start values that follow from the materials, under `instance.variable`."""
         return {
             f"{instance}.{name}": figure
             for instance, material in self.materials.items()

@@ -1,4 +1,4 @@
-"""What a scenario runs in: a system, and what a scenario has to know of it beside its parts and wires."""
+"""The system that a scenario runs in: its parts and wires, the roles of its variables, its sensors."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ THERMOMETERS, CHANNELS = "TemperatureSensors", 8
 
 @dataclass(frozen=True)
 class Roles:
-    """Who does what in a system.
+    """Roles of a system's variables.
 
     Attributes
     ----------
     score : error of the tool point in m, an expression over the system's variables
-    uncompensated : what it would be without a controller
-    plant : variables whose coupling error is stated; the largest counts
+    uncompensated : the same error without a controller
+    plant : variables whose coupling error is computed; the largest of the errors is reported
     """
 
     score: Expression
@@ -39,14 +39,14 @@ class Roles:
 
     @classmethod
     def scored_by(cls, score: str, uncompensated: str, plant: tuple[str, ...] | None = None) -> Roles:
-        """Roles from the texts of the expressions; what is left out follows from them."""
+        """Roles from the texts of the expressions; roles that are not given follow from the score."""
         without = Expression(uncompensated, "uncompensated")
         return cls(Expression(score), without, plant or without.variables)
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """What the controllers go by: noise (1 sigma) in K, and which temperatures; None: as they are."""
+    """Thermometers that controllers use: noise (1 sigma) in K, and which ones; None: the system's own."""
 
     noise: float | None = None
     used: tuple[str, ...] | None = None
@@ -55,7 +55,7 @@ class Sensors:
 AS_THEY_ARE = Sensors()
 
 Designs = Callable[[str, Sensors], StartValues | None]
-"""Start values of the controllers made for a system, by the law's name; None where it has no design."""
+"""Function that returns the controllers' start values for a system by the law's name, or None."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class Setup:
 
     Attributes
     ----------
-    blueprint : parts and wires; parts without a component take the controller
-    values : what differs from the start values that the parts declare
-    sensors : what the controllers go by unless the scenario says otherwise
-    designs : parameters of the laws for this system; None where those that the laws ship with are for it
+    blueprint : parts and wires; a part without a component is a place for the controller
+    values : start values that differ from those that the parts declare
+    sensors : thermometers that the controllers use unless the scenario says otherwise
+    designs : parameters of the laws for this system; None if the shipped laws were designed for it
     foreign : FMUs that came with the system, by the name of the component in the blueprint
-    detail : figures of a run that the system has besides, for `uncompensated` and `compensated`
+    detail : additional figures of a run of this system, for `uncompensated` and `compensated`
     """
 
     blueprint: Blueprint
@@ -87,27 +87,27 @@ class Setup:
 
     @property
     def controllers(self) -> tuple[str, ...]:
-        """Instances that take the controller."""
+        """Instances that are replaced by the controller."""
         return tuple(instance for instance, kind in self.blueprint.components.items() if not kind)
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """What the controllers correct by."""
+        """Names of the controllers' outputs that correct the error."""
         return tuple(f"{instance}.correction" for instance in self.controllers)
 
     @property
     def kinds(self) -> set[str]:
-        """Names of our components that the system needs, its controllers apart."""
+        """Names of warmlink's components that the system needs, without the controllers."""
         return {kind for kind in self.blueprint.components.values() if kind} - self.foreign.keys()
 
     def declared(self, law: Component) -> dict[str, Component]:
-        """Declaration behind each instance that is one of ours."""
+        """Declaration of each instance that is a component of warmlink."""
         known = {**catalogue.components(), law.name: law}
         kinds = self.blueprint.components_with(law.name)
         return {instance: known[kind] for instance, kind in kinds.items() if kind not in self.foreign}
 
     def called(self, short: str) -> list[str]:
-        """Instances that are what one of the warm-up cell's is, as all motors are for `motor`."""
+        """Instances that correspond to one of the warm-up cell's: for `motor` all motors."""
         kind = WARMUP_CELL.components.get(short)
         return [instance for instance, each in self.blueprint.components.items() if each == kind]
 
@@ -122,7 +122,7 @@ CELL = Setup(WARMUP_CELL, Roles.scored_by(f"link.elongation - {COMPENSATOR}.corr
 
 
 def merged(*parts: StartValues) -> dict[str, dict[str, Value]]:
-    """Start values of several sources as one, later ones winning."""
+    """Merge start values of several sources; later sources take precedence."""
     values: dict[str, dict[str, Value]] = {}
     for part in parts:
         for instance, chosen in part.items():

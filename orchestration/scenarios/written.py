@@ -1,4 +1,4 @@
-"""Files that people write (TOML), read by pydantic; every mistake ends in one sentence.
+"""Files that people write (TOML), read by pydantic; every mistake is reported in one sentence.
 
 The tables of a file are dataclasses that have `__pydantic_config__ = TABLE` and whose annotations are
 `entries`. From these come the check, the conversion to SI units, the sentence for a mistake and the JSON
@@ -15,25 +15,25 @@ from warmlink.fmus.names import instead, listed
 from warmlink.orchestration.text_files import shortened, shown
 
 TABLE: Any = {"extra": "forbid"}
-"""Pydantic's settings for a table: what it does not know is refused."""
+"""Pydantic's settings for a table: an unknown entry is refused."""
 
 Table = TypeVar("Table")
 
 
 def read_table(kind: type[Table], given: Any, name: str) -> Table:
-    """Content of a file as a table of a kind.
+    """Read the content of a file as a dataclass of a kind.
 
     Parameters
     ----------
     kind : dataclass
         With `__pydantic_config__ = TABLE` and entries as annotations.
-    given : the tables as TOML has them
-    name : of the file, put before a complaint
+    given : the tables as the TOML parser returns them
+    name : name of the file, put before an error message
 
     Raises
     ------
     InputError
-        An entry is missing, not known or cannot be used: where, its value, and the remedy.
+        If an entry is missing, unknown or wrong; the sentence says where, its value, and the remedy.
     """
     from pydantic import ValidationError
 
@@ -42,13 +42,13 @@ def read_table(kind: type[Table], given: Any, name: str) -> Table:
         return read
     except ValidationError as refused:
         errors = refused.errors(include_url=False)
-    # A misspelt entry explains a missing one.
+    # An unknown entry is reported before a missing one: it is often the missing one, misspelt.
     first = min(errors, key=lambda error: error["type"] != _UNKNOWN)
     raise InputError(_sentence(first, json_schema(kind), name))
 
 
 def json_schema(kind: type[Any]) -> dict[str, Any]:
-    """JSON Schema of a table, for editors that complete and check what is written."""
+    """JSON Schema of a table, with which editors complete and check a file."""
     about = (kind.__doc__ or "").partition("\n\n")[0]
     found: dict[str, Any] = _plain(_adapter(kind).json_schema())
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "description": about, **found}
@@ -83,7 +83,7 @@ _UNKNOWN = "unexpected_keyword_argument"
 
 
 def _sentence(error: Any, schema: dict[str, Any], name: str) -> str:
-    """What is wrong, where, and the remedy, from one of pydantic's errors."""
+    """Sentence that says what is wrong, where, and the remedy, from one of pydantic's errors."""
     way, value, kind = error["loc"], error["input"], error["type"]
     if kind == _UNKNOWN:
         known = sorted(_at(schema, way[:-1]).get("properties", ()))
@@ -116,7 +116,7 @@ def _heading(way: Sequence[str | int], shape: dict[str, Any]) -> str:
 
 
 def _at(schema: dict[str, Any], way: Sequence[str | int]) -> dict[str, Any]:
-    """The part of a schema that a way through the tables leads to."""
+    """The part of a schema at a path of table names."""
     shape = schema
     for step in (None, *way):
         if isinstance(step, int):
@@ -129,7 +129,7 @@ def _at(schema: dict[str, Any], way: Sequence[str | int]) -> dict[str, Any]:
 
 
 def _place(name: str, way: Sequence[str | int]) -> str:
-    """Where something stands, as `mine: segment 1.duration`."""
+    """Place in a file, as `mine: segment 1.duration`."""
     said = ""
     for step in way:
         if isinstance(step, int):

@@ -85,7 +85,7 @@ def test_the_default_run_loads_no_designer() -> None:
 def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
     code, printed = warmlink("run", "--controller", "observer", "--stop", "20 min", "--out", "o")
     assert code == 0
-    assert "the thermometers are perfect and the cell is just the one" in printed
+    assert "the thermometers are perfect and the cell is exactly the one" in printed
     assert "removed" not in printed, "a share of an error within the error budget means nothing"
     assert "The thermometers are perfect" in Path("o/report.html").read_text("utf-8")
     assert metrics("o")["reduction_percent"] is None

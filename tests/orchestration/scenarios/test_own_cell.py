@@ -86,7 +86,7 @@ def test_one_file_goes_through_run_design_save_and_simulate(warmlink: Warmlink) 
     code, printed, _ = warmlink("run", "my_cell.toml", "--no-report", "--out", "shipped")
     assert code == 0
     command = "warmlink design my_cell.toml --law observer --out observer.ssv"
-    assert "observer was designed for another cell, this one differs in link.conductivity" in printed
+    assert "observer was designed for another cell; this one differs in link.conductivity" in printed
     assert command in printed
     code, printed, _ = warmlink(*command.split()[1:])
     assert (code, printed.splitlines()[0]) == (0, "observer from base, middle, tip")
