@@ -113,6 +113,13 @@ def test_a_cause_does_in_the_model_what_it_does_in_truth(name: str, unchanged: U
     assert unchanged.slope_error(effect) < 0.1, effect
 
 
+@pytest.mark.parametrize("name", KNOWN)
+def test_a_cause_may_be_half_as_strong_again_as_usual_either_way(name: str, unchanged: Unchanged) -> None:
+    effect, channel = EFFECTS[name], ":tip_temperature" if EFFECTS[name].per_channel else ""
+    for sign in (1, -1) if effect.both_signs else (1,):
+        unchanged.freed({name + channel: effect.neutral + 1.5 * sign * (effect.size - effect.neutral)})
+
+
 def explained(found: Assessment, effect: dict[str, float]) -> None:
     """The truth explains the run, and the search came as far as the truth, but not much further."""
     search: Search = found.search
