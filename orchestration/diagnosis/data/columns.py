@@ -83,6 +83,10 @@ class Assignment:
         self.sheet, self.rig, self.told = sheet, rig, told
         self.named = {**{h: self._variable(h, name) for h, name in told.names.items()}, **named}
         self._refuse_absent()
+        # A file may spell the unit of `T1 [degC]` otherwise, or leave it out.
+        parts = [(name_and_unit(header), variable) for header, variable in named.items()]
+        self._units = {name: unit for (name, unit), _ in parts}
+        self.named = {**{name: variable for (name, _), variable in parts}, **self.named}
         found = [place for place in map(self._place, range(len(sheet.headers))) if place is not None]
         taken = {place.variable for place in found if place.chosen}
         self.places = [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
@@ -122,7 +126,7 @@ class Assignment:
         known = {*headers, *(self.rig.column_of(v) for v in self.named.values()), *self.rig.columns, TIME}
         for header, variable in self.named.items():
             # A file of other origin may have the column under its own name.
-            if header not in headers and self.rig.column_of(variable) not in headers:
+            if not {header, name_and_unit(header)[0], self.rig.column_of(variable)} & set(headers):
                 raise InputError(
                     f"{self.sheet.name}: there is no column {header!r}; {instead(header, self.sheet.headers)}"
                 )
@@ -163,6 +167,8 @@ class Assignment:
                         "or leave --unit out"
                     )
                 unit, source = given, "--unit"
+        if unit is None:
+            unit, source = self._units.get(name), "channels"
         if unit is None:
             unit = next((u for u in self.told.common if variable and converts(u, self._si(variable))), None)
             source = "--unit"

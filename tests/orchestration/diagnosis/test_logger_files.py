@@ -370,3 +370,15 @@ def test_a_pad_is_off_where_nothing_or_off_is_written_and_holds_where_it_was_not
     pad = read_experiment(path).runs[0].inputs["motor.pad_temperature"]
     assert np.isfinite(pad).tolist() == [True] * 12 + [False] * 20 + [True] * 28
     assert pad[11] == pytest.approx(309.15)
+
+
+@pytest.mark.parametrize("header", ["T1 [degC]", "T1 (°C)", "T1"])
+def test_the_channels_of_an_experiment_are_found_however_the_unit_is_written(
+    header: str, plain: Experiment, tmp_path: Path
+) -> None:
+    given(Variant(text(";", [*PLAIN[:4], header, PLAIN[5]], decimal=",")), tmp_path)
+    path = tmp_path / "rig.toml"
+    channels = '[channels]\n"T1 [degC]" = "link.base_temperature"\n'
+    path.write_text(f'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n{channels}')
+    found = read_experiment(path).runs[0].readings["link.base_temperature"]
+    assert np.array_equal(found, plain.runs[0].readings["link.base_temperature"])
