@@ -112,7 +112,7 @@ def _rows(case: Case, hosts: Sequence[Host], rounds: int, told: Callable[[str], 
     for _ in range(rounds):
         for host in hosts:
             told(f"{case.name}: {host.name}")
-            row = _timed(case, host)
+            row = timed(case, host)
             old = best.get(host.name, row)
             best[host.name] = row if row.failure is not None else _better(row, old)
     return list(best.values())
@@ -133,7 +133,8 @@ def _better(row: Row, old: Row) -> Row:
     )
 
 
-def _timed(case: Case, host: Host) -> Row:
+def timed(case: Case, host: Host) -> Row:
+    """Run a case with one master, in a process of its own."""
     command = [sys.executable, "-m", "benchmarks.hosts", host.function]
     began = time.perf_counter()
     try:

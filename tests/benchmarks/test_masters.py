@@ -52,7 +52,7 @@ def test_all_run_the_same_thing(cases: list[list[Row]]) -> None:
 
 def test_a_master_that_fails_says_so_in_its_row(tmp_path: Path) -> None:
     job = masters.Job(str(tmp_path / "absent.ssp"), 10, 1.0, "c.y", 1)
-    row = masters._timed(masters.Case("nothing", job), Host("warmlink, plain", "ours:plain"))
+    row = masters.timed(masters.Case("nothing", job), Host("warmlink, plain", "ours:plain"))
     assert row.step_us is None
     assert "absent.ssp" in str(row.failure)
     assert "failed: " in masters_table([row])
