@@ -54,10 +54,11 @@ def hide(
 
     The run is computed by another solver than the one that `diagnose` uses.
     """
-    from warmlink.fmus.names import instead
+    from warmlink.fmus.names import instead, listed
     from warmlink.orchestration.diagnosis.practice import hide as made_up
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.scenarios.duties.duty import length
+    from warmlink.orchestration.scenarios.load import load_scenario
 
     if solver not in (GRID, FEA):
         raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
@@ -77,6 +78,11 @@ def hide(
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
+    left_out = [] if duty is None else list(load_scenario(duty).parameters)
+    if left_out:
+        remark(
+            f"{duty}: the made-up run is of the nominal cell; {listed(left_out)} of the scenario are left out"
+        )
     if solver == FEA:
         from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea
 

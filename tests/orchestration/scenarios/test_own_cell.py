@@ -147,3 +147,10 @@ def test_its_measurements_are_diagnosed_by_the_same_file(warmlink: Warmlink) -> 
         frame[name] = frame[f"duty.{name}"]
     kept = [name for name in frame if "." not in name.partition(" ")[0] and "error" not in name]
     assert wl.diagnose(frame[kept][::10], scenario="my_cell.toml").verdict == "adequate"
+
+
+def test_a_made_up_run_says_that_it_is_of_the_nominal_cell(warmlink: Warmlink) -> None:
+    Path("my_cell.toml").write_text(CELL.replace("1 h", "2 min"))
+    code, _, told = warmlink("hide", "hub_heat_loss", "--duty", "my_cell.toml")
+    assert code == 0
+    assert "the made-up run is of the nominal cell; link.conductivity, link.density" in told
