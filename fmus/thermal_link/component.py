@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 
 from warmlink.fmus.component import Check, Component, Derived, Input, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
@@ -166,7 +166,8 @@ _CHECKS = (
 )
 
 
-def thermal_link(cells: int = CELLS) -> Component:
+@cache
+def thermal_link(cells: int) -> Component:
     """Declare a link of so many finite-volume cells (at least 8)."""
     return Component(
         name="ThermalLink",
@@ -190,4 +191,4 @@ def thermal_link(cells: int = CELLS) -> Component:
     )
 
 
-COMPONENT = thermal_link()
+COMPONENT = thermal_link(CELLS)

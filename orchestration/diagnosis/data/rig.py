@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 from warmlink.fmus.component import Component, Scalar
 from warmlink.fmus.component.join import join
@@ -167,6 +167,7 @@ class Rig:
         return next((group for group in self.shared.values() if name in group), (name,))
 
 
+@cache
 def rig(name: str, cells: int = CELLS) -> Rig:
     """Rig of a shipped system by name.
 
