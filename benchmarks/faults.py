@@ -99,8 +99,8 @@ def _trials(task: tuple[str, str, int, list[tuple[str, int]]]) -> list[FaultTria
 
 def trial(law: str, kind: Kind, duty: str, plant: int, seed: int) -> FaultTrial:
     """One run of a law with a fault, in a duty cycle of the library and a plant (0: as designed for)."""
-    told = kind.apply(_truth(duty, plant), np.random.default_rng(seed))
-    outcome = _rig(law).run(told)
+    told = kind.apply(truth_of(duty, plant), np.random.default_rng(seed))
+    outcome = rig(law).run(told)
     ready = float(np.mean(outcome.ready > 0))
     wrong = outcome.ready_wrong(ALLOWED)
     return FaultTrial(law, kind.group, kind.name, duty, plant, seed, outcome.worse_by, wrong, ready)
@@ -112,7 +112,8 @@ def _kinds() -> Mapping[str, Kind]:
 
 
 @cache
-def _rig(law: str) -> Rig:
+def rig(law: str) -> Rig:
+    """A shipped law by itself, compiled once."""
     return Rig(catalogue.controller(law))
 
 
@@ -120,7 +121,8 @@ _cell = cache(bare_cell)
 
 
 @cache
-def _truth(duty: str, plant: int) -> Told:
+def truth_of(duty: str, plant: int) -> Told:
+    """What sound instruments tell in a duty cycle of the library and a plant (0: as designed for)."""
     cycle = next(each for each in library() if each.name == duty)
     length = cycle.stop_time if "overnight" in duty else min(cycle.stop_time, LONGEST)
     off = mismatched(plant)

@@ -152,13 +152,13 @@ class Rig:
 
     def _kept(self, row: Array, event: Restart) -> dict[str, float]:
         """What the host gives back to the law at its restart."""
-        if not event.retained or "retained[1]" not in self.law.p.index:
+        if not event.retained or "recalled[1]" not in self.law.p.index:
             return {}
         names = [name for name in self.law.y.names if name.startswith("retained[")]
-        kept = {name: float(row[self.law.y.index[name]]) for name in names}
+        kept = {f"recalled{name[8:]}": float(row[self.law.y.index[name]]) for name in names}
         if event.retained == "damaged":
-            kept["retained[2]"] += 1e-3 + abs(kept["retained[2]"])
-        return {**kept, "retained_for": event.off}
+            kept["recalled[2]"] += 1e-3 + abs(kept["recalled[2]"])
+        return {**kept, "recalled_for": event.off}
 
     def _stretch(self, rows: Array, found: Array, first: int, last: int, given: Mapping[str, float]) -> None:
         if first >= last:

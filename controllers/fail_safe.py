@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.fmus.component import Parameter, Record, State
-from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, finite, maximum, where
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, finite, maximum, total, where
 
 LIMITS = (
     Parameter(
@@ -186,6 +186,18 @@ def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Numb
     moving = where(same_for >= stuck_time, 0.0, 1.0)
     last = where(there > 0, readings, trust.last)
     return there * moving, trust._replace(last=last, same_for=same_for)
+
+
+def distrusted(trust: Trust, readings: Number, p: Record) -> Number:
+    """1 where a sensor that the law goes by is missing, or left out as not credible, else 0."""
+    doubtful = trust.out + 1.0 - present(readings)
+    return where(total(where(p.sensor_std > 0, doubtful, 0.0)) > 0, 1.0, 0.0)
+
+
+def since_heard(trust: Trust, readings: Number, p: Record, step: Number) -> Number:
+    """The step in s where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
+    in_use = where(p.sensor_std > 0, present(readings) * (1.0 - trust.out), 0.0)
+    return where(total(in_use) > 0, step, 0.0)
 
 
 class Gates(NamedTuple):

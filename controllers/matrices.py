@@ -11,7 +11,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component.arithmetic import Number, symbolic
+from warmlink.fmus.component.arithmetic import Number, maximum, minimum, symbolic, total, where
+
+PIVOT_ROUNDING = 1e-9
+"""Share of a diagonal element below which a pivot counts as none."""
 
 
 def packed_size(size: int) -> int:
@@ -103,6 +106,23 @@ def blocks(upper_left: Number, upper_right: Number, lower_right: Number) -> Numb
         return casadi.blockcat(upper_left, upper_right, empty, lower_right)
     zero = np.zeros((lower_right.shape[0], upper_left.shape[1]))
     return np.block([[upper_left, upper_right], [zero, lower_right]])
+
+
+def least_pivot(square: Number) -> Number:
+    """Least pivot of a symmetric matrix's elimination, each relative to its diagonal element.
+
+    It is above 0 for a positive definite matrix, 0 but for rounding for one that lacks rank, and below 0 for
+    one that is no covariance at all.
+    """
+    size = square.shape[0]
+    least: Number = 1.0
+    rest, floor = square, PIVOT_ROUNDING * maximum(total(diagonal_of(square)), PIVOT_ROUNDING)
+    for i in range(size):
+        scale = maximum(square[i, i], floor)
+        least = minimum(least, rest[i, i] / scale)
+        inverse = where(rest[i, i] > PIVOT_ROUNDING * scale, 1.0 / maximum(rest[i, i], floor), 0.0)
+        rest = rest - outer(inverse * rest[:, i], rest[:, i])
+    return least
 
 
 @lru_cache

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
-from warmlink.controllers.matrices import packed_size
-from warmlink.controllers.observer import law, model, told, witnesses
+from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
+from warmlink.controllers.observer import law, model, retained, told, witnesses
 from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import with_values
-from warmlink.fmus.component import Component, Derived, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
@@ -105,6 +105,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             maximum=1,
         ),
         *_MODEL,
+        *retained.parameters(model.MODES + disturbances),
     )
 
 
@@ -201,16 +202,31 @@ _MODEL = (
 )
 """The reduced plant; its values come from `warmlink.controllers.design`."""
 
+CHECKS = (
+    Check(
+        lambda p: least_pivot(symmetric(p.warm_spread, _MODES)) + 1e-6,
+        "warm_spread: no covariance of the modes, some combination of them has less than none; "
+        "design the observer anew with warmlink design --law observer",
+    ),
+    Check(
+        model.stability_margin,
+        "convection: errors of the modes grow from sample to sample at the rated speed ({rated_speed} rad/s) "
+        "and a sample time of {sample_time} s; design the observer anew with warmlink design --law observer",
+    ),
+)
+"""What must hold across the parameters of an observer."""
+
 COMPONENT = Component(
     name="ObserverCompensator",
     description="Growth by a Kalman filter on a reduced model of motor and link",
     inputs=INPUTS,
     parameters=with_values(observer_parameters(model.HEATS), DESIGNED),
     states=observer_states(model.STATES),
-    outputs=OUTPUTS,
+    outputs=(*OUTPUTS, *retained.outputs(model.STATES)),
     derived=observer_derived(model.HEATS),
     derive=law.derive,
     update=law.update,
     begin=law.begin,
     observe=law.outputs,
+    checks=CHECKS,
 )

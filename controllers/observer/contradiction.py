@@ -5,6 +5,7 @@ from __future__ import annotations
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, outer, symmetric
+from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
@@ -13,8 +14,22 @@ from warmlink.controllers.observer.model import (
     losses,
     temperature,
 )
+from warmlink.controllers.observer.told import Told
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
+
+WILD = 2000.0
+"""K; modes whose sizes add up to more are no estimate."""
+
+
+def tamed(filters: Filters, duty_modes: Number, told: Told, p: Record) -> tuple[Number, Number]:
+    """1 where an estimate is none, so that all begins again; and the duty's modes, cold if they are none."""
+    lost = where(total(absolute(duty_modes)) <= WILD, 0.0, 1.0)
+    cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
+    wild = lost
+    for each in filters:
+        wild = maximum(wild, where(total(absolute(each.mean[:MODES])) <= WILD, 0.0, 1.0))
+    return wild, where(lost > 0, cold, duty_modes)
 
 
 def reconciled(
@@ -23,6 +38,7 @@ def reconciled(
     readings: Number,
     duty_modes: Number,
     plausible: Number,
+    wild: Number,
     u: Record,
     p: Record,
 ) -> tuple[Belief, fail_safe.Trust, Number]:
@@ -31,7 +47,8 @@ def reconciled(
     A sensor that drifts away slowly has no telling innovation: the filter makes up heat that explains it.
     Such heat soon exceeds what a wrong model may account for. Then the sensor that is farthest from what the
     duty alone makes of its temperature is left out, and any other that the duty does not bear out either:
-    with a pad on, nobody can tell which one is right. The estimate begins again from the duty.
+    with a pad on, nobody can tell which one is right. The estimate begins again from the duty, and so it does
+    where it is wild.
     """
     in_link = belief.mean[MODES + 1]
     noise = maximum(belief.noise_spread[MODES + 1, MODES + 1], 0.0) ** 0.5
@@ -55,7 +72,7 @@ def reconciled(
         warmth = maximum(warmth, deviation[i])
     out = stack(*left_out)
     again = _begun_again(belief, duty_modes, warmth, p)
-    begins = where(too_much, 1.0, 0.0)
+    begins = maximum(where(too_much, 1.0, 0.0), wild)
     belief = either(begins, again, belief)
     trust = trust._replace(out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for))
     return belief, trust, begins

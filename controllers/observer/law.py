@@ -17,8 +17,8 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
 from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric
-from warmlink.controllers.observer import witnesses
-from warmlink.controllers.observer.contradiction import plausible_link_heat, reconciled
+from warmlink.controllers.observer import retained, witnesses
+from warmlink.controllers.observer.contradiction import plausible_link_heat, reconciled, tamed
 from warmlink.controllers.observer.filters import (
     Filters,
     allowed_for,
@@ -54,7 +54,6 @@ from warmlink.fmus.component.arithmetic import (
     maximum,
     placed,
     stack,
-    total,
     where,
 )
 
@@ -71,17 +70,18 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     """Both filters after the first readings, and the start values of all states except the elongation."""
     told, readings = first_believed(u, p), sensed(u)
-    start = first_filters(told, readings, p, size)
+    recalled = retained.recalled(told, p)
+    start = first_filters(recalled, told, readings, p, size)
     trust = fail_safe.at_start(readings)
     filters, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
     return filters, {
         **named(filters, trust, 0.0),
         **told_named(told),
-        **witnesses.first_states(readings, told),
-        "duty_modes": start.alert.mean[:MODES],
+        **witnesses.first_states(readings, told, recalled.known),
+        "duty_modes": where(recalled.valid > 0, recalled.duty_modes, start.alert.mean[:MODES]),
         "plausible_heat": 0.0,
-        "correction": 0.0,
-        "distrusted": distrusted(trust, readings, p),
+        "correction": recalled.correction,
+        "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 
 
@@ -104,6 +104,7 @@ class Sample(NamedTuple):
     again : 1 where the alert filter has begun again from the duty
     heard : time in s that counts for what is remembered, as `since_heard` gives it
     doubted : 1 where duty or surroundings are not believed
+    wild : 1 where an estimate was none, and has begun again
     """
 
     told: Told
@@ -115,6 +116,7 @@ class Sample(NamedTuple):
     again: Number
     heard: Number
     doubted: Number
+    wild: Number
 
 
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
@@ -125,12 +127,12 @@ def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = by_duty(x.duty_modes, idle, p)
+    wild, duty_modes = tamed(filters, duty_modes, told, p)
     plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, told, p)
-    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, told, p)
-    heard = since_heard(trust, readings, p, step)
-    return Sample(
-        told, readings, trust, Filters(alert, filters.quiet), duty_modes, plausible, again, heard, doubted
-    )
+    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, wild, told, p)
+    heard = fail_safe.since_heard(trust, readings, p, step)
+    both = Filters(alert, filters.quiet)
+    return Sample(told, readings, trust, both, duty_modes, plausible, again, heard, doubted, wild)
 
 
 def settled(
@@ -157,7 +159,9 @@ def settled(
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     more = camera.authority + camera.share * absolute(borne_out)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
-    doubted = maximum(sample.doubted, maximum(distrusted(sample.trust, sample.readings, p), verdict.disagree))
+    wanted = where(sample.wild > 0, x.correction, wanted)
+    unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
+    doubted = maximum(maximum(sample.doubted, sample.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
     return wanted, {
         **told_named(sample.told),
@@ -165,7 +169,7 @@ def settled(
         "lagged": verdict.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
-        "doubt": maximum(doubted, unconfirmed),
+        "doubt": where(sample.wild > 0, 2.0, maximum(doubted, unconfirmed)),
         "duty_modes": where(verdict.warm > 0, filters.alert.mean[:MODES], sample.duty_modes),
         "plausible_heat": sample.plausible,
         "correction": fail_safe.limited(x.correction, wanted, p, step),
@@ -196,31 +200,35 @@ def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, N
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
 
 
-def first_filters(told: Told, readings: Number, p: Record, size: int) -> Filters:
+def first_filters(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Filters:
     """Both filters before any reading is taken in."""
-    start = first_belief(told, readings, p, size)
+    start = first_belief(recalled, told, readings, p, size)
     return Filters(start, quieted(start, p))
 
 
-def first_belief(told: Told, readings: Number, p: Record, size: int) -> Belief:
+def first_belief(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:
     """Belief before any reading.
 
-    Its mean is the ambient temperature everywhere. Its uncertainty follows from the first readings: the
-    largest distance of a reading from that temperature, less its noise, is how warm the cell may be, with
-    the temperature profiles that heat in the shaft leaves behind.
+    Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
+    first readings: the largest distance of a reading from that, less its noise, is how warm the cell may be,
+    with the temperature profiles that heat in the shaft leaves behind.
     """
     start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
+    cold = p.uniform_profile * (start - p.linearisation_temperature)
+    modes = where(recalled.valid > 0, recalled.modes, cold)
     warmth: Number = 0.0
     for i in range(SENSORS):
-        beyond = absolute(readings[i] - start) - 3.0 * p.sensor_std[i]
+        beyond = absolute(readings[i] - temperature(i, modes, p)) - 3.0 * p.sensor_std[i]
         warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
+    warmth = retained.warmest(recalled, warmth, p)
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
     profile = diagonal(p.profile_std**2)
     warm = symmetric(p.warm_spread, MODES) * warmth**2
     rest = stack(*[0.0] * (size - MODES))
     doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
     none = outer(p.uniform_profile, rest) * 0.0
-    mean = stack(p.uniform_profile * (start - p.linearisation_temperature), rest)
+    taught = [recalled.taught] if size > STATES else []
+    mean = stack(modes, *[0.0] * HEATS, *taught)
     return Belief(
         mean,
         blocks(uniform + warm + profile, none, doubt),
@@ -286,12 +294,6 @@ def sense(
     return filters, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
 
 
-def since_heard(trust: fail_safe.Trust, readings: Number, p: Record, step: Number) -> Number:
-    """The step in s if any sensor is in use, else 0: without one nothing shows that unknown heat is gone."""
-    in_use = where(p.sensor_std > 0, fail_safe.present(readings) * (1.0 - trust.out), 0.0)
-    return where(total(in_use) > 0, step, 0.0)
-
-
 def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:
     """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence."""
     spread = believed_spread(filters.quiet, filters.alert, x.evidence, taught)
@@ -299,16 +301,11 @@ def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     std = fail_safe.with_held_back(variance**0.5, x)
     return {
+        "retained": retained.kept(x, filters.quiet.mean),
         "correction": x.correction,
         "predicted_elongation": x.elongation,
         "correction_std": std,
-        "ready": ready(std, p.tolerance) * (1.0 - x.doubt),
+        "ready": where(x.doubt > 0, 0.0, ready(std, p.tolerance)),
         "distrusted": x.distrusted,
-        "warning": fail_safe.warning(x.correction, x.elongation, p),
+        "warning": where(x.doubt > 1.5, 1.0, fail_safe.warning(x.correction, x.elongation, p)),
     }
-
-
-def distrusted(trust: fail_safe.Trust, readings: Number, p: Record) -> Number:
-    """1 where a signal that the law uses is missing, or left out as not credible, else 0."""
-    missing = 1.0 - fail_safe.present(readings)
-    return where(total(where(p.sensor_std > 0, trust.out + missing, 0.0)) > 0, 1.0, 0.0)

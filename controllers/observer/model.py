@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.matrices import matrix, product
+from warmlink.controllers.matrices import diagonal_of, matrix, product
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, total
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum, total
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 MODES = 7
@@ -55,6 +55,16 @@ def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
     """What is left of each mode after a step, and what a rate held over the step adds to it."""
     decay = exp(p.mode_rate * step)
     return decay, (decay - 1.0) / p.mode_rate
+
+
+def stability_margin(p: Record) -> Number:
+    """By how much a sample shrinks the slowest error of a mode, at standstill and at the rated speed."""
+    decay, reach = decay_and_reach(p, p.sample_time)
+    gained = reach * p.rated_speed * diagonal_of(matrix(p.convection, MODES))
+    least: Number = 1.0
+    for i in range(MODES):
+        least = minimum(least, 1.0 - maximum(absolute(decay[i] + gained[i]), decay[i]))
+    return least
 
 
 def by_duty(modes: Number, u: Record, p: Record) -> Number:

@@ -93,13 +93,13 @@ def derive(p: Record) -> Mapping[str, Number]:
     return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}
 
 
-def first_states(readings: Number, told: Told) -> dict[str, Number]:
-    """The states at the start: nothing is known of how warm the cell is, and nothing contradicts it."""
+def first_states(readings: Number, told: Told, known: Number) -> dict[str, Number]:
+    """The states at the start: whether it is known how warm the cell is, and nothing contradicts it."""
     surroundings = stack(*[told.ambient_temperature] * SENSORS)
     return {
         "seen": where(finite(readings), readings, surroundings),
         "lagged": 0.0 * surroundings,
-        "known_for": 0.0,
+        "known_for": KNOWN_TIME * known,
         "agreed_for": AGREEMENT_TIME,
         "doubt": 1.0,
     }

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
+from warmlink.controllers.observer import retained
 from warmlink.controllers.observer.component import (
+    CHECKS,
     observer_derived,
     observer_parameters,
     observer_states,
@@ -75,10 +77,11 @@ COMPONENT = Component(
         State("camera_says", "m"),
         State("camera_said", "1"),
     ),
-    outputs=OUTPUTS,
+    outputs=(*OUTPUTS, *retained.outputs(law.STATES)),
     derived=observer_derived(law.DISTURBANCES),
     derive=derive,
     update=law.update,
     begin=law.begin,
     observe=law.outputs,
+    checks=CHECKS,
 )

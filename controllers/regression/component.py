@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
-from warmlink.controllers.matrices import packed_size
+from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.regression import law
 from warmlink.controllers.regression.designed import DESIGNED
 from warmlink.controllers.start_values import with_values
-from warmlink.fmus.component import Component, Parameter, State
+from warmlink.fmus.component import Check, Component, Parameter, State
 from warmlink.fmus.component.quantities import temperature_parameter
 
 _PARAMETERS = (
@@ -58,9 +58,17 @@ COMPONENT = Component(
         State("correction", "m"),
         State("elongation", "m"),
         State("distrusted", "1"),
+        State("wild", "1"),
     ),
     outputs=OUTPUTS,
     update=law.update,
     begin=law.begin,
+    checks=(
+        Check(
+            lambda p: least_pivot(symmetric(p.moments, law.STATES)) - 1e-12,
+            "moments: no positive definite matrix, so no covariance of temperatures and growth; "
+            "fit the regression anew with warmlink design --law regression",
+        ),
+    ),
     observe=law.outputs,
 )

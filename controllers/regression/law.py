@@ -19,7 +19,7 @@ from warmlink.controllers.kalman import Belief, carried, corrected, variance_alo
 from warmlink.controllers.matrices import diagonal, symmetric, upper
 from warmlink.controllers.verdict import ready
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, exp, maximum, placed, stack, total, where
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, where
 
 SENSORS = len(SENSED)
 
@@ -30,13 +30,17 @@ LENGTH = 1e-5
 """m a kelvin or so: the growth is counted in this, so that the covariance holds numbers of one size."""
 
 
+LARGEST_GROWTH = 2e-3
+"""m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
+
+
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: what the first readings say."""
     moments = symmetric(p.moments, STATES)
     belief = Belief(stack(*[0.0] * STATES), moments, moments)
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
-    return _named(belief, trust, 0.0, readings, p)
+    return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
@@ -51,8 +55,15 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     belief, trust = sense(belief, trust, readings, news, p, step)
-    correction = fail_safe.limited(x.correction, LENGTH * belief.mean[SENSORS], p, step)
-    return _named(belief, trust, correction, readings, p)
+    sound = absolute(LENGTH * belief.mean[SENSORS]) <= LARGEST_GROWTH
+    belief = Belief(
+        where(sound, belief.mean, 0.0 * x.estimate),
+        where(sound, belief.spread, moments),
+        where(sound, belief.noise_spread, moments),
+    )
+    wanted = where(sound, LENGTH * belief.mean[SENSORS], x.correction)
+    correction = fail_safe.limited(x.correction, wanted, p, step)
+    return {**_named(belief, trust, correction, readings, p), "wild": where(sound, 0.0, 1.0)}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
@@ -64,9 +75,9 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
         "correction": x.correction,
         "predicted_elongation": x.elongation,
         "correction_std": std,
-        "ready": ready(std, p.tolerance),
-        "distrusted": x.distrusted,
-        "warning": fail_safe.warning(x.correction, x.elongation, p),
+        "ready": ready(std, p.tolerance) * (1.0 - maximum(x.distrusted, x.wild)),
+        "distrusted": maximum(x.distrusted, x.wild),
+        "warning": maximum(fail_safe.warning(x.correction, x.elongation, p), x.wild),
     }
 
 
@@ -98,13 +109,11 @@ def sense(
 def _named(
     belief: Belief, trust: fail_safe.Trust, correction: Number, readings: Number, p: Record
 ) -> dict[str, Number]:
-    missing = 1.0 - fail_safe.present(readings)
-    doubtful = total(where(p.sensor_std > 0, trust.out + missing, 0.0))
     return {
         "estimate": belief.mean,
         "spread": upper(belief.spread),
         **fail_safe.trust_named(trust),
         "correction": correction,
         "elongation": LENGTH * belief.mean[SENSORS],
-        "distrusted": where(doubtful > 0, 1.0, 0.0),
+        "distrusted": fail_safe.distrusted(trust, readings, p),
     }

@@ -38,3 +38,15 @@ def test_both_arithmetics_agree(size: int) -> None:
     found = ca.Function("f", symbols, all_of(*symbols))(a, b, flat, packed)
     for symbolic, plain in zip(found, all_of(a, b, flat, packed), strict=True):
         assert np.squeeze(np.array(symbolic)) == pytest.approx(np.squeeze(plain), rel=1e-14)
+
+
+@pytest.mark.parametrize(("change", "definite"), [(0.0, True), (-1.0, False), (3.0, False)])
+def test_the_least_pivot_tells_a_covariance_in_both_arithmetics(change: float, definite: bool) -> None:
+    square = np.array([[2.0, 1.0, 0.5], [1.0, 3.0, 0.2], [0.5, 0.2, 1.0]])
+    square[2, 2] += change if change < 0 else 0.0
+    square[0, 1] = square[1, 0] = 1.0 + max(change, 0.0)
+    least = m.least_pivot(square)
+    assert (least > 0) == definite
+    entries = ca.SX.sym("entries", 6)
+    symbolic = ca.Function("f", [entries], [m.least_pivot(m.symmetric(entries, 3))])
+    assert float(symbolic(m.upper(square))) == pytest.approx(least, rel=1e-12)

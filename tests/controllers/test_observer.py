@@ -48,7 +48,7 @@ def inputs(k: int, draw: np.random.Generator) -> dict[str, float]:
 @pytest.mark.parametrize("component", LAWS, ids=lambda c: c.name)
 def test_they_stand_in_for_one_another(component: Component) -> None:
     assert component.inputs == interface.INPUTS
-    assert component.outputs == interface.OUTPUTS
+    assert component.outputs[: len(interface.OUTPUTS)] == interface.OUTPUTS
 
 
 @pytest.mark.parametrize("component", LAWS, ids=lambda c: c.name)

@@ -1,10 +1,22 @@
 """Signals that lie, controllers that restart: a sample of what `python -m benchmarks.faults` runs."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.fault_kinds import Kind, kinds
-from benchmarks.faults import ALLOWED, ALLOWED_READY, bench_faults, trial
+from benchmarks.faults import ALLOWED, ALLOWED_READY, bench_faults, rig, trial, truth_of
+from benchmarks.told import Outcome, Restart
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
+from warmlink.controllers.regression.component import COMPONENT as REGRESSION
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.snapshot import Snapshot
+from warmlink.fmus.errors import InputError
 
 pytestmark = pytest.mark.xdist_group("shop_floor")
 
@@ -49,3 +61,102 @@ def test_without_a_fault_nothing_is_doubted() -> None:
     found = trial("observer", Kind("none", "sound", lambda told, draw: told), "windshield_wiper", 0, 1)
     assert found.worse_by <= 0.1 * ALLOWED
     assert found.ready_share > 0.99
+
+
+@pytest.mark.parametrize(
+    ("component", "wrong", "said"),
+    [
+        (REGRESSION, {"moments[19]": 0.0}, "moments: no positive definite matrix"),
+        (REGRESSION, {"moments[1]": -1.0}, "moments: no positive definite matrix"),
+        (OBSERVER, {"warm_spread[8]": -1.0}, "warm_spread: no covariance"),
+        (DRIFT, {"warm_spread[2]": 1e3}, "warm_spread: no covariance"),
+        (OBSERVER, {"convection[1]": 1.0}, "convection: errors of the modes grow"),
+    ],
+)
+def test_a_parameter_set_that_is_none_is_refused(
+    component: Component, wrong: dict[str, float], said: str
+) -> None:
+    """The regression's estimate once grew to NaN with such moments, and every status was OK."""
+    instance = Instance(component)
+    instance.set(wrong)
+    with pytest.raises(InputError, match=said):
+        instance.initialize()
+
+
+@pytest.mark.parametrize("component", [OBSERVER, DRIFT, REGRESSION], ids=lambda c: c.name)
+def test_a_wild_estimate_holds_the_correction_warns_and_recovers(component: Component) -> None:
+    instance, draw = Instance(component), np.random.default_rng(8)
+    instance.set({"sample_time": 10.0})
+    instance.initialize()
+
+    def step(k: int) -> None:
+        instance.set({name: 297.0 + 0.1 * draw.normal() for name in SENSED})
+        instance.step(10.0 * k, 10.0)
+
+    for k in range(30):
+        step(k)
+    correction = instance.get("correction")
+    kept = instance.snapshot()
+    states = list(kept.states)
+    growth = "estimate[6]" if component is REGRESSION else "estimate[1]"
+    states[component.x.index[growth]] = 1e9
+    instance.restore(Snapshot(**{**vars(kept), "states": states}))
+    step(30)
+    assert instance.get("correction") == pytest.approx(correction, abs=1e-9)
+    assert (instance.get("warning"), instance.get("distrusted"), instance.get("ready")) == (1.0, 1.0, 0.0)
+    for k in range(31, 60):
+        step(k)
+        assert abs(instance.get("correction")) < 3e-5
+    assert math.isfinite(instance.get("predicted_elongation"))
+    assert instance.get("warning") == 0.0
+
+
+# restarts -------------------------------------------------------------------------------------------------
+
+HOT = 3600
+"""s into the windshield wiper's run, at 75.8 um."""
+
+
+def restarted(off: float, retained: bool | str, plant: int = 0) -> Outcome:
+    told = truth_of("windshield_wiper", plant)
+    return rig("observer").run(replace(told, restarts=(Restart(HOT, off, retained),)))
+
+
+@pytest.mark.parametrize("plant", [0, 31])
+@pytest.mark.parametrize("off", [1.0, 60.0, 1200.0])
+def test_a_restart_goes_on_where_it_was(off: float, plant: int) -> None:
+    """The correction does not leap, and the error is within tolerance in a minute; the cell had gone on."""
+    found = restarted(off, True, plant)
+    again = HOT + round(off)
+    assert found.correction[again] == found.correction[HOT - 1]
+    assert np.abs(np.diff(found.correction[again:])).max() <= 2e-6 * (1 + 1e-9)
+    assert np.abs(found.error[again + 60 :]).max() < 5e-6
+    assert found.ready_wrong() <= ALLOWED_READY
+
+
+@pytest.mark.parametrize("retained", [False, "damaged"])
+def test_a_restart_with_nothing_to_recall_starts_unsure_and_says_so(retained: bool | str) -> None:
+    """Then the thermometers alone must show for a minute that the cell was left warm."""
+    found = restarted(1.0, retained)
+    assert found.correction[HOT + 1] == 0.0
+    assert not found.ready[HOT + 1 : HOT + 60].any()
+    assert np.abs(found.error[HOT + 120 :]).max() < 5e-6
+    assert found.ready[HOT + 120] == 1.0
+
+
+@pytest.mark.parametrize("component", [OBSERVER, DRIFT], ids=lambda c: c.name)
+def test_what_is_kept_survives_being_written_with_ten_digits(component: Component) -> None:
+    instance, draw = Instance(component), np.random.default_rng(9)
+    instance.initialize()
+    for k in range(60):
+        instance.set({name: 300.0 + 0.1 * draw.normal() for name in SENSED})
+        instance.step(float(k), 1.0)
+    names = [name for name in component.y.names if name.startswith("retained")]
+    kept = {name.replace("retained", "recalled"): float(f"{instance.get(name):.10g}") for name in names}
+    after = Instance(component)
+    after.set({**kept, "recalled_for": 0.0, **dict.fromkeys(SENSED, math.nan)})
+    after.initialize()
+    assert after.get("correction") == pytest.approx(instance.get("correction"), abs=1e-12)
+    assert after.get("predicted_elongation") == pytest.approx(
+        instance.get("predicted_elongation"), abs=0.05e-6
+    )

@@ -1,0 +1,102 @@
+"""What an observer gives its host to keep, so that after a restart it goes on where it was.
+
+    retained = (check, correction, known, modes by the filter, modes by the duty, what a camera taught)
+    check    = 1 + sum of w_i retained_i
+
+The time that passed counts: motor and link have cooled towards the surroundings meanwhile. What does not add
+up to its check, or was never kept, is not used: the law starts unsure.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from warmlink.controllers.observer import witnesses
+from warmlink.controllers.observer.model import MODES, STATES
+from warmlink.controllers.observer.told import Told
+from warmlink.fmus.component import Output, Parameter, Record
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, minimum, stack, total, where
+
+_HEAD = 3
+"""Check, correction and known."""
+
+LENGTH = 1e-6
+"""m in which correction and offset are kept, so that all numbers are of one size."""
+
+ROUNDING = 1e-9
+"""Share of itself by which a check may be off: text with ten digits keeps it."""
+
+
+class Recalled(NamedTuple):
+    """What is recalled at a start.
+
+    Attributes
+    ----------
+    valid : 1 where anything is, else 0
+    correction : in m
+    known : 1 where it was known how warm the cell is
+    modes, duty_modes : by the filter and by the duty alone, cooled for the time that passed
+    taught : what a camera taught, the elements of the filter's state after the unknown heats
+    """
+
+    valid: Number
+    correction: Number
+    known: Number
+    modes: Number
+    duty_modes: Number
+    taught: Number
+
+
+def size(states: int) -> int:
+    """Numbers that an observer with so many elements of state keeps."""
+    return _HEAD + 2 * MODES + states - STATES
+
+
+def parameters(states: int) -> tuple[Parameter, ...]:
+    """What the host gives back."""
+    kept = "what `retained` held before a restart, where the host kept it"
+    passed = "time since then; below 0: nothing was kept"
+    return (
+        Parameter("recalled", "1", 0, kept, size=size(states)),
+        Parameter("recalled_for", "s", -1, passed, minimum=-1, nominal=100),
+    )
+
+
+def outputs(states: int) -> tuple[Output, ...]:
+    """What the host is to keep."""
+    description = "what the host may keep, to give it back as `recalled` after a restart"
+    return (Output("retained", "1", description, size=size(states)),)
+
+
+def kept(x: Record, estimate: Number) -> Number:
+    """What the host is to keep, for a filter's estimate."""
+    known = where(x.known_for >= witnesses.KNOWN_TIME, 1.0, 0.0)
+    known = where(x.agreed_for >= witnesses.AGREEMENT_TIME, known, 0.0)
+    taught = [estimate[STATES:]] if estimate.shape[0] > STATES else []
+    held = stack(x.correction / LENGTH, known, estimate[:MODES], x.duty_modes, *taught)
+    return stack(_check(held), held)
+
+
+def recalled(told: Told, p: Record) -> Recalled:
+    """What is recalled at a start, as of now."""
+    held = p.recalled[1:]
+    fits = absolute(p.recalled[0] - _check(held)) <= ROUNDING * (1.0 + total(absolute(held)))
+    valid = where(p.recalled_for >= 0, where(fits, 1.0, 0.0), 0.0)
+    cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
+    left = exp(p.mode_rate * clip(p.recalled_for, 0.0, 1e6))
+    modes, duty_modes = (
+        cold + valid * left * (held[first : first + MODES] - cold) for first in (2, 2 + MODES)
+    )
+    correction = clip(valid * LENGTH * held[0], -p.correction_limit, p.correction_limit)
+    return Recalled(valid, correction, valid * held[1], modes, duty_modes, valid * held[2 + 2 * MODES :])
+
+
+def warmest(recalled: Recalled, warmth: Number, p: Record) -> Number:
+    """Warmth in K that first readings may reveal: where all is recalled, what can have come meanwhile."""
+    reach = witnesses.FASTEST * (clip(p.recalled_for, 0.0, 1e6) + witnesses.SMOOTHING)
+    return where(recalled.valid > 0, minimum(warmth, reach), warmth)
+
+
+def _check(held: Number) -> Number:
+    weights = [1.0 + 0.618034 * (i % 7) + 0.1 * i for i in range(held.shape[0])]
+    return 1.0 + total(stack(*weights) * held)
