@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Scores
-from warmlink.orchestration.diagnosis.answer.next_experiment import next_experiment
 from warmlink.orchestration.diagnosis.data.columns import Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs
@@ -80,8 +79,4 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     before = scores.predict(assessment.null)
     after = scores.predict(assessment.best) if assessment.best.items else before
     members = tuple(scores.predict(fit) for fit in assessment.rivals)
-    proposed = None
-    if assessment.word == "ambiguous":
-        progress("choosing the next experiment")
-        proposed = next_experiment(assessment, experiment)
-    return Diagnosis(experiment, assessment, scores, before, after, members, proposed)
+    return Diagnosis(experiment, assessment, scores, before, after, members)

@@ -78,7 +78,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
     """Write the page; it opens from disk without a network."""
     lines = summary(diagnosis).splitlines()
     sections = [
-        Section("In short", "\n".join(lines[2:])),
+        Section("In short", "\n".join(lines[2:]), warning=_growing(diagnosis)),
         *_remarks(diagnosis),
         *_causes(diagnosis),
         *_figures(diagnosis),
@@ -107,6 +107,14 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         Section("Made with", table=versions()),
     ]
     write_page(path, lines[0], lines[1], sections)
+
+
+def _growing(diagnosis: Diagnosis) -> str:
+    """Warn where the model to use from now on predicts the held-out rows worse than the uncorrected one."""
+    before, after = diagnosis.held_out[:2]
+    if before is None or after is None or after.in_noise <= before.in_noise or not diagnosis.causes:
+        return ""
+    return f"The error on held-out rows grows from {before.in_noise:.3g} to {after.in_noise:.3g} times the noise."
 
 
 def _remarks(diagnosis: Diagnosis) -> list[Section]:

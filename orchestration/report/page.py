@@ -27,12 +27,16 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page: heading, sentences, a table, a plotly figure; what is None is left out."""
+    """A part of the page: heading, sentences, a table, a plotly figure, and a warning in red before them.
+
+    What is None or empty is left out.
+    """
 
     heading: str
     text: str = ""
     table: Table | None = None
     figure: Any = None
+    warning: str = ""
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:

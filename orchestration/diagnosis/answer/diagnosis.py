@@ -10,7 +10,8 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
-from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Word, held_out, judged
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, hint
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
@@ -30,7 +31,6 @@ class Diagnosis:
     scores : errors on the whole experiment
     before, after : readings by the uncorrected and by the chosen model
     members : readings by the rivals of an ambiguous verdict
-    proposed : the next experiment, where the verdict is ambiguous
     """
 
     experiment: Experiment
@@ -39,12 +39,25 @@ class Diagnosis:
     before: Predicted
     after: Predicted
     members: tuple[Predicted, ...]
-    proposed: Proposed | None
+
+    @cached_property
+    def held_out(self) -> tuple[HeldOut | None, ...]:
+        """Errors on held-out rows of the uncorrected model, the chosen one, and its rivals."""
+        found = self.assessment
+        pairs = zip(
+            (self.before, self.after, *self.members), (found.null, found.best, *found.rivals), strict=True
+        )
+        return tuple(held_out(self.scores, each, fit, found.fitter.wander) for each, fit in pairs)
+
+    @cached_property
+    def judged(self) -> tuple[Word, str]:
+        """Verdict after the gate on prediction, and what is to be said of it."""
+        return judged(self.assessment.word, self.held_out[0], self.held_out[1:])
 
     @property
-    def verdict(self) -> str:
-        """One of adequate, named, ambiguous, unknown."""
-        return self.assessment.word
+    def verdict(self) -> Word:
+        """One of adequate, named, ambiguous, empirical, unknown."""
+        return self.judged[0]
 
     @property
     def causes(self) -> tuple[Item, ...]:
@@ -71,6 +84,11 @@ class Diagnosis:
         return stand_ins(self.assessment.best.key, [fit.key for fit in self.assessment.rivals])
 
     @cached_property
+    def proposed(self) -> Proposed | None:
+        """The next experiment, where the verdict is ambiguous."""
+        return next_experiment(self.assessment, self.experiment) if self.verdict == "ambiguous" else None
+
+    @cached_property
     def wrong(self) -> dict[str, Wrong]:
         """What the simulation as it stands gets wrong, by column name."""
         return what_is_wrong(self.assessment.fitter, self.assessment.null)
@@ -83,7 +101,7 @@ class Diagnosis:
     @cached_property
     def hint(self) -> Hint | None:
         """What the missing heat looks like, where the cause is unknown."""
-        return hint(self.assessment) if self.verdict == "unknown" else None
+        return hint(self.assessment) if self.assessment.word == "unknown" else None
 
     @property
     def adopted(self) -> Predicted:

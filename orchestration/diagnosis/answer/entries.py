@@ -36,7 +36,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
     diagnosis : what was found
     ssv, ssp : names of the files of the extended model, where they are written
     """
-    proposed, hint = diagnosis.proposed, diagnosis.hint
+    proposed, hint, wander = diagnosis.proposed, diagnosis.hint, diagnosis.assessment.fitter.wander
     return {
         "verdict": diagnosis.verdict,
         "causes": [cause_entry(diagnosis, item) for item in diagnosis.causes],
@@ -54,6 +54,18 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "remaining": wrong_entries(diagnosis, diagnosis.remaining),
         "artefacts": {
             "communication_step": {"solved_in_one_piece": True, "error_sigma": diagnosis.assessment.artefact}
+        },
+        "prediction": {
+            "because": diagnosis.judged[1] or None,
+            **{
+                when: None if each is None else {"over_band": dict(each.over_band), "in_noise": each.in_noise}
+                for when, each in zip(("before", "after"), diagnosis.held_out, strict=False)
+            },
+        },
+        "wandering": {
+            "room_K": wander.room,
+            "heat_W": wander.heat,
+            "memory_s": None if wander.still else wander.memory,
         },
         "hint": None if hint is None else hint.to_json(),
         "gain": _gain(diagnosis),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_in_noise, wrong_entries
+from warmlink.orchestration.diagnosis.answer.prediction import difference
+from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.problem import Item
 
 _PLAIN = {
@@ -29,12 +31,20 @@ def summary(diagnosis: Diagnosis) -> str:
         lines += _observer_lines(diagnosis)
     if diagnosis.proposed is not None:
         lines.append(f"Next: {diagnosis.proposed.why}")
-    if diagnosis.verdict == "unknown":
-        lines += _unknown_lines(diagnosis)
+    if diagnosis.hint is not None:
+        lines += _unknown_lines(diagnosis, diagnosis.hint)
+    elif diagnosis.verdict == "unknown":
+        lines.append(difference(diagnosis.experiment))
     return "\n".join(lines[:10])
 
 
 def _verdict_line(diagnosis: Diagnosis) -> str:
+    _, because = diagnosis.judged
+    if because:
+        return because
+    wander = diagnosis.assessment.fitter.wander
+    if diagnosis.verdict == "adequate" and not wander.still:
+        return f"Nothing is wrong beyond the noise and {wander}: the model is adequate."
     if diagnosis.verdict in _PLAIN:
         return _PLAIN[diagnosis.verdict]
     if diagnosis.verdict == "named":
@@ -74,12 +84,12 @@ def _observer_lines(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _unknown_lines(diagnosis: Diagnosis) -> list[str]:
+def _unknown_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:
     worst = sorted(diagnosis.remaining.items(), key=lambda pair: -pair[1].rmse / pair[1].noise)[0]
     name, left = worst
     follows = f" It follows {left.correlates_with[0][0]}." if left.correlates_with else ""
     when = f" while {left.when[0]}" if left.when and not left.when[0].startswith("after") else ""
-    lines = [f"What the nearest causes leave stands out in {name}{when}.{follows}"]
-    if diagnosis.hint is not None:
-        lines.append(f"A hint only: {diagnosis.hint.sentence}")
-    return lines
+    return [
+        f"What the nearest causes leave stands out in {name}{when}.{follows}",
+        f"A hint only: {hint.sentence}",
+    ]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
+from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
 
 Vector = NDArray[np.float64]
 
@@ -129,19 +130,43 @@ def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
 
 
 class Fitter:
-    """Fits models to a problem under a noise model of each channel."""
+    """Fits models to a problem under a noise model of each channel, and what wanders beside its log."""
 
-    def __init__(self, problem: Problem, noise: Sequence[NoiseModel]) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        noise: Sequence[NoiseModel],
+        wander: Wander = STILL,
+        responses: Responses | None = None,
+    ) -> None:
         self.problem, self.noise = problem, tuple(noise)
+        self.wander, self.responses = wander, responses
         self.rows: list[list[NDArray[np.int64]]] = []
-        self.whiteners: list[list[Whitener]] = []
+        self._whiteners: list[list[Whitener]] = []
+        self._smoothing: list[Smoothing] = []
         for run, data in enumerate(problem.data):
             here = problem.noise_in(run, self.noise)
             rows = [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
             self.rows.append(rows)
-            self.whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
+            self._whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
         self.count = sum(r.size for rows in self.rows for r in rows)
         self.evaluations = 0
+        if responses is not None and not wander.still:
+            for run, columns in enumerate(responses.columns):
+                white = np.concatenate(self.whiten(run, self.by_channel(run, columns)))
+                self._smoothing.append(Smoothing(white @ responses.root(run, wander)))
+
+    def by_channel(self, run: int, table: Vector) -> list[Vector]:
+        """Rows that are fitted of each channel, from a table of shape (rows, channels, ...)."""
+        return [table[rows, channel] for channel, rows in enumerate(self.rows[run])]
+
+    def whiten(self, run: int, channels: Sequence[Vector]) -> list[Vector]:
+        """Whiten columns of a run, given and returned by channel, shape (rows, columns) each."""
+        white = [whiten(each) for whiten, each in zip(self._whiteners[run], channels, strict=True)]
+        if not self._smoothing:
+            return white
+        ends = np.cumsum([each.shape[0] for each in white])
+        return np.split(self._smoothing[run](np.concatenate(white)), ends[:-1])
 
     def whitened(self, freed: Sequence[Freed], theta: Vector) -> list[list[Vector]]:
         """Whitened residual, beside it the derivatives by slot, by run and channel."""
@@ -150,14 +175,7 @@ class Fitter:
         for run, data in enumerate(self.problem.data):
             values, by_slot = self.problem.predict(run, self.problem.values(run, freed, theta))
             joined = np.concatenate([(data.readings - values)[:, :, None], by_slot], axis=2)
-            result.append(
-                [
-                    whiten(joined[rows, channel])
-                    for channel, (rows, whiten) in enumerate(
-                        zip(self.rows[run], self.whiteners[run], strict=True)
-                    )
-                ]
-            )
+            result.append(self.whiten(run, self.by_channel(run, joined)))
         return result
 
     def at(self, freed: Sequence[Freed], theta: Vector) -> Point:

@@ -24,6 +24,9 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 
 Vector = NDArray[np.float64]
 
+_FEWEST = 8
+"""Readings of a channel in a run whose slow courses are worth a test."""
+
 
 @dataclass(frozen=True)
 class LackOfFit:
@@ -48,16 +51,16 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     """
     from scipy.stats import f as f_distribution
 
-    residuals, courses, sensitivities = [], [], []
+    residuals, courses, sensitivities, widths = [], [], [], []
     for run, channels in enumerate(fitter.whitened(fit.freed, fit.theta)):
-        for channel, joined in enumerate(channels):
-            rows = fitter.rows[run][channel]
-            if rows.size < 8:
-                continue
-            times = fitter.problem.data[run].time[rows]
-            residuals.append(joined[:, 0])
-            courses.append(fitter.whiteners[run][channel](slow_courses(times)))
-            sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
+        joined = np.concatenate(channels)
+        residuals.append(joined[:, 0])
+        sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
+        times = [fitter.problem.data[run].time[rows] for rows in fitter.rows[run]]
+        tables = [slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
+        ends = np.cumsum([t.size for t in times])
+        courses.append(np.concatenate(fitter.whiten(run, np.split(_block_diagonal(tables), ends[:-1]))))
+        widths += [table.shape[1] for table in tables if table.shape[1]]
     residual = np.concatenate(residuals)
     basis = _block_diagonal(courses)
     taken = orthonormal(np.concatenate(sensitivities))
@@ -72,9 +75,9 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
         return chi2, float(f_distribution.sf(chi2 / degrees, degrees, max(rest // 2, 4)))
 
     chi2, together = chance(slow)
-    ends = np.cumsum([0, *(c.shape[1] for c in courses)])
-    single = min(chance(orthonormal(basis[:, a:b]))[1] for a, b in pairwise(ends))
-    return LackOfFit(chi2, slow.shape[1], min(1.0, 2 * min(together, len(courses) * single)))
+    edges = np.cumsum([0, *widths])
+    single = min(chance(orthonormal(basis[:, a:b]))[1] for a, b in pairwise(edges))
+    return LackOfFit(chi2, slow.shape[1], min(1.0, 2 * min(together, len(widths) * single)))
 
 
 def estimated_noise(

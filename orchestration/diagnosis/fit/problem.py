@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
-from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.forward import Courses, Forward
 from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import NEUTRAL, Readings, channel_of
@@ -153,15 +153,20 @@ class Problem:
 
     def _means(self, readings: Sequence[Readings], run: int, z: Vector) -> tuple[Vector, Vector]:
         """Readings and derivatives as means over the blocks of rows that were averaged."""
-        weight = self.data[run].weight
         values, by_slot = readings[run](z)
+        return self._mean(run, values), self._mean(run, by_slot)
+
+    def _mean(self, run: int, each: Vector) -> Vector:
+        weight = self.data[run].weight
         if weight.shape[1] == 1:
-            return values, by_slot
+            return each
+        return np.einsum("bpo,bpo...->bo...", weight, each.reshape(*weight.shape[:2], *each.shape[1:]))
 
-        def mean(each: Vector) -> Vector:
-            return np.einsum("bpo,bpo...->bo...", weight, each.reshape(*weight.shape[:2], *each.shape[1:]))
-
-        return mean(values), mean(by_slot)
+    def responses(self, run: int, z: Vector, courses: Courses) -> Vector:
+        """Derivatives of a run's readings by the values of courses, shape (rows, outputs, values)."""
+        simulated = self._readings[run]
+        inner = z[: len(self._inner)]
+        return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
 
     def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Vector:
         """Slots of a run for fitted values; the later of two that share a slot counts."""

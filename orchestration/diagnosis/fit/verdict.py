@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -14,6 +14,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import LackOfFit, estimated_noise, lack_of_fit
+from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import Search
@@ -94,7 +95,7 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         calibrated = Fitter(problem, noise).fit(())
         problem.refine(_values(problem, calibrated))
         noise = _noise(problem, calibrated)
-    search = Search(Fitter(problem, noise), progress)
+    search = _search(problem, noise, (), progress)
     best = search.run()
     left = lack_of_fit(search.fitter, best)
     lasting = any(n.lasting for n in search.fitter.noise)
@@ -114,6 +115,15 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
 
 
+def _search(
+    problem: Problem, noise: Sequence[NoiseModel], known: Sequence[Fit], progress: Callable[[str], None]
+) -> Search:
+    """A search with what wanders beside its log, judged from nothing and from known models."""
+    still = Search(Fitter(problem, noise), progress)
+    wander, responses = likeliest(still, (still.null, *known))
+    return still if wander.still else Search(Fitter(problem, noise, wander, responses), progress)
+
+
 def _searched_again(
     search: Search, best: Fit, progress: Callable[[str], None], inflation: float = 1.0, liked: float = LIKED
 ) -> tuple[Search, Fit, LackOfFit]:
@@ -122,7 +132,7 @@ def _searched_again(
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
     problem.refine(_values(problem, best))
     seeds = [best, *search.rivals(best)] if best.items else []
-    fresh = Search(Fitter(problem, _noise(problem, best, inflation, liked)), progress)
+    fresh = _search(problem, _noise(problem, best, inflation, liked), (best,) if best.items else (), progress)
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
     found = fresh.run()

@@ -7,7 +7,7 @@ inverse serves both stages and all columns, and is kept while step and Jacobian 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,33 @@ class Trajectory:
     values: Vector
     slopes: Vector
     by_slot: Vector
+
+
+@dataclass(frozen=True)
+class Courses:
+    """Courses in time that nobody logged, each a broken line over the same nodes.
+
+    Attributes
+    ----------
+    added_to : for each course the indices of the slots to which it adds
+    nodes : s, rising, shape (nodes,)
+    """
+
+    added_to: tuple[tuple[int, ...], ...]
+    nodes: Vector
+
+    def __call__(self, by_slot: Vector, time: float) -> Vector:
+        """Derivatives by the values at the nodes, shape (n, courses * nodes), from those by slot."""
+        at = np.zeros(self.nodes.size)
+        k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
+        share = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
+        at[k : k + 2] = 1 - share, share
+        parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
+        return np.concatenate(parts, axis=1)
+
+
+Forcing = Callable[[Vector, float], Vector]
+"""Derivatives of the rates by whatever is wanted, from those by slot, at a time in s."""
 
 
 class Forward:
@@ -109,15 +136,28 @@ class Forward:
         z : values of the freed variables in SI, shape (slots,)
         times : s within the run, rising, shape (times,)
         """
-        states, slopes_left, slopes_right = self._integrate(z)
-        return self._interpolated(z, states, slopes_left, slopes_right, times)
+        _, begun = self.equations.begin(z, self._p, self._w[:, 0])
+        integrated = self._integrate(
+            z, lambda by_slot, time: by_slot[:, : self._slots], begun[:, : self._slots]
+        )
+        values, slopes, by_slot, direct = self._interpolated(z, *integrated, times)
+        return Trajectory(values, slopes, by_slot + direct[:, :, : self._slots])
 
-    def _integrate(self, z: Vector) -> tuple[Vector, Vector, Vector]:
+    def responses(self, z: Vector, times: Vector, courses: Courses) -> Vector:
+        """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
+
+        The outputs follow the courses through the states alone.
+        """
+        count = len(courses.added_to) * courses.nodes.size
+        integrated = self._integrate(z, courses, np.zeros((len(self.equations.states), count)))
+        return self._interpolated(z, *integrated, times)[2]
+
+    def _integrate(self, z: Vector, forcing: Forcing, begun: Vector) -> tuple[Vector, Vector, Vector]:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
         rates = self.equations.stepper()
         rates.z[:], rates.p[:] = z, self._p
-        x, by_slot = self.equations.begin(z, self._p, self._w[:, 0])
-        joined = np.column_stack([x, by_slot[:, : self._slots]])
+        x, _ = self.equations.begin(z, self._p, self._w[:, 0])
+        joined = np.column_stack([x, begun])
         count, shape = len(self.steps.shares), joined.shape
         states = np.empty((count + 1, *shape))
         left, right = np.empty((count, *shape)), np.empty((count, *shape))
@@ -127,47 +167,57 @@ class Forward:
         time = self.steps.time
         for k, shares in enumerate(self.steps.shares):
             step = time[k + 1] - time[k]
-            first, jacobian = self._slopes(rates, joined, time[k], shares)
+            first, jacobian = self._slopes(rates, joined, time[k], shares, forcing)
             left[k] = first
             scaled = (GAMMA * step) * jacobian
             if not np.abs(scaled - kept).max() < _STALE:
                 kept, inverse = scaled, np.linalg.inv(identity - scaled)
-            joined = self._stepped(rates, joined, first, inverse, k)
+            joined = self._stepped(rates, joined, first, inverse, k, forcing)
             states[k + 1] = joined
             same = k + 1 < count and self.steps.shares[k + 1][0][0] == shares[-1][0] and len(shares) == 1
             if same and len(self.steps.shares[k + 1]) == 1:
                 right[k] = np.nan
             else:
-                right[k], _ = self._slopes(rates, joined, time[k + 1], shares)
+                right[k], _ = self._slopes(rates, joined, time[k + 1], shares, forcing)
         following = np.isnan(right[:, 0, 0])
         right[following] = left[1:][following[:-1]]
         return states, left, right
 
-    def _stepped(self, rates: Linearised, joined: Vector, first: Vector, inverse: Vector, k: int) -> Vector:
+    def _stepped(
+        self, rates: Linearised, joined: Vector, first: Vector, inverse: Vector, k: int, forcing: Forcing
+    ) -> Vector:
         """States and sensitivities after a step that begins with the slopes `first`."""
         start, end = self.steps.time[k : k + 2]
 
         def slope_ahead(ahead: Vector) -> Vector:
-            return self._slopes(rates, ahead, end, self.steps.shares[k])[0]
+            return self._slopes(rates, ahead, end, self.steps.shares[k], forcing)[0]
 
         after: Vector = ros2(first, inverse.__matmul__, slope_ahead, joined, end - start)
         return after
 
     def _slopes(
-        self, rates: Linearised, joined: Vector, time: float, shares: Sequence[tuple[int, float]]
+        self,
+        rates: Linearised,
+        joined: Vector,
+        time: float,
+        shares: Sequence[tuple[int, float]],
+        forcing: Forcing,
     ) -> tuple[Vector, Vector]:
         """Slopes of states and sensitivities, shape as `joined`, and the Jacobian, averaged over inputs."""
         acting = [(self.steps.inputs[:, column], share) for column, share in shares]
         slopes, jacobian, by_slot = rates.averaged(joined[:, 0], time, acting)
         result = jacobian @ joined
         result[:, 0] = slopes
-        result[:, 1:] += by_slot[:, : self._slots]
+        result[:, 1:] += forcing(by_slot, time)
         return result, jacobian
 
     def _interpolated(
         self, z: Vector, states: Vector, left: Vector, right: Vector, times: Vector
-    ) -> Trajectory:
-        """Outputs at times: cubic Hermite in time, as the states' slopes are known at both ends."""
+    ) -> tuple[Vector, Vector, Vector, Vector]:
+        """Outputs at times, their slopes, and derivatives through the states and directly by slot.
+
+        Cubic Hermite in time, as the states' slopes are known at both ends.
+        """
         time = self.steps.time
         columns = [shares[0][0] for shares in self.steps.shares]
         columns.append(columns[-1])
@@ -189,9 +239,8 @@ class Forward:
             + (1 - s) * (1 - 3 * s) * left_y[k]
             + s * (3 * s - 2) * right_y[k]
         )
-        direct = direct[:, :, : self._slots]
         direct_there = (1 - s)[:, :, None] * direct[k] + s[:, :, None] * direct[k + 1]
-        return Trajectory(value[:, :, 0], slope, value[:, :, 1:] + direct_there)
+        return value[:, :, 0], slope, value[:, :, 1:], direct_there
 
 
 def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> Vector:

@@ -31,6 +31,11 @@ class Truth:
     Functions of time stand for what changes during the run: `draught` multiplies the loss by one plus its
     value, `room` adds to the true ambient temperature, `bracket` takes heat in W from the middle of the
     link, `shaft_heat` gives heat in W to the shaft, `loosening` adds resistance in K/W to the joint.
+    `thinning` is the exponent in 1/K by which viscous friction falls, `joint_slope` that of the joint's
+    conductance in 1/K; the link's air is warmer than the motor's by `air_gap` in K; `hub_capacity` in J/K
+    sits at the base. Where `mixed`, free and forced convection combine as the cube root of cubes; the loss to
+    still air goes with the power `free_exponent` of the rise over 10 K. `shift` moves the thermometers of
+    base, middle and tip outward, in m.
     """
 
     emissivity: float = 0.0
@@ -58,6 +63,13 @@ class Truth:
     bracket: Callable[[float], float] = _none
     shaft_heat: Callable[[float], float] = _none
     loosening: Callable[[float], float] = _none
+    thinning: float = 0.0
+    joint_slope: float = 0.0
+    air_gap: float = 0.0
+    hub_capacity: float = 0.0
+    mixed: bool = False
+    free_exponent: float = 0.0
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 LENGTH, WIDTH, THICKNESS = 0.3302, 0.0254, 0.00635
@@ -140,15 +152,13 @@ def simulate(truth: Truth, duty: list[Segment], times: Vector, elements: int = 1
         state = result.y[:, -1]
         start = end
     nodes = np.delete(found, [mesh.base, mesh.base + 1], axis=1)
-    return Course(
-        times,
-        found[:, mesh.base + 1],
-        found[:, mesh.base],
-        nodes[:, mesh.base],
-        mesh.at((BASE + TIP) / 2, nodes),
-        nodes[:, mesh.tip],
-        truth.expansion * mesh.rise_integral(nodes - COLD),
+    base, middle, tip = (
+        mesh.at(place + shift, nodes)
+        for place, shift in zip((BASE, (BASE + TIP) / 2, TIP), truth.shift, strict=True)
     )
+    shaft, winding = found[:, mesh.base + 1], found[:, mesh.base]
+    growth = truth.expansion * mesh.rise_integral(nodes - COLD)
+    return Course(times, shaft, winding, base, middle, tip, growth)
 
 
 def surroundings(truth: Truth, duty: Segment, time: float) -> float:
@@ -161,17 +171,25 @@ def convection(truth: Truth, duty: Segment) -> float:
     return truth.still + truth.per_speed * duty.speed * (TIP - BASE) / 2
 
 
+def combined(truth: Truth, duty: Segment, rise: Vector) -> Vector:
+    """The same at rises in K, shape (nodes,), as free and forced convection combine."""
+    free = truth.still * (np.abs(rise) / 10) ** truth.free_exponent
+    forced = convection(truth, duty) - truth.still
+    return np.asarray((free**3 + forced**3) ** (1 / 3) if truth.mixed else free + forced)
+
+
 def motor_rates(
     truth: Truth, duty: Segment, time: float, winding: float, shaft: float, base: float, air: float
 ) -> tuple[tuple[float, float], float]:
     """Rates of winding and shaft in K/s, and the heat flow in W through the joint; temperatures in K."""
-    conductance = 1 / (1 + truth.joint + truth.loosening(time))
+    conductance = (1 + truth.joint_slope * (shaft - COLD)) / (1 + truth.joint + truth.loosening(time))
     into_link = conductance * (shaft - base)
     current = duty.torque / 1.2
     copper = truth.resistance * (1 + 0.0039 * (winding - 293.15)) * current**2
     iron = 0.15 * duty.speed**2
     level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
-    rubbing = level * (1.5 + 0.6 * duty.speed) * duty.speed + truth.drag * duty.speed**3
+    viscous = 0.6 * np.exp(-truth.thinning * (shaft - COLD))
+    rubbing = level * (1.5 + viscous * duty.speed) * duty.speed + truth.drag * duty.speed**3
     pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
     inward = 0.8 * (winding - shaft)
     warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
@@ -181,22 +199,26 @@ def motor_rates(
 def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Vector], Vector]:
     """Right-hand side for one segment; winding and shaft stand before the base node, to keep it banded."""
     b = mesh.base
-    loss = convection(truth, duty)
     stored = truth.capacity * SECTION * mesh.share
     stored[mesh.tip] += truth.tip_capacity
+    stored[b] += truth.hub_capacity
 
     def rates(time: float, state: Vector) -> Vector:
         winding, shaft = state[b], state[b + 1]
         rod = np.concatenate([state[:b], state[b + 2 :]])
         air = surroundings(truth, duty, time)
-        rise = rod - air
+        rise = rod - air - truth.air_gap
         middle = (rod[1:] + rod[:-1]) / 2 - COLD
         flow = (
             truth.conductivity * (1 + truth.conductivity_slope * middle) * SECTION * np.diff(rod) / mesh.size
         )
-        coefficient = loss * (1 + truth.draught(time)) + truth.buoyancy * np.abs(rise) ** 0.25
+        coefficient = (
+            combined(truth, duty, rise) * (1 + truth.draught(time)) + truth.buoyancy * np.abs(rise) ** 0.25
+        )
         gain = -mesh.area * (
-            coefficient * rise + truth.emissivity * RADIATION * (rod**4 - air**4) - truth.flux
+            coefficient * rise
+            + truth.emissivity * RADIATION * (rod**4 - (air + truth.air_gap) ** 4)
+            - truth.flux
         )
         gain[:-1] += flow
         gain[1:] -= flow

@@ -1,0 +1,149 @@
+"""The gate that every verdict passes: whether the model predicts what was held out.
+
+A cause that is right holds in rows that it was not fitted to. Errors there are compared with a band of what
+is known to remain: noise, what wanders, and how uncertain the fitted numbers are. They are taken as a
+quantile, so that spikes and loose contacts say nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.fit.algebra import root_of
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
+from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
+from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
+
+Vector = NDArray[np.float64]
+Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
+
+_OFF, _MISSED = 3.0, 1.5
+"""Error over its band from which a model does not predict, and from which it tells of no cause."""
+
+_GROWN, _HALVED = 1.1, 0.5
+"""Ratio to the error before from which a model is worse, and much better."""
+
+_SHARE, _NORMAL = 0.8, 1.2816
+"""Quantile of the absolute errors that is looked at, and its value for normal ones of unit variance."""
+
+_FEWEST = 10
+
+_OUTSIDE = 0.1
+"""Share of held-out rows outside the fitted range from which that is told."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors of a model on held-out rows, robust against rows that are off by far.
+
+    Attributes
+    ----------
+    over_band : largest of the runs by column name, as a multiple of what is known to remain
+    in_noise : root mean square of all channels, in units of their noise
+    """
+
+    over_band: Mapping[str, float]
+    in_noise: float
+
+    @property
+    def worst(self) -> tuple[float, str]:
+        """Largest error over its band, and its column."""
+        return max((over, name) for name, over in self.over_band.items())
+
+
+def held_out(scores: Scores, predicted: Predicted, fit: Fit, wander: Wander) -> HeldOut | None:
+    """Errors of a model on held-out rows; None where there are too few."""
+    problem = scores.problem
+    freed, theta = scores.carry(problem, fit)
+    here = {f.key: f for f in freed}
+    values = [problem.values(i, freed, theta) for i in range(len(problem.data))]
+    responses = None if wander.still else Responses(problem, values)
+    over_band: dict[str, float] = {}
+    squares = []
+    for run, data in enumerate(problem.data):
+        rows = ~data.fitted
+        if rows.sum() < _FEWEST:
+            continue
+        error, scale = (data.readings - predicted.readings[run])[rows], scores.scales[run]
+        columns = by_number(
+            problem.predict(run, values[run])[1][rows], [here[f.key] for f in fit.freed], run, freed
+        )
+        variance = scale**2 + np.sum((columns @ root_of(fit.covariance())) ** 2, axis=-1)
+        if responses is not None:
+            variance += np.sum((responses.columns[run][rows] @ responses.root(run, wander)) ** 2, axis=-1)
+        for i, variable in enumerate(problem.variables):
+            there = np.isfinite(error[:, i])
+            if there.sum() >= _FEWEST:
+                name = problem.names[variable]
+                over = _typical(error[there, i] / np.sqrt(variance[there, i]))
+                over_band[name] = max(over, over_band.get(name, 0.0))
+                squares.append(_typical(error[there, i] / scale[i]) ** 2)
+    return HeldOut(over_band, float(np.sqrt(np.mean(squares)))) if squares else None
+
+
+def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) -> tuple[Word, str]:
+    """Verdict after the gate, and why it differs from the one before or what else must be said of it.
+
+    Parameters
+    ----------
+    word : the verdict on the fitted rows
+    before : errors of the uncorrected model
+    after : of the chosen model and its rivals
+    """
+    if before is None or None in after:
+        return word, ""
+    every = [each for each in after if each is not None]
+    over, name = before.worst
+    if word == "adequate" and over > _OFF:
+        return "unknown", (
+            "The model is adequate for the fitted run and does not predict the held-out one, where "
+            f"{name} is off by {over:.1f} times what is known to remain."
+        )
+    best = every[0]
+    change = f"from {before.in_noise:.2g} to {best.in_noise:.2g} times the noise"
+    if word in ("named", "ambiguous") and all(e.in_noise > _GROWN * before.in_noise for e in every):
+        return "empirical", f"The error on held-out rows grows {change}, so the cause is not established."
+    over, name = best.worst
+    if word == "named" and over > _MISSED:
+        return "empirical", (
+            f"The model predicts better and the cause is not established: on held-out rows {name} is off by "
+            f"{over:.1f} times what is known to remain."
+        )
+    if word == "unknown" and best.in_noise < _HALVED * before.in_noise:
+        return "empirical", (
+            f"No cause is established, but with these the error on held-out rows falls {change}."
+        )
+    return word, ""
+
+
+def difference(experiment: Experiment) -> str:
+    """What differs most between fitted and held-out rows, and the advice that follows."""
+    fitted = fitted_part(experiment).runs
+    heldout = [r if r.heldout else r.part(r.time >= r.fit_until) for r in experiment.runs]
+    names = {column.variable: column.name for column in experiment.columns}
+    found = []
+    for name in {**fitted[0].inputs, **fitted[0].readings}:
+        first, then = (
+            np.concatenate([{**run.inputs, **run.readings}.get(name, np.empty(0)) for run in runs])
+            for runs in (fitted, heldout)
+        )
+        first, then = first[np.isfinite(first)], then[np.isfinite(then)]
+        if first.size and then.size:
+            outside = float(np.mean((then < first.min()) | (then > first.max())))
+            found.append((outside, names.get(name, name)))
+    outside, name = max(found, default=(0.0, ""))
+    told = f"{name} lies outside its fitted range in {100 * outside:.0f} % of the held-out rows. "
+    return (
+        f"{told if outside > _OUTSIDE else ''}Fit all of it together, so that the model has to explain both."
+    )
+
+
+def _typical(errors: Vector) -> float:
+    return float(np.quantile(np.abs(errors), _SHARE)) / _NORMAL

@@ -1,0 +1,89 @@
+"""How much the surroundings wander: the amplitude of the largest likelihood, possible causes considered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, Point
+from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
+from warmlink.orchestration.diagnosis.fit.search import Search
+from warmlink.orchestration.diagnosis.fit.wandering import (
+    HEATS,
+    ROOMS,
+    STILL,
+    Responses,
+    Wander,
+    integrated_out,
+)
+
+Vector = NDArray[np.float64]
+
+_WORTH, _LIKED = 6.0, 3.0
+"""Gain in twice the log-likelihood that each wandering signal must bring, and loss that is still likely."""
+
+
+def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
+    """How much wanders, judged from models, each with up to two further causes in linear approximation."""
+    fitter = search.fitter
+    problem = fitter.problem
+    tried: list[tuple[float, Wander, Responses]] = []
+    for fit in fits:
+        values = [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
+        seen = _Integrated(search, fit, Responses(problem, values))
+        tried += [(seen.misfit(wander), wander, seen.responses) for wander in seen.candidates()]
+    least = min(misfit for misfit, _, _ in tried)
+    _, best, responses = min(tried, key=lambda each: each[0])
+    if best.room:
+        # What may be only the room must not be called a finding: of what is about as likely, the strongest.
+        liked = [each for each in tried if each[0] < least + _LIKED and each[1].heat == best.heat]
+        _, best, responses = max(liked, key=lambda each: each[1].room ** 2 * each[1].memory)
+    return best, responses
+
+
+class _Integrated:
+    """A model's least score for any wandering, what wanders integrated out."""
+
+    def __init__(self, search: Search, fit: Fit, responses: Responses) -> None:
+        self.search, self.fit, self.responses = search, fit, responses
+        plain = Fitter(search.fitter.problem, search.fitter.noise)
+        self._grams = []
+        for run, channels in enumerate(plain.whitened(fit.freed, fit.theta)):
+            columns = np.concatenate(plain.whiten(run, plain.by_channel(run, responses.columns[run])))
+            joined = np.concatenate(channels)
+            self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
+        self._known: dict[Wander, float] = {}
+
+    def candidates(self) -> Iterable[Wander]:
+        """Nothing and rooms that wander, by themselves and with the likeliest heat."""
+        rooms = (STILL, *(ROOMS if "room" in self.responses.signals else ()))
+        yield from rooms
+        if "heat" in self.responses.signals:
+            likeliest_room = min(rooms, key=self.misfit)
+            heat = min(HEATS, key=lambda each: self.misfit(replace(likeliest_room, heat=each)))
+            yield from (replace(room, heat=heat) for room in rooms)
+
+    def misfit(self, wander: Wander) -> float:
+        """Least score of the model, alone or with one or two further causes."""
+        if wander not in self._known:
+            self._known[wander] = self._misfit(wander)
+        return self._known[wander]
+
+    def _misfit(self, wander: Wander) -> float:
+        total, grams, gradients = _WORTH * ((wander.room > 0) + (wander.heat > 0)), [], []
+        chi2 = 0.0
+        for run, (gram, across, inner) in enumerate(self._grams):
+            if not wander.still:
+                gram, constant = integrated_out(gram, across, inner, self.responses.root(run, wander))
+                total += constant
+            chi2 += float(gram[0, 0])
+            grams.append(gram[1:, 1:])
+            gradients.append(gram[1:, 0])
+        fit = replace(self.fit, point=Point(chi2, tuple(grams), tuple(gradients)))
+        near = Neighbours(fit, self.search.items, ())
+        proposals = (near.proposal(fit.items, added) for added in chain(((),), near.singles(), near.pairs()))
+        return total + min(each.chi2 + self.search.penalty(each.items) for each in proposals)

@@ -1,0 +1,56 @@
+"""The gate on prediction: what the held-out rows contradict is not claimed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, judged
+from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+
+
+def off(times: float, in_noise: float) -> HeldOut:
+    return HeldOut({"tip_temperature": times, "elongation": 0.9}, in_noise)
+
+
+@pytest.mark.parametrize(
+    ("word", "before", "after", "said"),
+    [
+        ("named", off(9, 8.0), off(1.1, 1.0), "named"),
+        ("named", off(9, 8.0), off(2.5, 2.0), "empirical"),
+        ("named", off(1.2, 1.1), off(1.4, 1.4), "empirical"),
+        ("ambiguous", off(9, 8.0), off(2.5, 2.0), "ambiguous"),
+        ("ambiguous", off(1.2, 1.1), off(1.4, 1.4), "empirical"),
+        ("unknown", off(9, 8.0), off(4, 3.0), "empirical"),
+        ("unknown", off(9, 8.0), off(7, 5.0), "unknown"),
+        ("adequate", off(1.2, 1.1), off(1.2, 1.1), "adequate"),
+        ("adequate", off(9, 8.0), off(9, 8.0), "unknown"),
+    ],
+)
+def test_a_verdict_is_held_to_the_held_out_rows(word, before, after, said) -> None:  # type: ignore[no-untyped-def]
+    verdict, because = judged(word, before, [after])
+    assert verdict == said
+    assert bool(because) == (word != said)
+
+
+def test_without_held_out_rows_a_verdict_stays() -> None:
+    assert judged("named", None, [None]) == ("named", "")
+
+
+def test_an_adequate_model_that_fails_on_the_held_out_rows_says_so(tmp_path: Path) -> None:
+    columns = hide({}, interval=30.0, seed=1)
+    late = columns["time [s]"] > 0.75 * columns["time [s]"][-1]
+    columns["tip_temperature [degC]"][late] += 1.5
+    spiky = np.flatnonzero(late)[::9]
+    write_csv(columns, tmp_path / "run.csv")
+    found = diagnose(tmp_path / "run.csv")
+    assert found.verdict == "unknown"
+    assert "adequate for the fitted run and does not predict the held-out one" in summary(found)
+    assert "tip_temperature" in json_content(found)["prediction"]["because"]
+    columns["tip_temperature [degC]"][late] -= 1.5
+    columns["tip_temperature [degC]"][spiky] += 9.0
+    write_csv(columns, tmp_path / "run.csv")
+    assert diagnose(tmp_path / "run.csv").verdict == "adequate"

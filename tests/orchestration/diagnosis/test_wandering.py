@@ -1,0 +1,50 @@
+"""A room that wanders beside its log is no cause, and hides none."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
+from warmlink.orchestration.diagnosis.fit.wandering import Smoothing
+from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment
+
+
+def in_a_wandering_room(folder: Path, effects: dict[str, float], size: float, seed: int) -> Assessment:
+    """Correlated over ten minutes about what was logged, with a standard deviation of `size` in K."""
+    random = np.random.default_rng(seed)
+    grid = np.arange(0.0, 8000.0, 60.0)
+    memory = np.exp(-60.0 / 600.0)
+    course = random.standard_normal(grid.size)
+    for i in range(1, grid.size):
+        course[i] = memory * course[i - 1] + np.sqrt(1 - memory**2) * course[i]
+
+    def solver(truth: Truth, duty: list[Segment], times: NDArray[np.float64]) -> Course:
+        return simulate(replace(truth, room=lambda t: size * float(np.interp(t, grid, course))), duty, times)
+
+    path = folder / "run.csv"
+    write_csv(hide(effects, interval=20.0, seed=seed, solver=solver), path)
+    return assess(read_experiment(path))
+
+
+def test_a_wandering_room_is_no_cause(tmp_path: Path) -> None:
+    found = in_a_wandering_room(tmp_path, {}, 0.1, seed=1)
+    assert found.word == "adequate"
+    assert 0.04 < found.fitter.wander.room < 0.25
+
+
+def test_a_cause_is_named_in_a_wandering_room(tmp_path: Path) -> None:
+    found = in_a_wandering_room(tmp_path, {"joint_resistance": 0.3}, 0.1, seed=2)
+    assert found.word == "named"
+    assert found.best.key == {"joint_resistance"}
+    assert found.fitter.wander.room > 0
+
+
+def test_what_wanders_is_whitened_as_its_covariance_says() -> None:
+    columns = np.random.default_rng(3).standard_normal((8, 3))
+    root = Smoothing(columns)(np.eye(8))
+    np.testing.assert_allclose(root @ root, np.linalg.inv(np.eye(8) + columns @ columns.T), atol=1e-12)
