@@ -114,7 +114,8 @@ def _growing(diagnosis: Diagnosis) -> str:
     before, after = diagnosis.held_out[:2]
     if before is None or after is None or after.in_noise <= before.in_noise or not diagnosis.causes:
         return ""
-    return f"The error on held-out rows grows from {before.in_noise:.3g} to {after.in_noise:.3g} times the noise."
+    grown = f"from {before.in_noise:.3g} to {after.in_noise:.3g} times the noise"
+    return f"The error on held-out rows grows {grown}."
 
 
 def _remarks(diagnosis: Diagnosis) -> list[Section]:
