@@ -15,7 +15,7 @@ import typer
 
 from benchmarks.command import start
 from benchmarks.strange_runs import LINES, measured
-from warmlink.orchestration.command_line.console import answer
+from warmlink.orchestration.console import answer
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 
 

@@ -62,6 +62,15 @@ _PARAMETERS = (
         minimum=0,
         tunable=True,
     ),
+    Parameter(
+        "joint_temperature_coefficient",
+        "1/K",
+        0,
+        "relative rise of the joint's conductance per kelvin of the shaft above 295.15 K",
+        minimum=-0.02,
+        maximum=0.05,
+        nominal=0.01,
+    ),
     Parameter("winding_resistance", "Ohm", 2.0, "resistance of the winding at 293.15 K", minimum=0),
     Parameter(
         "winding_temperature_coefficient",

@@ -17,8 +17,8 @@ from warmlink.fmus.component.arithmetic import Number, absolute, clip, real, whe
 RESISTANCE_TEMPERATURE = 293.15
 """K, at which the winding has its stated resistance."""
 
-FRICTION_TEMPERATURE = 295.15
-"""K, at which friction has its stated level."""
+REFERENCE_TEMPERATURE = 295.15
+"""K, at which friction and the joint's conductance have their stated level."""
 
 PAD_POWER, PAD_TEMPERATURE = 1, 2
 """Values of `pad_mode` besides 0, no pad."""
@@ -61,7 +61,8 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 def heat_flow(shaft: Number, u: Record, p: Record) -> Number:
     """Heat flow in W through the joint into the link; the joint's resistance lies in series."""
     conductance = p.joint_conductance / (1 + p.joint_conductance * p.joint_resistance)
-    return conductance * (shaft - u.link_base_temperature)
+    warmth = 1 + p.joint_temperature_coefficient * (shaft - REFERENCE_TEMPERATURE)
+    return conductance * warmth * (shaft - u.link_base_temperature)
 
 
 def neighbour_heat_flow(shaft: Number, u: Record, p: Record) -> Number:
@@ -84,7 +85,7 @@ def iron_loss(u: Record, p: Record) -> Number:
 def friction_loss(shaft: Number, u: Record, p: Record) -> Number:
     """Loss in W in bearings and gear."""
     speed = absolute(u.speed)
-    level = p.friction_factor * (1 - p.friction_temperature_coefficient * (shaft - FRICTION_TEMPERATURE))
+    level = p.friction_factor * (1 - p.friction_temperature_coefficient * (shaft - REFERENCE_TEMPERATURE))
     return level * (p.coulomb_friction + p.viscous_friction * speed) * speed
 
 

@@ -11,6 +11,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
+from warmlink.orchestration.diagnosis.model.equations import OFFSET
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import Unit, conversion
 
@@ -96,7 +97,8 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
     for freed in item.freed:
         for variable in sorted({assessment.problem.slots[i] for i in freed.slots}):
             name = f"{variable} ({item.label} = {freed.group})" if freed.group else variable
-            parameters[name] = _interval(freed, item, values[freed], float(deviations[freed]))
+            unit = item.cause.shown_unit or _unit_of(diagnosis, variable)
+            parameters[name] = _interval(freed, unit, values[freed], float(deviations[freed]))
     gain = diagnosis.strength(item)
     count = assessment.fitter.count
     alone = assessment.search.fits.get(frozenset({item.title}))
@@ -126,9 +128,15 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
     }
 
 
-def _interval(freed: Freed, item: Item, value: float, deviation: float) -> dict[str, Any]:
-    unit = item.cause.shown_unit or ("m" if "camera" in freed.variable else "K")
-    factor = _per_shown(freed, unit)
+def _unit_of(diagnosis: Diagnosis, variable: str) -> str:
+    """SI unit of what a cause adds to an input, a temperature or an elongation."""
+    if variable.startswith(OFFSET):
+        return diagnosis.experiment.rig.unit(variable.partition(":")[2])
+    return "m" if "camera" in variable else "K"
+
+
+def _interval(freed: Freed, unit: str, value: float, deviation: float) -> dict[str, Any]:
+    factor = _per_shown(unit)
     return {
         "value": value * factor,
         "std": deviation * factor,
@@ -138,9 +146,9 @@ def _interval(freed: Freed, item: Item, value: float, deviation: float) -> dict[
     }
 
 
-def _per_shown(freed: Freed, unit: str) -> float:
+def _per_shown(unit: str) -> float:
     """Factor from SI to the shown unit; all of these are differences or have no offset."""
-    base = {"K/h": "K/s", "um/h": "m/s"}.get(unit, unit)
+    base = {"K/h": "K/s", "um/h": "m/s", "mm": "m"}.get(unit, unit)
     return conversion(Unit(base), Unit(unit), difference=True)(1.0)
 
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warmlink.orchestration.catalogue import components
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.model.instruments import CLOCK
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
     """Values in SI, by full variable name, of everything that differs from the nominal system.
 
-    Where runs differ, the values are those of the first fitted run. The clock of the recording is no part
-    of a model.
+    Where runs differ, the values are those of the first fitted run. What belongs to the log and its clock is
+    no part of a model.
     """
     run = problem.fitted_runs[0]
     values = problem.values(run, fit.freed, fit.theta)
@@ -28,7 +28,14 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
     for freed in fit.freed:
         if run in freed.runs:
             known |= {problem.slots[i]: float(values[i]) for i in freed.slots}
-    return {name: float(v) for name, v in known.items() if name != CLOCK and np.isfinite(v)}
+    return {name: float(v) for name, v in known.items() if _is_ours(problem, name) and np.isfinite(v)}
+
+
+def _is_ours(problem: Problem, name: str) -> bool:
+    """Whether a component of the system has the variable."""
+    instance, _, variable = name.partition(".")
+    kind = problem.experiment.rig.blueprint.components.get(instance)
+    return kind is not None and any(scalar.name == variable for scalar in components()[kind].scalars())
 
 
 def write_ssv_of(values: Mapping[str, float], path: Path) -> None:

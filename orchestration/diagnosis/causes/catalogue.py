@@ -10,7 +10,7 @@ from typing import Literal
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.text_files import read_toml
 
-Kind = Literal["plant", "temperature sensor", "camera", "reading", "record", "simulation"]
+Kind = Literal["plant", "input", "place", "temperature sensor", "camera", "reading", "record", "simulation"]
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,8 @@ class Cause:
     neutral : value that changes nothing; None: the nominal value
     shown_unit : unit in which people read the value
     relative : whether the bounds are factors on the nominal value
+    added : whether the value is added to each variable's own, so that the bounds are differences
+    grouped : whether it may hold for the columns of one logger alone
     material : whether it is a property of the material, which is the same in all runs
     covariate : input whose column the cause needs
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
@@ -43,6 +45,8 @@ class Cause:
     neutral: float | None = None
     shown_unit: str = ""
     relative: bool = False
+    added: bool = False
+    grouped: bool = False
     material: bool = False
     covariate: str | None = None
     kind: Kind = "plant"

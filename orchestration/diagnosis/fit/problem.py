@@ -14,12 +14,13 @@ from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibrated
 from warmlink.orchestration.diagnosis.data.measured import Run, names_of
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
+from warmlink.orchestration.diagnosis.fit.candidates import INNER, freed_by
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Courses, Forward
 from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.model.initial import initial_values
-from warmlink.orchestration.diagnosis.model.instruments import NEUTRAL, Readings, channel_of
+from warmlink.orchestration.diagnosis.model.instruments import NEUTRAL, Readings
 
 Vector = NDArray[np.float64]
 
@@ -36,6 +37,7 @@ class Freed:
     lower, upper, start : bounds and starting value in SI; for a cause the start is the neutral value
     group : value of the label that it belongs to, "" for all
     calibrated : whether every model fits it, the uncorrected one included
+    added : whether it is added to each variable's own value
     """
 
     variable: str
@@ -46,6 +48,7 @@ class Freed:
     start: float
     group: str = ""
     calibrated: bool = False
+    added: bool = False
 
     @property
     def key(self) -> tuple[str, str, bool]:
@@ -173,7 +176,8 @@ class Problem:
         z = self.neutral[run].copy()
         for parameter, value in zip(freed, theta, strict=True):
             if run in parameter.runs:
-                z[list(parameter.slots)] = value
+                slots = list(parameter.slots)
+                z[slots] = z[slots] + value if parameter.added else value
         return z
 
     @cached_property
@@ -203,7 +207,7 @@ class Problem:
             yield Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, True)
 
     def _items_of(self, cause: Cause) -> Iterable[Item]:
-        for name, variables in self._variables_of(cause):
+        for name, variables in freed_by(cause, self.experiment, self.names):
             slots = tuple(self.slots.index(v) for v in variables)
             also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
             # An instrument stays the same from run to run; what surrounds and covers the machine may not.
@@ -233,32 +237,7 @@ class Problem:
         if also is not None:
             lower, upper, nominal = also.lower, also.upper, also.start
         start = nominal if cause.neutral is None else cause.neutral
-        return Freed(variable, slots, runs, lower, upper, start, group)
-
-    def _variables_of(self, cause: Cause) -> Iterable[tuple[str, tuple[str, ...]]]:
-        """Names of the cause, by channel where it is an instrument's, and the variables that it frees."""
-        rig_here = self.experiment.rig
-        if cause.kind == "simulation":
-            return
-        if cause.kind == "plant":
-            covered = cause.covariate is None or any(
-                cause.covariate in run.covariates or any(n.endswith(cause.covariate) for n in run.inputs)
-                for run in self.experiment.runs
-            )
-            variables = tuple(v for v in cause.frees if v in rig_here.parameters)
-            if variables and covered:
-                yield cause.name, variables
-            return
-        if cause.kind == "record":
-            yield cause.name, cause.frees
-            return
-        for variable in self.variables:
-            channel = channel_of(rig_here, variable)
-            if channel is not None and (
-                cause.kind == "reading" or (cause.kind == "camera") == channel.is_camera
-            ):
-                name = cause.name if cause.kind == "camera" else f"{cause.name}:{self.names[variable]}"
-                yield name, (channel.variable(cause.frees[0]),)
+        return Freed(variable, slots, runs, lower, upper, start, group, added=cause.added)
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
         """Runs by the value of a label; every run where there is none."""
@@ -274,8 +253,8 @@ class Problem:
         inner = [c.variable for c in self.experiment.calibrated]
         outer: list[str] = []
         for cause in catalogue():
-            for _, variables in self._variables_of(cause):
-                (inner if cause.kind == "plant" else outer).extend(variables)
+            for _, variables in freed_by(cause, self.experiment, self.names):
+                (inner if cause.kind in INNER else outer).extend(variables)
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     @cached_property

@@ -12,9 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+from warmlink.fmus.thermal_link.equations import sensor_positions
+from warmlink.orchestration.diagnosis.data.rig import AT_SENSOR, Rig, rig
 
 Vector = NDArray[np.float64]
+
+
+SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
+"""Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
+an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
+
+_BESIDE = 1e-6
+"""m from a node at which a sensor is placed: on the node itself the course has a kink."""
 
 
 class Equations:
@@ -186,13 +195,25 @@ class _Symbols:
         for i, name in enumerate(slots):
             if name in component.p.index:
                 p[component.p.index[name]] = self.z[i]
-            else:
+            elif name in component.u.index:
                 u[component.u.index[name]] = self.z[i]
+            elif name.startswith(SCALE) or name.startswith(OFFSET):
+                logged = name.partition(":")[2]
+                for k in (component.u.index[n] for n in rig.fed_with(logged) if n in component.u.index):
+                    u[k] = u[k] * self.z[i] if name.startswith(SCALE) else u[k] + self.z[i]
+        for i, name in enumerate(slots):
+            if name.startswith(PLACE):
+                k = component.p.index[name.partition(":")[2]]
+                said = sensor_positions(component.p.read(p).link)
+                p[k] = said[int(name[-2]) - 1] + self.z[i] + _BESIDE
         d = component.settled(p)
         self.rates = component.rates_of(self.x, u, d, self.time)
         self.begun = component.states_at_start(u, d)
         outputs = ca.vertsplit(component.outputs_of(self.x, u, d, self.time))
         self.values = dict(zip(component.y.names, outputs, strict=True))
+        for name, element in AT_SENSOR.items():
+            if f"{PLACE}:link.sensor_position[{element}]" in slots:
+                self.values[name] = self.values[f"link.sensor_temperature[{element}]"]
 
 
 def _needed_states(ca: Any, x: Any, rates: Any, observed: Any) -> list[int]:

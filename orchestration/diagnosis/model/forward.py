@@ -17,7 +17,7 @@ from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.values import is_discrete
-from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
+from warmlink.orchestration.diagnosis.model.equations import SCALE, Equations, Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite
 
@@ -105,7 +105,7 @@ class Forward:
         for name, value in known.items():
             if name in index:
                 self._p[index[name]] = value
-        self._w = input_table(equations, run, known)
+        self._w, self._rows = input_table(equations, run, known), run.time
         discrete = np.array([is_discrete(rig.variables[name]) for name in rig.externals], dtype=bool)
         levels = Levels(run.time, self._w, discrete)
         if isinstance(grid, Forward):
@@ -116,11 +116,18 @@ class Forward:
     def start_values(self) -> Vector:
         """Values of the freed variables as the experiment has them, shape (slots,)."""
         rig = self.equations.rig
-        place = {name: i for i, name in enumerate(rig.parameters)}
-        outside = {name: i for i, name in enumerate(rig.externals)}
-        return np.array(
-            [self._p[place[s]] if s in place else self._w[outside[s], 0] for s in self.equations.slots]
-        )
+        held = dict(zip(rig.parameters, self._p, strict=True))
+        held |= dict(zip(rig.externals, self._w[:, 0], strict=True))
+        return np.array([held.get(s, float(s.startswith(SCALE))) for s in self.equations.slots])
+
+    def current(self, times: Vector) -> Vector:
+        """Motor current in A as logged at times in s, shape (times,); 0 where the system has no motor."""
+        rig = self.equations.rig
+        if "motor.current" not in rig.externals:
+            return np.zeros(times.size)
+        constant = self._p[rig.parameters.index("motor.torque_constant")]
+        current, torque = (self._w[rig.externals.index(f"motor.{name}")] for name in ("current", "torque"))
+        return np.asarray((current + torque / constant)[held_row(self._rows, times)])
 
     def _controlled(self, levels: Levels, resolution: Resolution) -> Steps:
         rates = self.equations.stepper()
@@ -241,6 +248,11 @@ class Forward:
         )
         direct_there = (1 - s)[:, :, None] * direct[k] + s[:, :, None] * direct[k + 1]
         return value[:, :, 0], slope, value[:, :, 1:], direct_there
+
+
+def held_row(rows: Vector, times: Vector) -> NDArray[np.int64]:
+    """Rows whose values hold at times in s, shape (times,)."""
+    return np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)
 
 
 def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> Vector:

@@ -5,7 +5,8 @@ than at samples:
 
     T' = T - s (T - T_a),  lag dz/dt = T' - z,  reading = z + offset
     reading of the camera = scale * elongation + drift_rate * time + offset
-    a clock offset d shows at time t what was true at t - d
+    a clock offset d and a drift r show at time t what was true at t (1 + r) - d; T reads c I more in the
+    neighbourhood of a cable that carries the motor's current I
 """
 
 from __future__ import annotations
@@ -17,17 +18,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.forward import Forward, held_row
 
 Vector = NDArray[np.float64]
 _Read = tuple[Vector, Vector, dict[str, Vector]]
 
-CLOCK = "record.clock_offset"
-"""Not a variable of any FMU: it belongs to the recording."""
+CLOCK, DRIFT = "record.clock_offset", "record.clock_drift"
+"""Not variables of any FMU: they belong to the recording. After a colon the logger, where it is only one."""
 
 _SHORTEST_LAG = 1e-3
 
-_FAULTS = {"offset": 0.0, "lag": 0.0, "stem_conduction": 0.0, "scale": 1.0, "drift_rate": 0.0}
+_FAULTS = {
+    "offset": 0.0,
+    "crosstalk": 0.0,
+    "lag": 0.0,
+    "stem_conduction": 0.0,
+    "scale": 1.0,
+    "drift_rate": 0.0,
+}
 """Faults of a sensor or camera, with the values that change nothing."""
 
 
@@ -61,6 +69,12 @@ def channel_of(rig: Rig, output: str) -> Channel | None:
     return Channel(instance, bracket + element)
 
 
+def logger_of(rig: Rig, output: str) -> str:
+    """Logger that is likely to record an output: one for each component, and one for the camera."""
+    channel = channel_of(rig, output)
+    return "camera" if channel is not None and channel.is_camera else output.partition(".")[0]
+
+
 NEUTRAL = {"camera.scale": 1.0}
 """Value that changes nothing, where it is not 0."""
 
@@ -92,6 +106,7 @@ class Readings:
         self._ambient = ambient
         rig = forward.equations.rig
         self._channels = [channel_of(rig, output) for output in outputs]
+        self._clocks = [f"{CLOCK}:{logger_of(rig, output)}" for output in outputs]
 
     def __call__(self, z: Vector) -> tuple[Vector, Vector]:
         """Readings and derivatives.
@@ -106,31 +121,35 @@ class Readings:
             Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
         """
         named = {name: float(z[self._inner + i]) for name, i in self._slots.items()}
-        late = named.get(CLOCK, 0.0)
         ends = self.forward.steps.time
-        asked = np.clip(self.times - late, 0.0, ends[-1])
+        fast = 1 + named.get(DRIFT, 0.0)
+        late = [named.get(CLOCK, 0.0) + named.get(clock, 0.0) for clock in self._clocks]
+        wanted = {lag: self.times * fast - lag for lag in late}
+        asked = {lag: np.clip(times, 0.0, ends[-1]) for lag, times in wanted.items()}
         lagging = any(c and c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
-        dense = np.union1d(ends, asked) if lagging else asked
-        pick = np.searchsorted(dense, asked) if lagging else np.arange(asked.size)
+        dense = asked[late[0]]
+        if lagging or len(asked) > 1:
+            dense = np.unique(np.concatenate([ends, *asked.values()]))
         truth = self.forward(z[: self._inner], dense)
-        values = np.empty((asked.size, len(self._outputs)))
+        values = np.empty((self.times.size, len(self._outputs)))
         by_slot = np.zeros((*values.shape, z.size))
-        within = (self.times - late >= 0) & (self.times - late <= ends[-1])
         for i, channel in enumerate(self._channels):
             joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
             slope = truth.slopes[:, i]
-            extra = {CLOCK: -slope}
+            by_fault: dict[str, Vector] = {}
             if channel is not None:
                 read = self._camera if channel.is_camera else self._sensor
-                joined, slope, by_fault = read(channel.faults(named), joined, slope, dense)
-                extra = {CLOCK: -slope, **{channel.variable(n): each for n, each in by_fault.items()}}
+                joined, slope, faults = read(channel.faults(named), joined, slope, dense)
+                by_fault = {channel.variable(n): each for n, each in faults.items()}
+            pick = np.searchsorted(dense, asked[late[i]])
             values[:, i] = joined[pick, 0]
             by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
+            moving = np.where(wanted[late[i]] == asked[late[i]], slope[pick], 0.0)
+            extra = {name: each[pick] for name, each in by_fault.items()}
+            extra |= {CLOCK: -moving, self._clocks[i]: -moving, DRIFT: moving * self.times}
             for name, column in extra.items():
                 if name in self._slots:
-                    by_slot[:, i, self._inner + self._slots[name]] = column[pick]
-            if CLOCK in self._slots:
-                by_slot[~within, i, self._inner + self._slots[CLOCK]] = 0.0
+                    by_slot[:, i, self._inner + self._slots[name]] = column
         return values, by_slot
 
     def _camera(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
@@ -144,7 +163,8 @@ class Readings:
         """As `_camera`, for a sensor."""
         stem, lag = faults["stem_conduction"], faults["lag"]
         rows, logged = self._ambient
-        ambient = logged[np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)]
+        ambient = logged[held_row(rows, times)]
+        current = self.forward.current(times)
         by_stem = ambient - joined[:, 0]
         joined = (1 - stem) * joined
         joined[:, 0] += stem * ambient
@@ -155,8 +175,9 @@ class Readings:
             slope = (joined[:, 0] - followed[:, 0]) / lag
             by_lag = _followed(-slope[:, None], times, lag, from_rest=True)[:, 0]
             joined, by_stem = followed[:, :-1].copy(), followed[:, -1]
-        joined[:, 0] += faults["offset"]
-        return joined, slope, {"lag": by_lag, "stem_conduction": by_stem, "offset": np.ones(times.size)}
+        joined[:, 0] += faults["offset"] + faults["crosstalk"] * current
+        by_fault = {"lag": by_lag, "stem_conduction": by_stem, "crosstalk": current}
+        return joined, slope, by_fault | {"offset": np.ones(times.size)}
 
 
 def _followed(signal: Vector, times: Vector, lag: float, from_rest: bool = False) -> Vector:

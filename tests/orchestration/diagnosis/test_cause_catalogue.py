@@ -8,7 +8,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue, read_cause
 from warmlink.orchestration.diagnosis.data.rig import rig
-from warmlink.orchestration.diagnosis.model.instruments import CLOCK
+from warmlink.orchestration.diagnosis.model.equations import OFFSET, PLACE, SCALE
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK, DRIFT
 
 PROMISED = (
     "radiation",
@@ -37,6 +38,14 @@ PROMISED = (
     "camera_drift",
     "clock_offset",
     "communication_step",
+    "clock_drift",
+    "input_scale",
+    "input_offset",
+    "sensor_position",
+    "link_length",
+    "joint_temperature_dependence",
+    "link_air_offset",
+    "crosstalk",
 )
 
 
@@ -55,7 +64,11 @@ def test_every_cause_frees_a_parameter_of_an_fmu() -> None:
             if cause.kind == "plant":
                 assert variable in cell.parameters, cause.name
             elif cause.kind == "record":
-                assert variable == CLOCK
+                assert variable in (CLOCK, DRIFT)
+            elif cause.kind in ("input", "place"):
+                assert variable in (SCALE, OFFSET, PLACE)
+            elif cause.name == "crosstalk":
+                assert cause.kind == "temperature sensor"
             elif cause.kind == "simulation":
                 assert variable.startswith("simulation.")
             elif cause.kind == "camera":
@@ -70,14 +83,14 @@ def test_every_cause_frees_a_parameter_of_an_fmu() -> None:
 def test_neutral_values_are_the_fmus_start_values() -> None:
     cell = rig("WarmupCell")
     for cause in catalogue():
-        if cause.kind == "plant" and cause.neutral is not None:
+        if cause.kind == "plant" and cause.neutral is not None and not cause.added:
             assert {cell.variables[v].start for v in cause.frees} == {cause.neutral}, cause.name
 
 
 def test_bounds_lie_within_the_fmus() -> None:
     cell = rig("WarmupCell")
     for cause in catalogue():
-        for variable in cause.frees if cause.kind == "plant" else ():
+        for variable in cause.frees if cause.kind == "plant" and not cause.added else ():
             scalar = cell.variables[variable]
             factor = scalar.start if cause.relative else 1.0
             assert factor is not None
