@@ -118,7 +118,7 @@ def _joint(random: np.random.Generator) -> Hidden:
 
 def _late_logger(random: np.random.Generator) -> Hidden:
     late = random.uniform(15, 60)
-    return Hidden(late=dict.fromkeys(LINK[:3], late), names=("clock_offset:link_temperatures",))
+    return Hidden(late=dict.fromkeys(LINK[:3], late), names=("clock_offset:link",))
 
 
 def _moved_sensors(random: np.random.Generator) -> Hidden:

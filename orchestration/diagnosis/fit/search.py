@@ -39,6 +39,9 @@ _SLACK, _WINS = 6.0, 4.0
 _MOST_FITS = 45
 _PER_ROUND = 4
 
+_ALONE, _MOST_ALONE = 0.3, 12
+"""Share of the best set's gain that is expected of a cause for it to be fitted alone, and number of those."""
+
 
 class Search:
     """Fits sets of causes until the best is found.
@@ -108,18 +111,27 @@ class Search:
 
     def run(self) -> Fit:
         """Search until no proposal may be better or as good, or the fits are used up."""
+        alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
             best = self.best
             ranked = sorted((self._expected(p), i, p) for i, p in enumerate(self._proposals.values()))
             promising = [
                 p for expected, _, p in ranked if expected < self.score(best) + self._margin(p, best)
             ][:_PER_ROUND]
+            if not promising and len(best.items) > 1 and not alone:
+                promising = alone = self._alone(best)
             if not promising:
                 break
             for proposal in promising:
                 self._progress(" + ".join(sorted(proposal.key)))
                 self.add(self.fitter.fit(proposal.items, proposal.start))
         return self.best
+
+    def _alone(self, best: Fit) -> list[Proposal]:
+        """Single causes that may do as well as several: far away, what is linear in them says little."""
+        needed = self.null.chi2 - _ALONE * (self.null.chi2 - best.chi2)
+        single = [p for p in self._proposals.values() if len(p.items) == 1 and p.chi2 < needed]
+        return sorted(single, key=lambda p: p.chi2)[:_MOST_ALONE]
 
     def _margin(self, proposal: Proposal, best: Fit) -> float:
         """How much worse than the best a proposal may look and still be worth a fit.
