@@ -14,6 +14,7 @@ from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.wandering import (
     HEATS,
+    MEMORIES,
     ROOMS,
     STILL,
     Responses,
@@ -23,8 +24,8 @@ from warmlink.orchestration.diagnosis.fit.wandering import (
 
 Vector = NDArray[np.float64]
 
-_WORTH, _LIKED = 6.0, 3.0
-"""Gain in twice the log-likelihood that each wandering signal must bring, and loss that is still likely."""
+_WORTH, _LIKED, _HOPELESS = 6.0, 3.0, 10.0
+"""Gain in twice the log-likelihood that each wandering signal must bring, loss that is likely, and not."""
 
 
 def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
@@ -58,14 +59,20 @@ class _Integrated:
             self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
         self._known: dict[Wander, float] = {}
 
-    def candidates(self) -> Iterable[Wander]:
-        """Nothing and rooms that wander, by themselves and with the likeliest heat."""
-        rooms = (STILL, *(ROOMS if "room" in self.responses.signals else ()))
-        yield from rooms
-        if "heat" in self.responses.signals:
-            likeliest_room = min(rooms, key=self.misfit)
-            heat = min(HEATS, key=lambda each: self.misfit(replace(likeliest_room, heat=each)))
-            yield from (replace(room, heat=heat) for room in rooms)
+    def candidates(self) -> list[Wander]:
+        """Nothing and rooms that wander, the likely ones also with the likeliest heat."""
+        tried = [STILL]
+        for memory in MEMORIES if "room" in self.responses.signals else ():
+            for room in ROOMS:
+                tried.append(Wander(room, 0.0, memory))
+                if self.misfit(tried[-1]) > self.misfit(min(tried, key=self.misfit)) + _HOPELESS:
+                    break  # and a stronger one is less likely still
+        if "heat" not in self.responses.signals:
+            return tried
+        likeliest = min(tried, key=self.misfit)
+        heat = min(HEATS, key=lambda each: self.misfit(replace(likeliest, heat=each)))
+        likely = [each for each in tried if self.misfit(each) < self.misfit(likeliest) + _HOPELESS]
+        return tried + [replace(each, heat=heat) for each in likely]
 
     def misfit(self, wander: Wander) -> float:
         """Least score of the model, alone or with one or two further causes."""

@@ -55,11 +55,10 @@ class Wander:
 
 
 STILL = Wander()
-ROOMS = tuple(
-    Wander(room, 0.0, m) for m in (600.0, 1800.0) for room in (0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28)
-)
+MEMORIES = (600.0, 1800.0)
+ROOMS = (0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28)
 HEATS = (0.05, 0.1, 0.2)
-"""Amplitudes that pass for ordinary; beyond them something is wrong."""
+"""Correlation times in s, and amplitudes in K and W that are ordinary; beyond them something is wrong."""
 
 
 class Responses:

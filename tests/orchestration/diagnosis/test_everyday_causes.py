@@ -75,7 +75,7 @@ def test_the_derivative_by_every_cause_is_that_of_the_readings(tmp_path: Path) -
         change = (there - back) / step[index]
         size = np.abs(change).max(axis=0)
         away = np.abs(change - by_slot[:, :, index])
-        # The simulation holds its matrix in a step; and a clock that is shifted crosses corners of the inputs.
+        # A step holds its matrix, and a shifted clock crosses corners of the inputs.
         assert np.all(np.quantile(away, 0.9, axis=0) <= 0.1 * size + 1e-12), problem.slots[index]
 
 
