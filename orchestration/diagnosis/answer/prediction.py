@@ -30,6 +30,9 @@ _OFF, _MISSED = 3.0, 1.5
 _GROWN, _HALVED = 1.1, 0.5
 """Ratio to the error before from which a model is worse, and much better."""
 
+_FAR = 10.0
+"""Error over noise beyond which a model predicts nothing, however much better it is than another."""
+
 _SHARE, _NORMAL = 0.8, 1.2816
 """Quantile of the absolute errors that is looked at, and its value for normal ones of unit variance."""
 
@@ -116,7 +119,7 @@ def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) 
             f"The model predicts better and the cause is not established: on held-out rows {name} is off by "
             f"{over:.1f} times what is known to remain."
         )
-    if word == "unknown" and best.in_noise < _HALVED * before.in_noise:
+    if word == "unknown" and best.in_noise < min(_HALVED * before.in_noise, _FAR):
         return "empirical", (
             f"No cause is established, but with these the error on held-out rows falls {change}."
         )
