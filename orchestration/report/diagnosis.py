@@ -26,6 +26,7 @@ from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.report.figures import DASHES, styled
+from warmlink.orchestration.report.missing_heat import heat_sections
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         Section("In short", "\n".join(lines[2:]), warning=_growing(diagnosis)),
         *_remarks(diagnosis),
         *_causes(diagnosis),
+        *heat_sections(diagnosis.missing_heat),
         *_figures(diagnosis),
         Section(
             "What the simulation gets wrong",

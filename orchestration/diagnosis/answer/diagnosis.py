@@ -10,6 +10,7 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
+from warmlink.orchestration.diagnosis.answer.missing import MissingHeat, missing_heat
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Word, held_out, judged
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, hint
@@ -102,6 +103,11 @@ class Diagnosis:
     def hint(self) -> Hint | None:
         """What the missing heat looks like, where the cause is unknown."""
         return hint(self.assessment) if self.assessment.word == "unknown" else None
+
+    @cached_property
+    def missing_heat(self) -> tuple[MissingHeat, ...]:
+        """When and where heat is missing, where no cause is established."""
+        return missing_heat(self.assessment) if self.assessment.word == "unknown" else ()
 
     @property
     def adopted(self) -> Predicted:

@@ -68,6 +68,15 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             "heat_W": wander.heat,
             "memory_s": None if wander.still else wander.memory,
         },
+        "missing_heat": [
+            {
+                "run": each.run,
+                "time_s": each.time.tolist(),
+                "heat_W": each.heat.tolist(),
+                "std_W": each.deviation.tolist(),
+            }
+            for each in diagnosis.missing_heat
+        ],
         "hint": None if hint is None else hint.to_json(),
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},

@@ -92,4 +92,5 @@ def _unknown_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:
     return [
         f"What the nearest causes leave stands out in {name}{when}.{follows}",
         f"A hint only: {hint.sentence}",
+        *(f"To make up for what is wrong, {each.sentence}" for each in diagnosis.missing_heat[:1]),
     ]

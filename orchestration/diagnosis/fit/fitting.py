@@ -152,9 +152,10 @@ class Fitter:
         self.count = sum(r.size for rows in self.rows for r in rows)
         self.evaluations = 0
         if responses is not None and not wander.still:
-            for run, columns in enumerate(responses.columns):
-                white = np.concatenate(self.whiten(run, self.by_channel(run, columns)))
-                self._smoothing.append(Smoothing(white @ responses.root(run, wander)))
+            white = [self.whiten(i, self.by_channel(i, c)) for i, c in enumerate(responses.columns)]
+            self._smoothing = [
+                Smoothing(np.concatenate(each) @ responses.root(i, wander)) for i, each in enumerate(white)
+            ]
 
     def by_channel(self, run: int, table: Vector) -> list[Vector]:
         """Rows that are fitted of each channel, from a table of shape (rows, channels, ...)."""

@@ -35,7 +35,7 @@ def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
     tried: list[tuple[float, Wander, Responses]] = []
     for fit in fits:
         values = [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
-        seen = _Integrated(search, fit, Responses(problem, values))
+        seen = Integrated(search, fit, Responses(problem, values))
         tried += [(seen.misfit(wander), wander, seen.responses) for wander in seen.candidates()]
     least = min(misfit for misfit, _, _ in tried)
     _, best, responses = min(tried, key=lambda each: each[0])
@@ -46,7 +46,7 @@ def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
     return best, responses
 
 
-class _Integrated:
+class Integrated:
     """A model's least score for any wandering, what wanders integrated out."""
 
     def __init__(self, search: Search, fit: Fit, responses: Responses) -> None:
@@ -80,9 +80,29 @@ class _Integrated:
             self._known[wander] = self._misfit(wander)
         return self._known[wander]
 
+    def misfit_alone(self, wander: Wander) -> float:
+        """Minus twice the log-likelihood of the model by itself, but for a constant."""
+        point, constant = self._point(wander)
+        return point.chi2 + constant
+
+    def smoothed(self, run: int, wander: Wander) -> tuple[Vector, Vector]:
+        """Values at the nodes of all that wanders, shape (values,), and their covariance."""
+        _, across, inner = self._grams[run]
+        root = self.responses.root(run, wander)
+        covariance = root @ np.linalg.solve(np.eye(len(root)) + root.T @ inner @ root, root.T)
+        return covariance @ across[:, 0], covariance
+
     def _misfit(self, wander: Wander) -> float:
-        total, grams, gradients = _WORTH * ((wander.room > 0) + (wander.heat > 0)), [], []
-        chi2 = 0.0
+        point, constant = self._point(wander)
+        near = Neighbours(replace(self.fit, point=point), self.search.items, ())
+        added = chain(((),), near.singles(), near.pairs())
+        proposals = (near.proposal(self.fit.items, each) for each in added)
+        least = min(each.chi2 + self.search.penalty(each.items) for each in proposals)
+        return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
+
+    def _point(self, wander: Wander) -> tuple[Point, float]:
+        """Chi-square and its linearisation, and what else belongs to the likelihood."""
+        total, chi2, grams, gradients = 0.0, 0.0, [], []
         for run, (gram, across, inner) in enumerate(self._grams):
             if not wander.still:
                 gram, constant = integrated_out(gram, across, inner, self.responses.root(run, wander))
@@ -90,7 +110,4 @@ class _Integrated:
             chi2 += float(gram[0, 0])
             grams.append(gram[1:, 1:])
             gradients.append(gram[1:, 0])
-        fit = replace(self.fit, point=Point(chi2, tuple(grams), tuple(gradients)))
-        near = Neighbours(fit, self.search.items, ())
-        proposals = (near.proposal(fit.items, added) for added in chain(((),), near.singles(), near.pairs()))
-        return total + min(each.chi2 + self.search.penalty(each.items) for each in proposals)
+        return Point(chi2, tuple(grams), tuple(gradients)), total

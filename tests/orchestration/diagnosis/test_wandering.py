@@ -6,11 +6,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment, together
+from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.fit.fitting import Fitter
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
-from warmlink.orchestration.diagnosis.fit.wandering import Smoothing
+from warmlink.orchestration.diagnosis.fit.wandering import Responses, Smoothing, Wander
 from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth, simulate
-from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 
@@ -48,3 +53,29 @@ def test_what_wanders_is_whitened_as_its_covariance_says() -> None:
     columns = np.random.default_rng(3).standard_normal((8, 3))
     root = Smoothing(columns)(np.eye(8))
     np.testing.assert_allclose(root @ root, np.linalg.inv(np.eye(8) + columns @ columns.T), atol=1e-12)
+
+
+def test_each_of_several_runs_has_a_course_of_its_own(tmp_path: Path) -> None:
+    runs = []
+    for seed in (1, 2):
+        write_csv(hide({}, STILL, interval=60.0, seed=seed), tmp_path / f"{seed}.csv")
+        runs.append(read_experiment(tmp_path / f"{seed}.csv"))
+    problem = Problem(together(runs))
+    noise = [NoiseModel(1e-6 if name.endswith("elongation") else 0.1) for name in problem.variables]
+    fitter = Fitter(problem, noise, Wander(room=0.1), Responses(problem, problem.neutral))
+    plain = Fitter(problem, noise).at((), np.empty(0)).chi2
+    assert 0.5 * plain < fitter.at((), np.empty(0)).chi2 < plain
+
+
+def test_where_no_cause_is_established_the_page_tells_when_heat_is_missing(tmp_path: Path) -> None:
+    columns = hide({"brake_heat": 12.0}, interval=20.0, seed=4)
+    write_csv(columns, tmp_path / "run.csv")
+    found = diagnose(tmp_path / "run.csv")
+    assert found.verdict in ("unknown", "empirical")
+    (course,) = found.missing_heat
+    share = course.time / columns["time [s]"][-1]
+    braking = (share > 0.33) & (share < 0.39)
+    assert np.all(np.abs(course.heat[braking] - 12) < 5)
+    assert np.all(np.abs(course.heat[(share < 0.27) | (share > 0.46)]) < 4)
+    write_diagnosis(found, tmp_path / "out")
+    assert "When heat is missing: run" in (tmp_path / "out" / "report.html").read_text("utf-8")
