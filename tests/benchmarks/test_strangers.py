@@ -1,0 +1,25 @@
+import numpy as np
+import pytest
+
+from benchmarks.strange_runs import LINES, measured
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_what_is_hidden_is_drawn_afresh_and_right_answers_are_causes(line: str) -> None:
+    known = {cause.name for cause in catalogue()} | {"free_convection"}
+    for seed in range(3):
+        for right in LINES[line](np.random.default_rng(seed)).names:
+            assert {name.partition(":")[0] for name in right.split("+")} <= known
+
+
+def test_a_run_is_logged_as_a_machine_would() -> None:
+    tables = [
+        measured(LINES["link's logger late"](random), random, lasts=900.0)
+        for random in map(np.random.default_rng, (1, 1, 2))
+    ]
+    for name in tables[0]:
+        np.testing.assert_array_equal(tables[0][name], tables[1][name])
+    assert tables[0]["time [s]"].size != tables[2]["time [s]"].size
+    assert np.ptp(tables[0]["ambient_temperature [degC]"]) > 0
+    assert all(np.isfinite(values).all() for name, values in tables[0].items() if "pad" not in name)
