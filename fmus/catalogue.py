@@ -1,4 +1,4 @@
-"""The components there are, found by looking: a folder with a `component.py` is one."""
+"""The components that exist: every folder with a file `component.py` is one."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""The error that a user can mend."""
+"""Errors that a user can correct."""
 
 
 class InputError(ValueError):
-    """What was given cannot be used: the message says what, where, its value and unit, and the remedy.
+    """Bad input: the message says what is wrong, where, its value and unit, and the remedy.
 
-    Programs catch it to end with exit code 2 and that one sentence. What is not printable in it, as a line
-    break in a name, is shown as Python writes it, so that it is one line whatever was given.
+    The commands catch it, print its one sentence, and end with exit code 2. Characters that cannot be
+    printed, such as a line break in a name, are escaped, so that the sentence is always one line.
     """
 
     def __str__(self) -> str:
@@ -16,7 +16,7 @@ class InputError(ValueError):
 
 
 class NoRoomError(InputError):
-    """The disk takes nothing more, which says nothing about what was given."""
+    """The disk is full, which does not mean that the input was wrong."""
 
 
 class MissingExtraError(InputError):

@@ -1,6 +1,6 @@
-"""Faults of measuring instruments, shared by all that measure.
+"""Faults of measuring instruments, shared by all components that measure.
 
-A fault acts from its time on: a reading that sticks, jumps, drifts away or drops out as NaN.
+From the time of a fault on, a reading sticks, jumps, drifts away, or drops out as NaN.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ STUCK, JUMP, DRIFT, DROPOUT = 1, 2, 3, 4
 KINDS = "0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)"
 
 _EARLY = -1e-9
-"""s by which rounding may put a sample before the fault that falls on it."""
+"""Tolerance in s: a sample that rounding puts this little before a fault already has the fault."""
 
 
 def shift(kind: Number, size: Number, rate: Number, since: Number) -> Number:
-    """What a fault adds to a measured value, in the value's unit.
+    """Error that a fault adds to a measured value, in the value's unit.
 
     Parameters
     ----------
     kind : kind of the fault, a scalar or a vector like the others
-    size : what a jump adds
-    rate : what a drift adds a second
+    size : error that a jump adds
+    rate : error that a drift adds per second
     since : time in s since the fault began, negative before it
     """
     added = where(kind == JUMP, size, where(kind == DRIFT, rate * since, 0.0))
@@ -33,6 +33,6 @@ def shift(kind: Number, size: Number, rate: Number, since: Number) -> Number:
 
 
 def replaced(value: Number, last: Number, kind: Number, since: Number) -> Number:
-    """Reading after a fault: the last one where it is stuck, NaN where it dropped out."""
+    """Reading with a fault: the last one if it is stuck, NaN if it dropped out."""
     broken = where(kind == STUCK, last, where(kind == DROPOUT, math.nan, value))
     return where(since >= _EARLY, broken, value)

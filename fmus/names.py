@@ -1,4 +1,4 @@
-"""What to say about a name that does not exist: the nearest there are, or a choice that fits on a line."""
+"""Remedies for a name that does not exist: the most similar names, or a choice that fits on a line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SHORTEST_PART = 3
 
 
 def listed(names: Iterable[str], joint: str = "and") -> str:
-    """Names in a sentence, `a, b and c`; of many the first ones, and how many more there are."""
+    """Join names as `a, b and c`; if there are many, the first ones and the number of the others."""
     every = list(names)
     more = len(every) - MOST_LISTED
     if more > 0:
@@ -27,14 +27,14 @@ def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:
 
     Parameters
     ----------
-    name : as it was given
-    known : the names there are
-    otherwise : what else could be given, as "or give a TOML file"; said where no name is near
+    name : the name as it was given
+    known : the names that exist
+    otherwise : what else could be given, as "or give a TOML file"; added if no name is similar
 
     Returns
     -------
     str
-        `did you mean lag?` where a name is near, else `choose a, b or c`.
+        `did you mean lag?` if a name is similar, else `choose a, b or c`.
     """
     every = list(known)
     near = _nearest(name, every)
@@ -46,7 +46,7 @@ def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:
 
 
 def _nearest(name: str, known: list[str]) -> list[str]:
-    """The names that somebody may have meant: those that hold what was given, else the one most alike."""
+    """The names that were probably meant: those that contain the given one, else the most similar one."""
     lower = name.lower()
     same = [each for each in known if each.lower() == lower]
     if same:

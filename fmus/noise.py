@@ -44,10 +44,10 @@ def normal(state: Number) -> tuple[Number, Number]:
 
 
 def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
-    """First and second halves of the states of one generator a channel, each of shape (channels,).
+    """First and second halves of the states of one generator for each channel, each of shape (channels,).
 
-    Seed and channel are squared into the state: were they put in as they are, the sequences of two seeds
-    would differ by the same numbers whatever the seeds, the generator being linear.
+    The state depends on the squares of seed and channel. The generator is linear: if the state depended
+    linearly on the seed, the sequences of any two seeds would differ by the same numbers.
     """
     whole = floor(seed)
     a = stack(*(_mixed(1e6 * whole + 15485863.0 * channel + 12345.0) for channel in channels))

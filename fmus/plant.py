@@ -15,13 +15,13 @@ WIRES: tuple[Wire, ...] = (
     ("motor.heat_flow", "link.heat_flow"),
     ("link.base_temperature", "motor.link_base_temperature"),
 )
-"""What passes between a motor and the link on its shaft."""
+"""Wires between a motor and the link on its shaft."""
 
 ROD_WIRES: tuple[Wire, ...] = (
     ("heater.heat_flow", "link.heat_flow"),
     ("link.base_temperature", "heater.link_base_temperature"),
 )
-"""What passes between a heater and the link that it heats."""
+"""Wires between a heater and the link that it heats."""
 
 
 @cache

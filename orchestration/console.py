@@ -1,4 +1,4 @@
-"""How commands speak: progress and remarks on standard error, answers on standard output."""
+"""What commands print: progress and remarks on standard error, answers on standard output."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 class Answer:
-    """A result that says itself what it came to, on a terminal and in a notebook."""
+    """A result that prints a summary of itself, on a terminal and in a notebook."""
 
     def summary(self) -> str:
-        """What it came to, in a few lines."""
+        """The result in a few lines."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -33,12 +33,12 @@ def answer(text: str) -> None:
 
 
 def answer_json(value: Any) -> None:
-    """Print an answer for machines."""
+    """Print an answer as JSON, for other programs."""
     print(json.dumps(value, indent=2, allow_nan=False))
 
 
 def remark(text: str) -> None:
-    """Say something beside the answer."""
+    """Print a remark, which is not part of the answer, on standard error."""
     print(f"warmlink: {text}", file=sys.stderr)
 
 

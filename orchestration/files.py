@@ -19,7 +19,7 @@ from warmlink.fmus.errors import InputError, NoRoomError
 WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
 FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
-"""What a full or broken disk answers."""
+"""Error numbers that mean a full or broken disk."""
 
 
 @contextmanager

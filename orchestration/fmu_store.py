@@ -1,4 +1,4 @@
-"""The FMUs that a run needs: found where an earlier run left them, built where they are missing."""
+"""The FMUs that a run needs: those of earlier runs are used again, missing ones are built."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class FmuStore:
 
     @cached_property
     def folder(self) -> Path:
-        """Where this version's FMUs of this kind lie."""
+        """Folder of this version's FMUs of this kind."""
         return self.root / source_digest() / self.kind
 
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
@@ -59,7 +59,7 @@ class FmuStore:
 
 
 def kind_named(name: str | None) -> FmuKind | None:
-    """Kind of FMU by its name, None unasked; raises InputError where there is none of that name."""
+    """Kind of FMU by its name, None if none was given; raises InputError if no kind has that name."""
     for kind in FMU_KINDS:
         if kind == name:
             return kind

@@ -1,4 +1,4 @@
-"""Controllers of one's own: a class or a Component in a Python file becomes an FMU like the shipped ones."""
+"""Users' own controllers: a class or a Component in a Python file becomes an FMU like the shipped ones."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _OF_COMPONENT = "from {package}.law import {attribute} as COMPONENT\n"
 
 @dataclass(frozen=True)
 class OwnLaw(Controller):
-    """A law from somebody's file, called in tables as it is in the file.
+    """A law from a user's file; tables show it under its name in the file.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class OwnLaw(Controller):
 
 
 def controller_named(name: str) -> Controller:
-    """Controller that warmlink ships, by its name, or a law of one's own, as `my_law.py:MyLaw`.
+    """A shipped controller by its name, or a user's own law, as `my_law.py:MyLaw`.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _readme(law: ModuleType, attribute: str) -> str:
 
 
 def _check(component: Component, place: str) -> None:
-    """Hold the connectors against those of every compensator, and let the law take one step."""
+    """Check that the connectors are those of every compensator, and let the law take one step."""
     for kind, wanted, held in (("input", INPUTS, component.u), ("output", OUTPUTS, component.y)):
         missing = [variable.name for variable in wanted if variable.name not in held.index]
         if missing:
@@ -196,9 +196,9 @@ def _refused(place: str) -> Iterator[None]:
 
 
 def _check_symbolic(component: Component) -> None:
-    """Hold the law in symbols, from which C is made, against the law in numbers.
+    """Compare the law in symbols, from which C is made, with the law in numbers.
 
-    Python's `math` turns a symbol into NaN without a word.
+    Python's `math` functions turn a symbol into NaN without an error.
 
     Raises
     ------

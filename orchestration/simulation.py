@@ -1,4 +1,4 @@
-"""Anybody's system of FMUs, run for a time."""
+"""Run a system of FMUs from any tool."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def simulate(
     InputError
         If the file or something in it cannot be used, or a name is not known.
     SlaveError
-        If the run did not get to a first value.
+        If the run failed before its first communication point.
     """
     chosen = algorithm(master)
     with temporary_folder() as work:

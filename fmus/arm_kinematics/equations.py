@@ -1,10 +1,10 @@
-"""The tool point of an arm in Denavit-Hartenberg's description, and what its links' growth does to it.
+"""The tool point of an arm by the Denavit-Hartenberg convention, and how far its links' growth moves it.
 
-Frame i lies at the far end of link i: about z of the frame before it turn by angle plus offset, along that z
-go `link_offset`, along the new x go `link_length`, about the new x turn by `link_twist` (J. Denavit and
-R. S. Hartenberg, "A kinematic notation for lower-pair mechanisms based on matrices", J. Appl. Mech. 22 (1955)
-215-221, in the form of R. P. Paul, *Robot Manipulators*, MIT Press 1981). Growth of link i moves everything
-beyond it along a direction that is fixed in frame i, and turns nothing.
+Frame i lies at the far end of link i. From the frame before it, turn about z by angle plus offset, move
+along that z by `link_offset`, along the new x by `link_length`, and turn about it by `link_twist` (J.
+Denavit and R. S. Hartenberg, "A kinematic notation for lower-pair mechanisms based on matrices", J. Appl.
+Mech. 22 (1955) 215-221, in the form of R. P. Paul, *Robot Manipulators*, MIT Press 1981). Growth of link i
+moves everything beyond it along a direction that is fixed in frame i, and turns nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ AXES = 6
 COORDINATES = ("x", "y", "z")
 
 NO_DISTANCE = 1e-30
-"""m2: a squared distance below this is none, so that the norm keeps a derivative at zero."""
+"""m2; a squared distance below this counts as zero, so that the norm has a derivative there."""
 
 Vector = tuple[Number, Number, Number]
 

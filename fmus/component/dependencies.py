@@ -1,4 +1,4 @@
-"""Which outputs depend directly on which inputs, from the structure of the component's own functions."""
+"""Which outputs depend directly on which inputs, found from the structure of the component's functions."""
 
 from __future__ import annotations
 

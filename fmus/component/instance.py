@@ -1,4 +1,4 @@
-"""A component running in Python: the inside of the Python FMU, and of quick looks and tests."""
+"""A component running in Python, as it does in a Python FMU and in tests."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Instance:
         self._y = None
 
     def _tune(self, reference: int, value: float) -> None:
-        """Change a parameter in the run."""
+        """Change a parameter during the run."""
         changed = self._p.copy()
         changed[reference] = value
         for sentence in limits.problems(self.component, self.name, changed.tolist()):

@@ -31,7 +31,7 @@ class Named:
 
 @dataclass(frozen=True)
 class Variable(Named):
-    """What inputs, parameters and outputs have in common.
+    """Base class of inputs, parameters and outputs.
 
     Attributes
     ----------
@@ -87,9 +87,9 @@ class Output(Variable):
 
 @dataclass(frozen=True)
 class State(Named):
-    """Part of what a component remembers; `start` is a number or the name of a parameter.
+    """A state of a component; `start` is a number or the name of a parameter.
 
-    It is finite at all times, or NaN where `accepts_nan` says that a value may be missing.
+    Its value is always finite; it may be NaN only if `accepts_nan` is set.
     """
 
     start: float | str = field(default=0.0, kw_only=True)
@@ -98,7 +98,7 @@ class State(Named):
 
 @dataclass(frozen=True)
 class Derived(Named):
-    """A quantity that parameters alone settle, computed once before the run."""
+    """A quantity that follows from the parameters alone; it is computed once before the run."""
 
 
 @dataclass(frozen=True)

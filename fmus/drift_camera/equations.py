@@ -1,4 +1,4 @@
-"""A laser spot's centroid on a camera chip, a picture at a time.
+"""A laser spot's centroid on a camera chip, measured in single pictures.
 
     measured = scale (elongation - correction) + drift_rate t + offset + pixel_size (noise) + fault
 
@@ -18,7 +18,7 @@ _GENERATOR = 1000
 """Channel of the random generator, away from those of the thermometers."""
 
 _EARLY = 1e-6
-"""Share of a sample by which rounding may put it before its time."""
+"""Share of a sample time by which rounding may put a sample too early."""
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
@@ -28,7 +28,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
-    """States after a sample: a picture is taken when due, and read when its delay is over."""
+    """States after a sample: a picture is taken when it is due, and read when its delay is over."""
     count = x.count + 1
     interval = where(absolute(u.speed) > p.still_speed, p.moving_interval, p.still_interval)
     taken = where((count + _EARLY) * step >= interval, 1.0, 0.0)

@@ -1,4 +1,4 @@
-"""What a thermometer makes of a temperature, once a sample.
+"""Readings of thermometers, computed once in each sample time.
 
     T' = T - s (T - T_a)                        conduction along the stem
     z <- T' + (z - T') exp(-sample_time / lag)  first-order lag, exact for an input held meanwhile
@@ -28,12 +28,12 @@ _ZERO_CELSIUS = 273.15
 
 
 def derive(p: Record) -> Mapping[str, Number]:
-    """Share of a difference that is left after a sample."""
+    """Share of a temperature difference that is left after a sample time."""
     return {"kept": exp(-p.sample_time / maximum(p.lag, _SHORTEST_LAG))}
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
-    """States at the start: settled on the temperatures that the inputs have."""
+    """States at the start: in equilibrium with the input temperatures."""
     a, b = noise.starts(p.seed, range(CHANNELS))
     settled = attained(u, p)
     number, a, b = noise.normals(a, b)
@@ -47,7 +47,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
-    """States after a sample: temperatures in K, and the random generators."""
+    """States after a sample: temperatures in K, and states of the random generators."""
     target = attained(u, p)
     sensed = target + (x.sensed - target) * p.kept
     number, a, b = noise.normals(x.generator_a, x.generator_b)
@@ -66,7 +66,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 
 
 def attained(u: Record, p: Record) -> Number:
-    """Temperature in K that each sensor settles at, shape (8,)."""
+    """Temperature in K that each sensor approaches, shape (8,)."""
     return u.temperature - p.stem_conduction * (u.temperature - u.ambient_temperature)
 
 

@@ -31,7 +31,7 @@ SENSORS = 8
 
 
 def derive(p: Record, cells: int) -> Mapping[str, Number]:
-    """What the parameters alone settle: conductances in W/K, capacities in J/K, areas in m2, weights."""
+    """Values that follow from the parameters alone: conductances in W/K, capacities in J/K, areas in m2."""
     step = spacings(p, cells)
     width = control_widths(step)
     section = cross_section(p)
@@ -88,7 +88,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 
 
 def begin(u: Record, p: Record, cells: int) -> Mapping[str, Number]:
-    """States at the start: the initial temperature, raised as the sensors' initial rises say."""
+    """States at the start: the initial temperature plus the initial rises given at the sensors."""
     places = positions(p, cells)
     rise = initial_rise(p, places)
     return {
@@ -98,28 +98,28 @@ def begin(u: Record, p: Record, cells: int) -> Mapping[str, Number]:
 
 
 def cross_section(p: Record) -> Number:
-    """Cross-section in m2: as given, else width times thickness."""
+    """Cross-section in m2: the given value, or else width times thickness."""
     return where(p.cross_section > 0, p.cross_section, p.width * p.thickness)
 
 
 def perimeter(p: Record) -> Number:
-    """Perimeter in m: as given, else that of the rectangle."""
+    """Perimeter in m: the given value, or else that of the rectangle."""
     return where(p.perimeter > 0, p.perimeter, 2 * (p.width + p.thickness))
 
 
 def convection_coefficient(u: Record, p: Record) -> Number:
-    """Coefficient in W/(m2.K): still air, and the mean speed of the stretch from base to tip."""
+    """Convection coefficient in W/(m2.K): in still air, plus the part due to the link's mean speed."""
     speed = absolute(u.speed) * (p.tip_position - p.base_position) / 2
     return p.convection_still + p.convection_per_speed * speed
 
 
 def ambient_temperature(u: Record, p: Record, time: Number) -> Number:
-    """Temperature in K of the surroundings: as logged, and what the log misses."""
+    """Ambient temperature in K: the input plus its offset and drift."""
     return u.ambient_temperature + p.ambient_offset + p.ambient_drift * time
 
 
 def surface_loss(temperature: Number, u: Record, p: Record, ambient: Number) -> Number:
-    """Heat in W that each node loses by its surface, shape (cells,)."""
+    """Heat flow in W that each node loses through its surface, shape (cells,)."""
     flux = (
         convection_coefficient(u, p) * (temperature - ambient)
         + p.emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4)
@@ -143,7 +143,7 @@ def elongation(temperature: Number, p: Record) -> Number:
 
 
 def discretisation_error(temperature: Number, p: Record) -> Number:
-    """Estimate in m of what the grid costs the elongation.
+    """Estimate in m of the elongation's error due to the grid.
 
     The size of the end correction: what the trapezoidal rule alone would miss, which bounds the error of
     the corrected rule and of the second-order temperatures.
@@ -156,7 +156,7 @@ def discretisation_error(temperature: Number, p: Record) -> Number:
 
 
 def sensor_positions(p: Record) -> list[Number]:
-    """Places of the sensors in m; -1 stands for base, middle, tip, then evenly spaced in between."""
+    """Places of the sensors in m; where -1 is given: base, middle, tip, then evenly spaced in between."""
     shares = [0.0, 0.5, 1.0, *((i + 1) / (SENSORS - 2) for i in range(SENSORS - 3))]
     span = p.tip_position - p.base_position
     return [
@@ -181,7 +181,7 @@ def initial_rise(p: Record, places: list[Number]) -> list[Number]:
 
 
 def _conducted(temperature: Number, p: Record) -> Number:
-    """Heat in W from each node to the next, shape (cells - 1,)."""
+    """Heat flow in W from each node to the next, shape (cells - 1,)."""
     middle = (temperature[1:] + temperature[:-1]) / 2
     change = 1 + p.conductivity_temperature_coefficient * (middle - REFERENCE_TEMPERATURE)
     return p.conductance * change * (temperature[:-1] - temperature[1:])

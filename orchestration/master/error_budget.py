@@ -1,4 +1,4 @@
-"""How wrong the coupling may be: a run against one with half its communication step."""
+"""Bound of the coupling error: a run is compared with one that has half its communication step."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def coupling_error(
     Parameters
     ----------
     coarse, fine : Result
-        Of the same system; `fine` with half the communication step size of `coarse`. It may end earlier:
-        the bound then holds for that part alone, which for a warm-up is where coupling errors are largest.
+        Two runs of the same system; `fine` has half the communication step size of `coarse`. It may end
+        earlier: the bound then holds only for that part, in which a warm-up has its largest coupling errors.
     order : int
         The algorithm's order of convergence.
     variables : sequence of str

@@ -1,8 +1,8 @@
-"""A run in a process of its own, from which every value recorded comes back, whatever its FMUs do.
+"""A run in a process of its own, from which every recorded value comes back, whatever its FMUs do.
 
-An FMU in the process may end it, crash it (also when everything is computed and it is only freed), never
-return, change the folder, or print. Here it does so in a copy of this process: what it prints goes to
-standard error, what was recorded lies in memory that both processes share, and this process goes on.
+An FMU may end its process, crash it (even after the run, while the FMU is freed), never return, change the
+working folder, or print. It therefore runs in a copy of this process. What it prints goes to standard error,
+the recorded values are in memory that both processes share, and this process continues in any case.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def guarded(
 ) -> Result:
     """Do a run in a process of its own.
 
-    Ctrl-C ends it after the present step; pressed again, at once, also where an FMU does not return. What
-    was recorded is kept in both cases, and where the process dies.
+    Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
+    return. Recorded values are kept in both cases, and also if the process dies.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def guarded(
         ours.close()
         serve(work, theirs, memory, status, parent)
     theirs.close()
-    with suppress(OSError):  # done by whichever of the two comes first
+    with suppress(OSError):  # both processes do this; the second one fails
         os.setpgid(child, child)
     try:
         return _Guard(child, ours, under_way.UnderWay(status), memory, progress, remark).result()

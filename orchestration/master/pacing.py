@@ -1,4 +1,4 @@
-"""Runs that keep to the clock on the wall, and runs that somebody stops."""
+"""Runs that keep pace with real time, and runs that are stopped by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def on_ctrl_c(pressed: Callable[[int, FrameType | None], None]) -> Iterator[None
 
 @contextmanager
 def interruption() -> Iterator[None]:
-    """Turn the first Ctrl-C into a flag that is looked at between steps.
+    """Turn the first Ctrl-C into a flag that is checked between two steps.
 
-    Raised at once, it would hit whatever runs at that moment, the inside of a Python FMU included. A second
-    one is raised, for a step that does not end.
+    If it were raised at once, it would interrupt whatever code runs at that moment, even inside a Python FMU.
+    A second Ctrl-C is raised at once, for a step that does not end.
     """
     cells = under_way.here.cells
 

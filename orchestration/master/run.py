@@ -1,4 +1,4 @@
-"""A whole run of a system: what is asked for, put together and done."""
+"""A whole run of a system: from the files to the recorded values."""
 
 from __future__ import annotations
 
@@ -67,14 +67,14 @@ def simulate(
     unpacked : Path, optional
         Folder that keeps the unpacked FMUs from run to run, for studies.
     stepping : str
-        `plain`, `compiled`, or `auto`: compiled where that can be had and pays. The values are the same.
+        `plain`, `compiled`, or `auto`: compiled if that is possible and faster. The values are the same.
     long_run : LongRun, optional
-        Stream the values to disk, leave checkpoints, resume.
+        Write the values to disk during the run, write checkpoints, resume.
     pacing : Pacing, optional
-        Keep to the clock on the wall.
+        Keep pace with real time.
     check_stability : bool
-        After a run by Jacobi or Gauss-Seidel of slaves that restore their states, go back to its beginning
-        and look whether a small disturbance grows; not done in a paced run.
+        After a run by Jacobi or Gauss-Seidel, with slaves that can restore their states, go back to its
+        beginning and check whether a small disturbance grows; this is not done in a paced run.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
     line : Line, optional
@@ -102,7 +102,7 @@ def simulate(
                 "compiled stepping: goes neither with isolated slaves nor with a pace; leave one out"
             )
         stepping = "plain"
-    # The loop must be there before a library is loaded, so this comes first.
+    # The loop must be compiled before an FMU's library is loaded, so this comes first.
     compiled = isinstance(system, System) and choose(stepping, whole, points, len(system.components))
     assembly = assemble(system, isolation, unpacked) if isinstance(system, System) else system
     try:

@@ -1,6 +1,6 @@
 """Whether a communication step size is stable, that is, whether small disturbances die out.
 
-It is looked at when a run lies behind, from a copy of its first state, so that nothing can disturb it.
+This is checked after a run, from a copy of its first state, so that the check cannot disturb the run.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A run under way: initialize, step to the end or to a failure, give back what was recorded."""
+"""A run in progress: initialize, step to the end or to a failure, and return what was recorded."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass
 class Run:
-    """One run under way.
+    """One run in progress.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Run:
     compiled : bool
         Whether the compiled loop steps, from the second step on.
     check_stability : bool
-        Whether to look, when the run is over, whether a small disturbance grows.
+        Whether to check after the run if a small disturbance grows.
     """
 
     network: Network

@@ -1,1 +1,1 @@
-"""References that warmlink is held against: the paper's tables and a 3-D finite-element model."""
+"""References that warmlink is compared with: the paper's tables and a 3-D finite-element model."""

@@ -55,7 +55,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Statement:
-    """A sentence of the paper that can be held against the models: whether it holds, and the figures."""
+    """A statement of the paper that can be compared with the models: whether it is true, and the figures."""
 
     place: str
     claim: str

@@ -1,4 +1,4 @@
-"""Sentences of the paper held against the models, and what the attempts on its disagreements come to."""
+"""Statements of the paper compared with the models, and attempts to explain where they disagree."""
 
 from __future__ import annotations
 

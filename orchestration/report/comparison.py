@@ -30,7 +30,7 @@ def write_report(comparison: Comparison, path: Path) -> None:
     controllers, duties = comparison.controllers, comparison.duty_cycles
     if NOMINAL in comparison.mismatches:
         rows = [[comparison.row(name, duty) for name in controllers] for duty in duties]
-        sections.append(_map("Every parameter as the laws believe", rows, duties))
+        sections.append(_map("Every parameter as the controllers assume it", rows, duties))
     others = [name for name in comparison.mismatches if name != NOMINAL]
     if others:
         rows = [[comparison.worst(name, [duty], others) for name in controllers] for duty in duties]

@@ -39,7 +39,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Row:
-    """One run, held against none in the same duty cycle and mismatch.
+    """One run, compared with no compensation in the same duty cycle and mismatch.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ def compare(
     means: Means = USUAL,
     out: str | Path | None = None,
 ) -> Comparison:
-    """Hold controllers against each other and against none, over duty cycles and mismatches.
+    """Compare controllers with each other and with no compensation, over duty cycles and mismatches.
 
     Parameters
     ----------

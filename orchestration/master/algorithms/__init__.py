@@ -1,1 +1,1 @@
-"""Master algorithms, one a file, their table, and what several of them share."""
+"""Master algorithms, one in each file; their table; and what several of them share."""

@@ -11,12 +11,12 @@ from warmlink.orchestration.master.slaves.network import Network
 
 
 class Stepper(ABC):
-    """An algorithm at work on one network: it remembers what it needs from step to step.
+    """An algorithm that is bound to one network, with what it remembers from step to step.
 
     Attributes
     ----------
     remarks : tuple of str
-        Sentences on what these slaves do not allow, and what is done instead.
+        Sentences that say what these slaves do not allow, and what is done instead.
     """
 
     remarks: tuple[str, ...] = ()
@@ -34,16 +34,16 @@ class Stepper(ABC):
         """
 
     def memory(self) -> object:
-        """Give what must be kept beside the slaves' states for a later continuation, as JSON can hold it."""
+        """Return, as JSON can hold it, what a later continuation needs besides the slaves' states."""
         return None
 
     def recall(self, memory: object) -> None:  # noqa: B027
-        """Take what `memory` gave."""
+        """Restore what `memory` returned."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """How each communication step goes, the same in every step: all that the compiled loop needs to know.
+    """Order of work in a communication step, the same in every step: all that the compiled loop needs.
 
     Attributes
     ----------
@@ -127,5 +127,5 @@ class StepperAround(Stepper):
         return self.inner.memory()
 
     def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
+        """Restore what `memory` returned."""
         self.inner.recall(memory)

@@ -1,1 +1,1 @@
-"""What a run leaves: recorded values, checkpoints, heat balances, its result."""
+"""What a run produces: recorded values, checkpoints, heat balances, its result."""

@@ -1,4 +1,4 @@
-"""What left one slave and did not reach the other: the balance of cumulative outputs."""
+"""Balances of cumulative outputs: what left one slave and did not reach the other."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Audit:
-    """How a balance came out over a recorded run."""
+    """A balance evaluated over a recorded run."""
 
     balance: Balance
     table: Table = field(repr=False)

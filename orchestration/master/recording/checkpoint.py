@@ -1,4 +1,4 @@
-"""Checkpoints of long runs: what lies in a folder suffices to go on, bit for bit."""
+"""Checkpoints of long runs: the files in a folder suffice to continue a run bit for bit."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class LongRun:
     every : int, optional
         Communication steps between checkpoints; None for none.
     resume : bool
-        Go on from the folder's checkpoint where there is one.
+        Continue from the folder's checkpoint if there is one.
     """
 
     folder: Path
@@ -131,7 +131,7 @@ class Checkpoints:
             os.fsync(file.fileno())
 
     def forget(self) -> None:
-        """Remove what an earlier run left, so that nobody takes it for this one's."""
+        """Remove the files of an earlier run, so that they are not mistaken for this one's."""
         self.path.unlink(missing_ok=True)
 
     def _load(self) -> Checkpoint | None:

@@ -23,7 +23,7 @@ from warmlink.orchestration.master.slaves.process import die_with_parent, print_
 
 
 class Line:
-    """What a guarded run tells.
+    """Connection over which a guarded run reports to its guard.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a run gives back."""
+"""The result of a run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a run took.
+    """Number of steps and time that a run took.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Statistics:
 
 @dataclass(frozen=True, repr=False)
 class Result(Answer):
-    """A run's values up to where it came.
+    """A run's values up to its end, or up to the point where it stopped.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Result(Answer):
     error : SlaveError or None
         The failure behind it: slave, variable, status and time.
     remarks : tuple of str
-        What the slaves did not allow the algorithm, and what was done instead.
+        Sentences that say what the slaves did not allow, and what was done instead.
     balances : tuple of Balance
         Pairs of recorded columns that should grow alike.
     """
