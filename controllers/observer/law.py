@@ -52,6 +52,7 @@ from warmlink.fmus.component.arithmetic import (
     exp,
     finite,
     maximum,
+    minimum,
     placed,
     stack,
     where,
@@ -157,7 +158,8 @@ def settled(
         x, estimate, sample.duty_modes, sample.readings, now, sample.trust, sample.told, p, step, camera
     )
     borne_out = clip(estimate, verdict.lower, verdict.upper)
-    more = camera.authority + camera.share * absolute(borne_out)
+    # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
+    more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(sample.wild > 0, x.correction, wanted)
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
