@@ -39,6 +39,8 @@ def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
         tried += [(seen.misfit(wander), wander, seen.responses) for wander in seen.candidates()]
     least = min(misfit for misfit, _, _ in tried)
     _, best, responses = min(tried, key=lambda each: each[0])
+    if best.room == ROOMS[-1]:
+        return STILL, responses  # no ordinary room: something else is wrong
     if best.room:
         # What may be only the room must not be called a finding: of what is about as likely, the strongest.
         liked = [each for each in tried if each[0] < least + _LIKED and each[1].heat == best.heat]

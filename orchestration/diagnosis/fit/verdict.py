@@ -120,6 +120,8 @@ def _search(
 ) -> Search:
     """A search with what wanders beside its log, judged from nothing and from known models."""
     still = Search(Fitter(problem, noise), progress)
+    if any(each.lasting for each in noise):
+        return still  # an error that lasts wanders already
     wander, responses = likeliest(still, (still.null, *known))
     return still if wander.still else Search(Fitter(problem, noise, wander, responses), progress)
 
