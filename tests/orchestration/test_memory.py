@@ -47,8 +47,11 @@ path, stop, step, folder, checkpoint = sys.argv[1:]
 peak, done, before = 0, threading.Event(), private()
 def watch():
     global peak
+    # In a reading while a child begins or ends, what it shares may count twice: two have to agree.
+    last = 0
     while not done.wait(0.01):
-        peak = max(peak, private())
+        now = private()
+        peak, last = max(peak, min(last, now)), now
 sampler = threading.Thread(target=watch)
 sampler.start()
 simulate(
