@@ -82,7 +82,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: the observer's, then what the camera teaches, limited."""
     sample = observer.sampled(x, u, p, step, STATES)
-    filters, camera = look(sample.filters, x, u, p, step)
+    filters, camera = update_from_camera(sample.filters, x, u, p, step)
     seen = evidence(x.evidence, filters.alert, observer.HEAT, p, sample.heard)
     camera_seen = evidence(x.camera_evidence, filters.alert, _TAUGHT, p, step)
     filters = led(filters, seen, sample.again, p)
@@ -111,7 +111,9 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p, x.camera_evidence)
 
 
-def look(filters: Filters, x: Record, u: Record, p: Record, step: Number) -> tuple[Filters, Camera]:
+def update_from_camera(
+    filters: Filters, x: Record, u: Record, p: Record, step: Number
+) -> tuple[Filters, Camera]:
     """Beliefs and memory after the camera's reading, which counts once, when it is new.
 
     While a limit holds the correction back, the reading is not the estimate's error; it counts only when the

@@ -65,9 +65,9 @@ def diagnose_arm(
     """Diagnose each axis asked for, all by default."""
     found = {}
     for number in experiments if numbers is None else numbers:
-        found[number] = diagnose_experiment(experiments[number], partial(_told, progress, number))
+        found[number] = diagnose_experiment(experiments[number], partial(_report_progress, progress, number))
     return ArmDiagnosis(found)
 
 
-def _told(progress: Progress, number: int, text: str) -> None:
+def _report_progress(progress: Progress, number: int, text: str) -> None:
     progress(f"{axis_name(number)}, {axis(number).name}: {text}")

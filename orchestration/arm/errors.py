@@ -24,7 +24,7 @@ DOWN = -np.pi / 2
 
 
 @cache
-def _settled() -> Array:
+def _dimensions() -> Array:
     starts = [scalar.start for scalar in KINEMATICS.scalars()][: KINEMATICS.p.size]
     return np.asarray(KINEMATICS.settled(np.array(starts, dtype=float)))
 
@@ -36,7 +36,7 @@ def sensitivities(angles: Array) -> Array:
     for k, pose in enumerate(poses):
         u = np.zeros(KINEMATICS.u.size)
         u[:AXES] = pose
-        y = KINEMATICS.y.read(KINEMATICS.outputs_of(np.zeros(0), u, _settled(), 0.0))
+        y = KINEMATICS.y.read(KINEMATICS.outputs_of(np.zeros(0), u, _dimensions(), 0.0))
         found[k] = [getattr(y, f"sensitivity_{name}") for name in COORDINATES]
     return found[which.reshape(-1)]
 

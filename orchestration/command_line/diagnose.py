@@ -92,16 +92,16 @@ def diagnose(
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
-    told = Told(assume or [], set_ or [], scenario, noise or [], unit or [], map_ or [], decimal)
+    hints = Hints(assume or [], set_ or [], scenario, noise or [], unit or [], map_ or [], decimal)
     if check:
-        _show(data, bool(whole_arm), told, json)
+        _show(data, bool(whole_arm), hints, json)
     elif not whole_arm:
-        _diagnose_cell(data, told, folder, json)
+        _diagnose_cell(data, hints, folder, json)
     elif len(data) > 1:
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
         )
-    elif told != Told():
+    elif hints != Hints():
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
             "leave out all options but --out, --check and --json"
@@ -111,7 +111,7 @@ def diagnose(
 
 
 @dataclass(frozen=True)
-class Told:
+class Hints:
     """The options that describe the measurements, as they were typed."""
 
     assumed: list[str] = field(default_factory=list)
@@ -135,14 +135,14 @@ class Told:
         return with_noise(experiment, settings_given(self.noise, "--noise"))
 
 
-def _show(paths: list[Path], whole_arm: bool, told: Told, json: bool) -> None:
+def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
     """Print how the files are understood."""
     from rich.markup import escape
 
     from warmlink.orchestration.arm.measured import arm_experiments
     from warmlink.orchestration.diagnosis.data import understood
 
-    experiments = list(arm_experiments(paths[0]).values()) if whole_arm else [told.experiment(paths)]
+    experiments = list(arm_experiments(paths[0]).values()) if whole_arm else [hints.experiment(paths)]
     found = [understood.understood(experiment) for experiment in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
@@ -157,7 +157,7 @@ def _show(paths: list[Path], whole_arm: bool, told: Told, json: bool) -> None:
             answer(f"- {text}")
 
 
-def _diagnose_cell(paths: list[Path], told: Told, folder: Path, json: bool) -> None:
+def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) -> None:
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.next_files import SCENARIO
@@ -169,11 +169,11 @@ def _diagnose_cell(paths: list[Path], told: Told, folder: Path, json: bool) -> N
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
-        found = diagnose_experiment(told.experiment(paths), progress)
+        found = diagnose_experiment(hints.experiment(paths), progress)
     for each in found.experiment.remarks:
         remark(each)
-    _give(json_content(found, SSV, SSP) if json else summary(found))
-    with _told_what_is_lost(folder):
+    _print_found(json_content(found, SSV, SSP) if json else summary(found))
+    with _lost_files_named(folder):
         blueprint = SHIPPED[found.experiment.rig.name]
         needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
@@ -190,14 +190,14 @@ def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
 
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
-    _give(found.to_json() if json else found.summary())
-    with _told_what_is_lost(folder):
+    _print_found(found.to_json() if json else found.summary())
+    with _lost_files_named(folder):
         found.write(folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")
 
 
-def _give(found: str | dict[str, Any]) -> None:
+def _print_found(found: str | dict[str, Any]) -> None:
     """Print a summary, or figures for other programs."""
     if isinstance(found, str):
         answer(found)
@@ -206,16 +206,16 @@ def _give(found: str | dict[str, Any]) -> None:
 
 
 @contextmanager
-def _told_what_is_lost(folder: Path) -> Iterator[None]:
+def _lost_files_named(folder: Path) -> Iterator[None]:
     """Turn a failure to write into an InputError that says what is lost; the summary was printed before."""
     try:
         yield
     except (OSError, InputError) as fault:
-        told = str(fault)
+        sentence = str(fault)
         if not isinstance(fault, InputError):
-            told = (
+            sentence = (
                 f"{folder}: cannot be written ({fault.strerror or fault}); make room or choose another --out"
             )
         raise InputError(
-            f"{told}; only the answer above is left, the report and the extended model are lost: run it again"
+            f"{sentence}; only the answer above is left, report and extended model are lost: run it again"
         ) from None

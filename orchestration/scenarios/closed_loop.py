@@ -123,7 +123,7 @@ class ClosedLoop(Answer):
                 f"{after.max_abs_um:.1f} µm",
                 "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}",
             ),
-            (within, _settled(before), _settled(after), ""),
+            (within, _time_to_tolerance(before), _time_to_tolerance(after), ""),
             ("coupling error", coupling, coupling, ""),
         ]
         done, whole = float(self.time[-1]), _duration(self.scenario.stop_time)
@@ -167,7 +167,7 @@ class ClosedLoop(Answer):
         }
 
 
-def _settled(metrics: ErrorMetrics) -> str:
+def _time_to_tolerance(metrics: ErrorMetrics) -> str:
     if metrics.time_to_tolerance_s is None:
         return "never"
     return "start" if metrics.time_to_tolerance_s == 0 else _duration(metrics.time_to_tolerance_s)

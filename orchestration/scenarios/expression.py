@@ -66,7 +66,7 @@ class Expression:
         """Evaluate the expression; the variables' values are numbers, or arrays of one shape."""
         try:
             with np.errstate(all="ignore"):
-                return self._of(self._tree, of)
+                return self._evaluate(self._tree, of)
         except (RecursionError, OverflowError):
             raise InputError(
                 f"{self.where}: {self.text[:40]!r}... nests too deep or counts too far"
@@ -113,16 +113,16 @@ class Expression:
                 '"link.elongation - compensator.correction"'
             ) from None
 
-    def _of(self, node: ast.expr, of: Callable[[str], Any]) -> Any:
+    def _evaluate(self, node: ast.expr, of: Callable[[str], Any]) -> Any:
         match node:
             case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
                 return np.float64(number)  # divides by zero as arrays do
             case ast.BinOp(left, op, right) if type(op) in _BINARY:
-                return _BINARY[type(op)](self._of(left, of), self._of(right, of))
+                return _BINARY[type(op)](self._evaluate(left, of), self._evaluate(right, of))
             case ast.UnaryOp(op, operand) if type(op) in _UNARY:
-                return _UNARY[type(op)](self._of(operand, of))
+                return _UNARY[type(op)](self._evaluate(operand, of))
             case ast.Call(ast.Name(name), [argument], []) if name in _FUNCTIONS:
-                return _FUNCTIONS[name](self._of(argument, of))
+                return _FUNCTIONS[name](self._evaluate(argument, of))
             case ast.Attribute() | ast.Subscript(ast.Attribute(), ast.Constant(int())):
                 return np.float64(of(ast.unparse(node)))
         raise InputError(

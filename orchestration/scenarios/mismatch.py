@@ -80,8 +80,12 @@ class Mismatch:
         setup = scenario.setup
         components = scenario.declared
         changed = dict(scenario.parameters)
-        changed |= {full: value for name, value in self.parameters.items() for full in _meant(name, setup)}
-        for full, factor in ((f, factor) for name, factor in self.scale.items() for f in _meant(name, setup)):
+        changed |= {
+            full: value for name, value in self.parameters.items() for full in _corresponding(name, setup)
+        }
+        for full, factor in (
+            (f, factor) for name, factor in self.scale.items() for f in _corresponding(name, setup)
+        ):
             instance, _, variable = full.rpartition(".")
             declared = scalar(full, components, where).start or 0.0
             base = float(setup.values.get(instance, {}).get(variable, declared))
@@ -93,7 +97,7 @@ class Mismatch:
         return replace(scenario, parameters=changed, mismatches=names, believed=believed)
 
 
-def _meant(name: str, setup: Setup) -> list[str]:
+def _corresponding(name: str, setup: Setup) -> list[str]:
     """Variables of a system that a name of the warm-up cell stands for."""
     instance, _, variable = name.rpartition(".")
     if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:

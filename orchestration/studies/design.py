@@ -136,7 +136,7 @@ def design(
     if law not in PLANT_FACTS:
         raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
-        raise InputError(f"--camera-std {camera_std}: {law} does not go by the camera; {WITH_CAMERA} does")
+        raise InputError(f"--camera-std {camera_std}: {law} does not use the camera; {WITH_CAMERA} does")
     plant, known = _plant(str(system), law, parameters)
     sensors = known.used or SENSORS if sensors is None else sensors
     noise = positive(sensor_std or known.noise or SENSOR_STD, "K", "--sensor-std")

@@ -14,7 +14,7 @@ from warmlink.orchestration.studies.case import Case, Outcome
 Metric = Callable[[Outcome, Case], float]
 
 
-def _settled(outcome: Outcome, case: Case) -> float:
+def _time_to_tolerance(outcome: Outcome, case: Case) -> float:
     return case.stop_time if outcome.time_to_tolerance_s is None else outcome.time_to_tolerance_s
 
 
@@ -22,7 +22,7 @@ METRICS: dict[str, Metric] = {
     "max_abs_um": lambda outcome, case: outcome.max_abs_um,
     "p95_abs_um": lambda outcome, case: outcome.p95_abs_um,
     "rms_um": lambda outcome, case: outcome.rms_um,
-    "time_to_tolerance_s": _settled,
+    "time_to_tolerance_s": _time_to_tolerance,
     "outside_tolerance_min": lambda outcome, case: case.stop_time / 60 - outcome.within_tolerance_min,
     "correction_rate_um_s": lambda outcome, case: outcome.correction_rate_um_s,
 }

@@ -195,8 +195,8 @@ def assigned(
     return values
 
 
-def told(given: StartValueSet, controllers: Mapping[str, Component]) -> str | None:
-    """Sentence that says for whom a set is; None where it sets nothing of a controller."""
+def reached_controllers(given: StartValueSet, controllers: Mapping[str, Component]) -> str | None:
+    """Sentence that names the controllers that a set reaches; None if it sets none of their parameters."""
     return f"{given.origin}: for {', '.join(takers(given, controllers))}" if _of_compensator(given) else None
 
 

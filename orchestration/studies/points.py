@@ -77,14 +77,14 @@ class Searched(Answer):
         lines = [
             f"{study.title} · {study.controller.name} · {len(self.found)} {self.word}s "
             f"of {len(study.runs)} runs",
-            *self._told(),
+            *self._best_lines(),
         ]
         if poisoned:
             because = f"the first because of: {poisoned[0].reason}"
             lines.append(f"{len(poisoned)} {self.word}s gave no objective, {because}")
         return "\n".join(lines)
 
-    def _told(self) -> list[str]:
+    def _best_lines(self) -> list[str]:
         objectives = [each.objective for each in self.found if each.reason is None]
         if self.best is None:
             return []

@@ -28,7 +28,8 @@ def points_of(study: Study) -> list[Point]:
         count = math.prod(len(level) for level in levels)
         if count > MOST_POINTS:
             raise InputError(
-                f"{study.name}: a grid of {count} points; give fewer points an axis, or a latin_hypercube"
+                f"{study.name}: a grid of {count} points; give fewer points for each parameter, "
+                "or a latin_hypercube"
             )
         return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
     return latin_hypercube(study, study.sweep.points)

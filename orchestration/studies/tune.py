@@ -43,7 +43,7 @@ class Tuned(Searched):
         """All of them by number."""
         return self.found
 
-    def _told(self) -> list[str]:
+    def _best_lines(self) -> list[str]:
         lines, winner, first = ["no trial keeps every constraint"], self.best, self.found[0]
         if winner is not None:
             shipped = self.study.shipped and first.reason is None

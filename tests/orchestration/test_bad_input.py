@@ -50,7 +50,7 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatc
         (["run", "windscreen"], "windscreen: no such scenario; choose"),
         (["run", "empty.toml"], "stop_time is missing"),
         (["run", "wrong.toml"], "not readable as TOML"),
-        (["diagnose", "wrong.toml", "run.csv"], "an experiment file stands alone"),
+        (["diagnose", "wrong.toml", "run.csv"], "an experiment file cannot be combined with other files"),
         (["diagnose", "absent.csv", "also.csv"], "absent.csv: there is no such file"),
         (["run", "--controller", "magic"], "magic: no such controller; choose"),
         (["run", "--fmus", "wasm"], "--fmus wasm: no such kind; choose native or python"),

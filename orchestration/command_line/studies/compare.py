@@ -72,7 +72,7 @@ def compare(
     from warmlink.orchestration.scenarios.closed_loop import judged
     from warmlink.orchestration.studies.at_work import Means, at_work
     from warmlink.orchestration.studies.compare import run_comparison, write_csv
-    from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, told
+    from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
 
     sets = options.sets_given(parameters, set_)
     laws = options.listed(controllers)
@@ -80,7 +80,7 @@ def compare(
         laws = [*(designed_for(system) if laws is None else laws), *with_]
     plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
     for each in sets:
-        sentence = told(each, plan.laws)
+        sentence = reached_controllers(each, plan.laws)
         if sentence is not None:
             remark(sentence)
     for first in {each.controller.name: each for each in plan.scenarios}.values():

@@ -177,7 +177,8 @@ def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID)
     for path in sources:
         if len(sources) > 1 and isinstance(path, Path) and path.suffix.lower() == ".toml":
             raise InputError(
-                f"{path}: an experiment file stands alone; give further runs in it, each as a [[run]]"
+                f"{path}: an experiment file cannot be combined with other files; "
+                "give further runs in it, each as a [[run]]"
             )
     experiments = [read_experiment(source, told) for source in sources]
     names = [source if isinstance(source, Path) else "a DataFrame" for source in sources]

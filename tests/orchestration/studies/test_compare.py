@@ -24,7 +24,7 @@ from warmlink.orchestration.studies.compare import (
 )
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.plan import assigned, plan, told
+from warmlink.orchestration.studies.plan import assigned, plan, reached_controllers
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
@@ -130,7 +130,7 @@ def test_the_command_writes_table_and_report(
         main()
     assert stop.value.code == 0
     shown = capsys.readouterr().out
-    assert "worse than none" in shown
+    assert "worse than no compensation" in shown
     assert "thermal_low" in shown
     assert len((folder / "here" / "compare.csv").read_text().splitlines()) == 1 + 2 * 2 * 2
     assert "Productive minutes won" in (folder / "here" / "report.html").read_text()
@@ -160,7 +160,7 @@ def test_start_values_go_to_the_controllers_that_have_them(folder: Path) -> None
         "compensator.gate": 4.0,
         "compensator.sample_time": 2.0,
     }
-    assert [told(each, laws) for each in sets] == [
+    assert [reached_controllers(each, laws) for each in sets] == [
         None,
         "--set b: for lag",
         "--parameters c.ssv: for observer",

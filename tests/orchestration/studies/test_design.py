@@ -68,7 +68,7 @@ def test_a_systems_own_parameters_are_designed_for(
             ["WarmupCell", "--law", "lag"],
             "'lag' has no design; choose regression, observer or",
         ),
-        (["WarmupCell", "--camera-std", "1 um"], "observer does not go by the camera; observer_drift does"),
+        (["WarmupCell", "--camera-std", "1 um"], "observer does not use the camera; observer_drift does"),
         (
             ["WarmupCell", "--sensors", "none,base"],
             "--sensors none,base: none cannot be combined with thermometers",
