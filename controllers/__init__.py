@@ -1,1 +1,1 @@
-"""The controllers that take a link's thermal growth out of the tool point."""
+"""The controllers that compensate the thermal growth of a link at the tool point."""

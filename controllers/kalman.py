@@ -1,9 +1,9 @@
-"""Steps of a Kalman filter whose gain and whose account of its own error are two matters.
+"""Steps of a Kalman filter that computes its gain and its reported error from two different covariances.
 
-Gain: from `spread`, the covariance of the error where unknown heat of an expected size acts all the time.
-Account: `noise_spread`, the covariance that the same gain leaves where no unknown heat acts (Joseph's form,
-which holds for any gain). Their difference is what unknown heat of that size adds.
-R. F. Stengel, *Optimal Control and Estimation*, Dover 1994, chapter 4.
+The gain follows from `spread`, the covariance of the error if unknown heat of the expected size acts all
+the time. The reported error follows from `noise_spread`, the covariance with the same gain if no unknown
+heat acts (Joseph's form, which is valid for any gain). Their difference is the effect of unknown heat of
+that size. R. F. Stengel, *Optimal Control and Estimation*, Dover 1994, chapter 4.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Small matrices in the arithmetic that serves floats and CasADi expressions alike.
 
-Components hold vectors alone, so matrices come and go as flat vectors: row after row, and a symmetric one by
+Components have only vectors, so matrices are passed as flat vectors: row after row, and a symmetric matrix by
 the rows of its upper triangle.
 """
 

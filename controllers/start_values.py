@@ -1,4 +1,4 @@
-"""Parameters that start from what was designed."""
+"""Parameters whose start values come from a design."""
 
 from __future__ import annotations
 

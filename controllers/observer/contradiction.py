@@ -42,13 +42,13 @@ def reconciled(
     u: Record,
     p: Record,
 ) -> tuple[Belief, fail_safe.Trust, Number]:
-    """Belief and trust once sensors that contradict each other are settled; 1 where that begins it again.
+    """Belief and trust after contradicting sensors are left out; 1 where the belief begins again.
 
-    A sensor that drifts away slowly has no telling innovation: the filter makes up heat that explains it.
-    Such heat soon exceeds what a wrong model may account for. Then the sensor that is farthest from what the
-    duty alone makes of its temperature is left out, and any other that the duty does not bear out either:
-    with a pad on, nobody can tell which one is right. The estimate begins again from the duty, and so it does
-    where it is wild.
+    A sensor that drifts away slowly shows no large innovation, because the filter explains it by unknown
+    heat. Such heat soon exceeds what a wrong model can explain. Then the sensor that is farthest from the
+    temperature that follows from the duty alone is left out, and so is every other sensor that contradicts
+    the duty: with a heating pad on, it is impossible to know which sensor is right. The estimate begins
+    again from the duty. It also does so where it is not a possible state.
     """
     in_link = belief.mean[MODES + 1]
     noise = maximum(belief.noise_spread[MODES + 1, MODES + 1], 0.0) ** 0.5
@@ -79,9 +79,9 @@ def reconciled(
 
 
 def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) -> Belief:
-    """Belief by the duty alone, with no unknown heat, and as much doubt in K as the sensors suggest.
+    """Belief from the duty alone, without unknown heat, with the uncertainty in K that the sensors suggest.
 
-    What a camera has taught is kept.
+    What was learnt from a camera is kept.
     """
     taught = belief.mean.shape[0] - STATES
     doubt = (

@@ -1,10 +1,11 @@
 """Two filters side by side: one alert to unknown heat, one quiet, and which of them leads.
 
-The alert filter expects unknown heat of the designed size all the time. So it follows a pad within minutes
-and knows it from a failing sensor, at the price of more of the thermometers' noise. The quiet filter expects
-`quiet_share` of that, and its innovations are white while there is none. It uses a reading whenever the
-alert one does, and is what the law reports. The alert one leads, that is the quiet one goes on from it,
-while unknown heat is certain or remembered for that.
+The alert filter expects unknown heat of the designed size all the time. It therefore follows a heating pad
+within minutes and distinguishes it from a failing sensor, but lets through more of the thermometers' noise.
+The quiet filter expects only the share `quiet_share` of that heat, and its innovations are white while
+there is none. It uses a reading whenever the alert filter does, and the law reports its estimate. While
+unknown heat is certain, and for as long as it is remembered, the alert filter leads: the quiet one
+continues from it.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import Number, clip, exp, maximum, minimum, stack, total, where
 
 EVIDENCE_SIGMAS = 3.0
-"""Standard deviations of its noise beyond which an estimated disturbance counts as seen."""
+"""Standard deviations of its noise beyond which an estimated disturbance counts as detected."""
 
 CERTAIN_SIGMAS = 5.0
-"""Those beyond which unknown heat is certain.
+"""Standard deviations beyond which unknown heat is certain.
 
-Of the thousands of estimates of a shift, three are exceeded by chance every hour, five in hardly any shift.
+Among the thousands of estimates in a shift, chance exceeds three every hour, but five in hardly any shift.
 """
 
 LARGEST_EVIDENCE = 4.0
@@ -41,7 +42,7 @@ class Filters(NamedTuple):
 
 
 def filter_states(size: int) -> tuple[State, ...]:
-    """States that hold both beliefs, of so many elements each."""
+    """States that hold both beliefs, each of `size` elements."""
     sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
     return tuple(
         State(name, "1", size=count)
@@ -84,7 +85,7 @@ def quieted(alert: Belief, p: Record) -> Belief:
 
 
 def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
-    """The filters once it is settled which of them leads.
+    """The filters after it is decided which of them leads.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class AtWork:
 
 @contextmanager
 def folder_for(out: str | Path | None) -> Iterator[Path]:
-    """The folder asked for, or one that goes again."""
+    """The given folder, or a temporary one."""
     if out is not None:
         yield Path(out)
         return
@@ -50,9 +50,10 @@ def folder_for(out: str | Path | None) -> Iterator[Path]:
 
 @contextmanager
 def at_work(scenarios: Sequence[Scenario], means: Means, folder: Path) -> Iterator[AtWork]:
-    """FMUs of the scenarios, and workers that keep what they finish in a folder, which is theirs alone.
+    """FMUs of the scenarios, and workers that keep each finished run in a folder, which is locked for them.
 
-    What was empty before is so again where no run was finished; InputError where another study is at work.
+    If no run was finished, a folder that was empty before is empty again. InputError if another study is
+    using the folder.
     """
     if means.scheduler is None:
         check_jobs(means.jobs)

@@ -46,8 +46,8 @@ class Axis:
     low, high : bounds, both included
     log : whether to search and space it by its logarithm
     integer : whether it takes whole numbers alone
-    choice : the values to choose from; empty where the bounds say it
-    shipped : what it is where nobody sets it
+    choice : the values to choose from; empty if there are bounds
+    shipped : start value that the component is shipped with
     """
 
     name: str

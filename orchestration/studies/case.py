@@ -1,4 +1,4 @@
-"""One closed-loop run of a study: what it needs in one value that any process can take, and its figures."""
+"""One closed-loop run of a study: its settings, as a value that any process can receive, and its figures."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ class Case:
 
     Attributes
     ----------
-    label : what tells this run from the others of its study, as (controller, duty cycle, mismatch)
+    label : distinguishes this run from the others of its study, as (controller, duty cycle, mismatch)
     law : component behind the controllers
     values : start values in SI units by instance and variable
     stop_time, step_size : in s
     master : name of the master algorithm
-    tolerance : largest error in m that production bears
+    tolerance : largest error in m that production allows
     with_budget : whether to repeat the run at half the step, which bounds the coupling error
     setup : the system and the roles in it
     """
@@ -161,10 +161,10 @@ def figures(setup: Setup, result: Result, tolerance: float, coupling_um: float |
 
 
 def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
-    """Minutes within tolerance for who warms up without compensation and then sets the zero once.
+    """Minutes within tolerance if the robot warms up without compensation and the zero is then set once.
 
-    The best moment for the end of the warm-up is taken, on a grid of a minute, as if it had been known
-    beforehand: no real warm-up gives more. Times in s, growth and tolerance in m.
+    The end of the warm-up is the best moment on a grid of one minute, as if it had been known beforehand, so
+    that no real warm-up gives more minutes. Times in s, growth and tolerance in m.
     """
     stride = max(1, round(WARM_UP_GRID_S / 6 / float(time[1] - time[0])))
     at, growth = time[::stride], elongation[::stride]
@@ -176,7 +176,7 @@ def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
 
 
 def _minutes(good: np.ndarray[Any, np.dtype[np.bool_]], time: Series) -> float:
-    """Time in min of the communication steps that begin well."""
+    """Total time in min of the communication steps that begin within the tolerance."""
     return float(np.sum(np.diff(time)[good[:-1]])) / 60
 
 

@@ -47,7 +47,7 @@ class Row:
     uncompensated_um : largest error without a controller
     removed_percent : share of the largest error that was removed; None where there was none, or no run
     equal_within_um : error budget: scores that differ by less are equal; None where it is not known
-    tolerance_um : largest error that production bears
+    tolerance_um : largest error that production allows
     """
 
     controller: str
@@ -61,7 +61,7 @@ class Row:
 
     @property
     def minutes_won(self) -> float:
-        """Productive minutes won against warming up first; NaN in a run that stopped."""
+        """Productive minutes won compared with warming up first; NaN in a run that stopped."""
         return self.outcome.within_tolerance_min - self.outcome.warm_up_first_min
 
     @property
@@ -198,7 +198,7 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) 
 
 
 def write_csv(comparison: Comparison, path: Path) -> None:
-    """Write `compare.csv`, a row a run; what is not known is left empty."""
+    """Write `compare.csv`, one row for each run; unknown values are left empty."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from warmlink.controllers.design.reduction import ReducedPlant
 
 SENSORS, SENSOR_STD = ("base", "tip"), 0.1
-"""What a law goes by where nothing else is said: temperatures, and the noise of a reading in K."""
+"""Defaults of a design: the temperatures that the law uses, and the noise of a reading in K."""
 
 WITH_CAMERA = "observer_drift"
 """The law that uses the camera."""
@@ -92,7 +92,7 @@ class Designed(Answer):
         return {**facts, "plant": self.given}
 
     def summary(self) -> str:
-        """What was designed, in a few lines."""
+        """The design in a few lines."""
         facts, changed = self.to_dict(), list(self.given)
         lines = [f"{self.law} from {', '.join(self.sensors) or 'the duty alone'}"]
         if self.reduced is not None:
@@ -115,7 +115,7 @@ def design(
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
 ) -> Designed:
-    """Work out a controller's gains for a system.
+    """Compute a controller's gains for a system.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def design(
     sensor_std : standard deviation of the noise of a thermometer in K; what the scenario says, or 0.1 K
     camera_std : that of the camera in m
     sample_time : time between two corrections, in s
-    parameters : what differs in the plant from the system, `"2 W/K"` under `motor.joint_conductance`
+    parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
 
     Raises
     ------

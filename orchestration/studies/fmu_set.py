@@ -1,4 +1,4 @@
-"""The FMUs of a study as one value: they travel to workers on this machine and on others alike."""
+"""The FMUs of a study as one value, which can be sent to workers on this machine and on others."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Pa
     for name, content in contents:
         files[name] = folder / f"{name}.fmu"
         if not files[name].is_file():
-            # Workers may be at this at once: each writes its own, and any of them will do.
+            # Several workers may do this at once: each writes its own file, and any of the files will do.
             handle, scratch = tempfile.mkstemp(dir=folder)
             with os.fdopen(handle, "wb") as stream:
                 stream.write(content)

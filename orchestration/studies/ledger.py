@@ -1,4 +1,4 @@
-"""Finished runs on disk: a study that was killed goes on without doing them again."""
+"""Finished runs on disk: a study that was killed continues without repeating them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study asks of its runs: one figure of each, gathered into one number."""
+"""The objective of a study: one figure of each run, combined into one number."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Gathered:
 
     @property
     def title(self) -> str:
-        """What it is, in words."""
+        """The objective in words."""
         share = f" of the worst {100 * self.level:g} %" if self.over == "cvar" else ""
         return f"{'mean' if self.over == 'cvar' else self.over}{share} {self.metric}"
 
@@ -69,7 +69,7 @@ class Constraint(Gathered):
     at_most: Annotated[float, Number("bound")] = field(kw_only=True)
 
     def excess(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
-        """By how much the bound is exceeded; 0 or below where it is kept."""
+        """Amount by which the bound is exceeded; 0 or negative if it is kept."""
         return self.value(outcomes, cases) - self.at_most
 
 

@@ -1,4 +1,4 @@
-"""What a comparison runs, by which controllers, duty cycles and mismatches, and who takes what is set."""
+"""The runs of a comparison: its controllers, duty cycles and mismatches, and whom each `--set` reaches."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ DEFAULT_MISMATCHES = (
     "camera_absent",
 )
 SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
-"""Systems whose scenarios are compared unasked, each with the mismatches taken then."""
+"""Systems that can be compared, each with its default mismatches."""
 
 
 @dataclass(frozen=True)
