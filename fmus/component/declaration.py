@@ -10,16 +10,13 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.layout import Layout, Record
 from warmlink.fmus.component.variables import Derived, Input, Output, Parameter, Scalar, State
-
-if TYPE_CHECKING:
-    from warmlink.fmus.component.dependencies import Dependencies
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""
@@ -164,13 +161,6 @@ class Component:
     def snake_name(self) -> str:
         """Name in lower case with underscores, as `thermal_link`."""
         return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", self.name).lower()
-
-    @cached_property
-    def direct(self) -> Dependencies:
-        """Which outputs depend at once on which inputs; it takes CasADi a while to find out."""
-        from warmlink.fmus.component.dependencies import dependencies
-
-        return dependencies(self)
 
     @cached_property
     def x(self) -> Layout:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Component
@@ -28,6 +29,12 @@ class Dependencies:
 
 
 TIME = "time"
+
+
+@lru_cache(maxsize=256)
+def direct_dependencies(component: Component) -> Dependencies:
+    """Dependencies of outputs on inputs and parameters alone; found once, for it takes CasADi a while."""
+    return dependencies(component)
 
 
 def dependencies(component: Component, states: Sequence[str] = (), rates: Sequence[str] = ()) -> Dependencies:

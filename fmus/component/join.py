@@ -15,6 +15,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from warmlink.fmus.component import FIELD, Check, Component, Input, Output
+from warmlink.fmus.component.dependencies import direct_dependencies
 from warmlink.fmus.component.order import stepping_order
 from warmlink.fmus.component.wiring import Wiring, part_of, prefixed
 from warmlink.fmus.errors import InputError
@@ -48,7 +49,7 @@ def join(
     """
     flat, inner = _taken_apart(parts)
     fed = _checked(name, flat, [*inner, *wires])
-    found = {key: part.direct for key, part in flat.items()}
+    found = {key: direct_dependencies(part) for key, part in flat.items()}
     # Continuous states first, then the sampled ones in the order of sampling.
     order = [key for key, part in flat.items() if not part.sampled] + _sampling_order(flat, fed)
     joint = Wiring({key: flat[key] for key in order}, fed, found)

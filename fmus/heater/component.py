@@ -42,9 +42,9 @@ COMPONENT = Component(
             f"{equations.LEAST_HEAT_CAPACITY:g} J/K",
         ),
         Check(
-            lambda p: where(p.heat_capacity > 0, p.contact_resistance - 1e-9, 0.0),
+            lambda p: where(p.heat_capacity > 0, p.contact_resistance - equations.LEAST_RESISTANCE, 0.0),
             "contact_resistance: {contact_resistance} K/W with a heat_capacity of {heat_capacity} J/K; "
-            "give a resistance of at least 1e-9 K/W, or no heat capacity",
+            f"give a resistance of at least {equations.LEAST_RESISTANCE:g} K/W, or no heat capacity",
         ),
     ),
 )

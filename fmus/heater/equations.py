@@ -15,6 +15,9 @@ from warmlink.fmus.component.arithmetic import Number, where
 LEAST_HEAT_CAPACITY = 1e-6
 """J/K; rates of a much smaller one exceed all numbers."""
 
+LEAST_RESISTANCE = 1e-4
+"""K/W; through a much smaller one the flow would be the rounding of the temperatures."""
+
 
 def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Time derivatives of the states: temperature in K/s, heat delivered in W."""

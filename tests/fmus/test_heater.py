@@ -47,7 +47,7 @@ def test_with_a_capacity_it_is_one_lump_to_second_order() -> None:
 
 
 def test_a_tiny_time_constant_is_no_trouble() -> None:
-    instance = heater(power=10.0, on=1.0, heat_capacity=1e-6, contact_resistance=1e-6)
+    instance = heater(power=10.0, on=1.0, heat_capacity=1e-6, contact_resistance=1e-4)
     instance.step(0.0, 5.0)
     assert instance.get("heat_flow") == pytest.approx(10.0, rel=1e-6)
 

@@ -108,7 +108,10 @@ def test_a_cause_does_in_the_model_what_it_does_in_truth(name: str, unchanged: U
     effect = over_a_decade(name, np.random.default_rng([SEED, KNOWN.index(name)]))
     hidden = hide(effect, unchanged.duty, QUIET, interval=20.0)
     true = readings(hidden) - readings(unchanged.columns)
-    left = np.sqrt(np.mean((unchanged.modelled(effect) - true) ** 2))
+    # A logger that is ahead reads at its end what comes after the run.
+    time = unchanged.columns["time [s]"]
+    within = time <= time[-1] + min(effect.get("clock_offset", 0.0), 0.0)
+    left = np.sqrt(np.mean((unchanged.modelled(effect) - true)[within] ** 2))
     assert left < 1e-3 + np.sqrt(np.mean(true**2)) / 15, effect
     assert unchanged.slope_error(effect) < 0.1, effect
 

@@ -36,6 +36,13 @@ def declared(unknowns: list) -> Seen:
     return {u.variable.name: {d.name for d in u.dependencies} for u in unknowns}
 
 
+def with_its_check(slave: Slave, rng: random.Random) -> dict[str, float]:
+    """What an observer takes for the memory of an earlier run: numbers that add up to the first of them."""
+    held = [rng.uniform(0.1, 2.0) for name in slave.named("parameter") if name.startswith("recalled[")][1:]
+    check = 1 + sum((1 + 0.618034 * (i % 7) + 0.1 * i) * number for i, number in enumerate(held))
+    return {f"recalled[{i}]": number for i, number in enumerate([check, *held], 1)}
+
+
 def starting(slave: Slave, rng: random.Random, tails: bool) -> Slave:
     """The slave in initialization mode with random parameters, fit or not, and random inputs."""
     slave.fmu.reset()
@@ -43,6 +50,8 @@ def starting(slave: Slave, rng: random.Random, tails: bool) -> Slave:
     slave.fmu.enterInitializationMode()
     names = slave.named("parameter") + slave.named("input")
     slave.set({name: value(slave, name, rng, tails) for name in names})
+    if "recalled_for" in slave.variables and rng.random() < 0.5:
+        slave.set({**with_its_check(slave, rng), "recalled_for": rng.uniform(0.0, 1000.0)})
     return slave
 
 
