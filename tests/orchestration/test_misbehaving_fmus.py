@@ -212,8 +212,8 @@ def test_an_isolated_fmu_that_takes_all_memory_is_named(fmu: Path) -> None:
 
 def test_ctrl_c_before_there_is_anything_says_so(tmp_path: Path) -> None:
     script = (
-        "import os, signal, warmlink.orchestration.cli as cli, warmlink.orchestration.fmu_store as fmus\n"
-        "fmus.store = lambda *given: os.kill(os.getpid(), signal.SIGINT)\n"
+        "import signal, warmlink.orchestration.cli as cli, warmlink.orchestration.fmu_store as fmus\n"
+        "fmus.store = lambda *given: signal.raise_signal(signal.SIGINT)\n"
         "cli.main()"
     )
     done = subprocess.run(
