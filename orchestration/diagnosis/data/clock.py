@@ -75,7 +75,8 @@ def times(sheet: Sheet, column: int, unit: str | None, date: int | None = None) 
 
 def _mostly_numbers(cells: Any) -> bool:
     filled = cells.dropna().astype(str).str.strip().head(200)
-    return filled.map(lambda cell: bool(NUMBER.fullmatch(cell))).mean() > 0.5
+    numbers = [bool(NUMBER.fullmatch(cell)) for cell in filled]
+    return not numbers or sum(numbers) > len(numbers) / 2
 
 
 def _seconds(cells: Any) -> Vector:

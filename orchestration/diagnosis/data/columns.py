@@ -222,7 +222,7 @@ class Assignment:
             if self.named.get(header, self.named.get(name)) == "":
                 continue
             likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self.rig.columns}
-            best = max(likeness, key=lambda n: likeness[n])
+            best = max(likeness, key=lambda n: likeness[n], default=None)
             near = [best] if best in absent and likeness[best] >= _ALIKE else []
             drives = [
                 n

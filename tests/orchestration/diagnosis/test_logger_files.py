@@ -382,3 +382,18 @@ def test_the_channels_of_an_experiment_are_found_however_the_unit_is_written(
     path.write_text(f'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n{channels}')
     found = read_experiment(path).runs[0].readings["link.base_temperature"]
     assert np.array_equal(found, plain.runs[0].readings["link.base_temperature"])
+
+
+def test_times_without_a_single_one_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("time [s],speed [rad/s],tip_temperature [degC]\n,1,22\n,2,23\n,3,24\n")
+    with pytest.raises(InputError):
+        read_experiment(path)
+
+
+def test_an_experiment_without_channels_names_the_columns_it_has(tmp_path: Path) -> None:
+    (tmp_path / "rod.csv").write_text("time [s],heater_on [1],T1 [degC]\n0,1,22\n10,1,23\n20,1,24\n")
+    path = tmp_path / "rod.toml"
+    path.write_text('title = "Rod"\nsystem = "BenchRod"\n[[run]]\ndata = "rod.csv"\n')
+    with pytest.raises(InputError):
+        read_experiment(path)
