@@ -163,6 +163,9 @@ def test_chance_reaches_the_level_of_a_cause_in_seven_of_a_thousand_runs(nothing
     gram = sum(search.null.point.gram)
     single = [item for item in search.items if len(item.freed) == 1]
     selected = np.array([np.isin(np.arange(len(gram)), item.freed[0].slots) for item in single]) * 1.0
+    # What the drawn duty cycle does not wake, chance cannot push.
+    woken = np.einsum("ij,jk,ik->i", selected, gram, selected) > 0
+    single, selected = [item for item, felt in zip(single, woken, strict=True) if felt], selected[woken]
     dear = [search.penalty((item,)) for item in single]
     sided = [item.freed[0].lower == item.freed[0].start for item in single]
     covariance = selected @ gram @ selected.T
