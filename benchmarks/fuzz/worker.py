@@ -20,7 +20,10 @@ from benchmarks.fuzz.targets import TARGETS
 
 LONGEST_SECONDS = 10.0
 """Of the processor; and six times that on the wall, for what waits or is held up by others."""
-MOST_BYTES = 1 << 30
+MOST_MEGABYTES = 1024.0
+"""Of memory that is in use; after an input that took more a new process goes on."""
+MOST_BYTES_RESERVED = 8 << 30
+"""Of addresses, beyond those at the start; libraries reserve many that they never use."""
 START_SECONDS = 120.0
 """For the process and its good files, before the first input."""
 
@@ -33,7 +36,7 @@ class Finding:
     ----------
     number : of the input
     verdict : `accepted`, `refused`, or what is wrong
-    seconds, megabytes : time taken, and the most that the process has held so far beyond what it began with
+    seconds, megabytes : time taken, and the most memory that the process has had in use so far
     """
 
     number: int
@@ -76,6 +79,7 @@ def _of_one_process(name: str, seed: int, numbers: range) -> Iterator[Finding]:
     )
     process.start()
     theirs.close()
+    number = numbers[0]
     try:
         if not ours.poll(START_SECONDS):
             raise RuntimeError(f"{name}: its good files were not made within {START_SECONDS:g} s")
@@ -84,14 +88,15 @@ def _of_one_process(name: str, seed: int, numbers: range) -> Iterator[Finding]:
             if not ours.poll(6 * LONGEST_SECONDS):
                 yield Finding(number, "hangs", 6 * LONGEST_SECONDS, 0.0)
                 return
-            try:
-                yield ours.recv()
-            except EOFError:
-                process.join(5.0)
-                slow = process.exitcode == -signal.SIGPROF
-                verdict = "takes too long" if slow else f"the process died ({process.exitcode})"
-                yield Finding(number, verdict, 0.0, 0.0)
+            finding: Finding = ours.recv()
+            yield finding
+            if finding.megabytes > MOST_MEGABYTES:
                 return
+    except EOFError:
+        process.join(5.0)
+        slow = process.exitcode == -signal.SIGPROF
+        verdict = "takes too long" if slow else f"the process died ({process.exitcode})"
+        yield Finding(number, verdict, 0.0, 0.0)
     finally:
         process.kill()
         process.join()
@@ -108,8 +113,7 @@ def _work(pipe: Connection, name: str, seed: int, numbers: range) -> None:
     with nest() as home:
         target.judged(given(name, seed, numbers[0], emptied(home)))  # whatever is imported late
         strays(home)
-        _limit_memory()
-        before = _held()
+        _limit_addresses()
         pipe.send(None)
         for number in numbers:
             path = given(name, seed, number, emptied(home))
@@ -120,15 +124,19 @@ def _work(pipe: Connection, name: str, seed: int, numbers: range) -> None:
             outside = strays(home)
             if outside:
                 verdict = f"wrote {', '.join(outside)}"
-            pipe.send(Finding(number, verdict, seconds, (_held() - before) / 1e6))
+            megabytes = _most_in_use()
+            if megabytes > MOST_MEGABYTES:
+                verdict = f"uses more than {MOST_MEGABYTES:g} MB of memory"
+            pipe.send(Finding(number, verdict, seconds, megabytes))
 
 
-def _held() -> float:
-    """The most memory that this process has had at once, in bytes."""
-    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+def _most_in_use() -> float:
+    """The most memory that this process has had in use at once [MB]; `getrusage` counts its parent's too."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    return int(status.partition("VmHWM:")[2].split()[0]) / 1024
 
 
-def _limit_memory() -> None:
+def _limit_addresses() -> None:
     pages = int(Path("/proc/self/statm").read_text().split()[0])
-    limit = pages * resource.getpagesize() + MOST_BYTES
+    limit = pages * resource.getpagesize() + MOST_BYTES_RESERVED
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 from collections.abc import Iterator
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 from random import Random
 
@@ -13,8 +15,9 @@ from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis import given as drawn
 from hypothesis import strategies as st
 
+from benchmarks.fuzz import worker
 from benchmarks.fuzz.nest import emptied, nest, strays
-from benchmarks.fuzz.targets import TARGETS
+from benchmarks.fuzz.targets import TARGETS, Target
 from benchmarks.fuzz.worker import findings, given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -100,3 +103,33 @@ def test_workers_try_every_input_and_keep_those_that_fail(tmp_path: Path) -> Non
     assert [each.number for each in found] == [0, 1, 2, 3]
     assert {each.verdict for each in found} <= {"accepted", "refused"}
     assert list(tmp_path.iterdir()) == []
+
+
+RESERVED: list[mmap.mmap] = []
+
+
+def take_memory(path: Path) -> None:
+    """Take 1.2 GB of addresses; where the file says so, use as much memory too, and say nothing of it."""
+    RESERVED.append(mmap.mmap(-1, 1_200_000_000))
+    if path.read_text() == "greedy":
+        assert len(b"x" * 1_200_000_000) == 1_200_000_000
+
+
+MEMORY = Target(
+    lambda: {"memory": b""}, (lambda random, content: random.choice((b"greedy", b"modest")),), take_memory
+)
+
+
+def work_with_memory(pipe: Connection, name: str, seed: int, numbers: range) -> None:
+    TARGETS[name] = MEMORY
+    worker._work(pipe, name, seed, numbers)
+
+
+def test_memory_is_counted_where_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(TARGETS, "memory", MEMORY)
+    monkeypatch.setattr(worker, "_work", work_with_memory)
+    found = [each.verdict for each in findings("memory", 8, range(3), tmp_path)]
+    assert found == ["accepted", "uses more than 1024 MB of memory", "accepted"]
+    assert [(path.name, (path / "memory").read_text()) for path in tmp_path.iterdir()] == [
+        ("memory-1", "greedy")
+    ]
