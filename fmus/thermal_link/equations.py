@@ -33,6 +33,7 @@ SENSORS = 8
 def derive(p: Record, cells: int) -> Mapping[str, Number]:
     """Values that follow from the parameters alone: conductances in W/K, capacities in J/K, areas in m2."""
     step = spacings(p, cells)
+    places = positions(p, step)
     width = control_widths(step)
     section = cross_section(p)
     faces = placed(section, 0, cells) + placed(section, cells - 1, cells)
@@ -43,7 +44,7 @@ def derive(p: Record, cells: int) -> Mapping[str, Number]:
         "heat_capacity": heat_capacity,
         "rise_per_heat": 1 / heat_capacity,
         "surface_area": perimeter(p) * width + faces,
-        "sensor_weight": stack(*(interpolation_weights(p, cells, s) for s in sensor_positions(p))),
+        "sensor_weight": stack(*(interpolation_weights(places, step, s) for s in sensor_positions(p))),
     }
 
 
@@ -89,10 +90,9 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 
 def begin(u: Record, p: Record, cells: int) -> Mapping[str, Number]:
     """States at the start: the initial temperature plus the initial rises given at the sensors."""
-    places = positions(p, cells)
-    rise = initial_rise(p, places)
+    rise = initial_rise(p, positions(p, spacings(p, cells)))
     return {
-        "temperature": p.initial_temperature + stack(*rise),
+        "temperature": p.initial_temperature + rise,
         "heat_received": 0.0,
     }
 
@@ -165,19 +165,16 @@ def sensor_positions(p: Record) -> list[Number]:
     ]
 
 
-def initial_rise(p: Record, places: list[Number]) -> list[Number]:
-    """Rise in K above the initial temperature at each place, linear between the sensors."""
+def initial_rise(p: Record, places: Number) -> Number:
+    """Rise in K above the initial temperature at places in m, linear between the sensors."""
     known = _sorted_pairs(
         [(place, p.initial_temperature_rise[i]) for i, place in enumerate(sensor_positions(p))]
     )
-    rises = []
-    for place in places:
-        rise = known[0][1]
-        for (left, low), (right, high) in pairwise(known):
-            share = (place - left) / maximum(right - left, 1e-12)
-            rise = rise + clip(share, 0.0, 1.0) * (high - low)
-        rises.append(rise)
-    return rises
+    rise = known[0][1]
+    for (left, low), (right, high) in pairwise(known):
+        share = (places - left) / maximum(right - left, 1e-12)
+        rise = rise + clip(share, 0.0, 1.0) * (high - low)
+    return rise
 
 
 def _conducted(temperature: Number, p: Record) -> Number:

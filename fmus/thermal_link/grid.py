@@ -57,26 +57,19 @@ def control_widths(step: Number) -> Number:
     return (stack(0.0, step) + stack(step, 0.0)) / 2
 
 
-def positions(p: Record, cells: int) -> list[Number]:
-    """Distances in m of the nodes from the end nearer the base, `cells` of them."""
-    parts = stretches(cells)
-    step = spacings(p, cells)
+def positions(p: Record, step: Number) -> Number:
+    """Distances in m of the nodes from the end nearer the base, shape (cells,), from those between them."""
+    intervals = step.shape[0]
+    base = stretches(intervals + 1).base_node
     places = [p.base_position]
-    for i in range(parts.base_node - 1, -1, -1):
+    for i in range(base - 1, -1, -1):
         places.insert(0, places[0] - step[i])
-    for i in range(parts.base_node, cells - 1):
+    for i in range(base, intervals):
         places.append(places[-1] + step[i])
-    return places
+    return stack(*places)
 
 
-def interpolation_weights(p: Record, cells: int, place: Number) -> Number:
+def interpolation_weights(places: Number, step: Number, place: Number) -> Number:
     """Weights of the nodes, shape (cells,), that interpolate linearly to a place in m."""
-    step = spacings(p, cells)
-    start = stack(*positions(p, cells)[:-1])
-    share = clip_each((place - start) / step)
+    share = clip((place - places[:-1]) / step, 0.0, 1.0)
     return stack(1.0, share) - stack(share, 0.0)
-
-
-def clip_each(values: Number) -> Number:
-    """Each element of a vector held between 0 and 1."""
-    return stack(*(clip(values[i], 0.0, 1.0) for i in range(values.shape[0])))

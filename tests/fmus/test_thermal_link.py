@@ -14,7 +14,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.integrator import ComplexStepJacobian
 from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
-from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, positions, stretches
+from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, positions, spacings, stretches
 
 COLD = 295.15
 SECTION, PERIMETER = 0.0254 * 0.00635, 2 * (0.0254 + 0.00635)
@@ -319,7 +319,8 @@ def test_the_integral_of_a_given_profile_is_of_third_order() -> None:
     for intervals in (16, 32, 64, 128):
         component = thermal_link(cells_with(intervals))
         p, u = flat(Instance(component))
-        x = np.array(positions(component.d.read(p), component.x.size - 1))
+        link = component.d.read(p)
+        x = positions(link, spacings(link, component.x.size - 1))
         rise = COLD + 10 * np.exp(-8 * (x - x[0]))
         outputs = component.outputs_of(np.append(rise, 0.0), u, p, 0.0)
         errors.append(outputs[component.y.index["elongation"]] - exact)
