@@ -1,22 +1,23 @@
 """A component integrated to a tight tolerance: what FMUs, masters and reduced models are compared with.
 
-SciPy's BDF on the component's own rates. A joined component has no communication steps between its parts,
-so there is no coupling error in it either.
+SciPy's BDF on the component's own rates, which CasADi evaluates. A joined component has no communication
+steps between its parts, so there is no coupling error in it either.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.arithmetic import Number
-from warmlink.fmus.component.integrator import ComplexStepJacobian, Vector
+from warmlink.fmus.component.integrator import Vector
+
+if TYPE_CHECKING:
+    import casadi
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def integrate(
     settled = np.asarray(component.settled(p), dtype=float)
     places = [component.y.index[name] for name in record]
     times: list[Vector] = []
-    rows: list[NDArray[np.float64]] = []
+    rows: list[Vector] = []
     state: Vector | None = None
     begun = 0.0
     for number, phase in enumerate(phases, start=1):
@@ -83,42 +84,52 @@ def integrate(
         if state is None:
             state = np.asarray(component.states_at_start(u, settled), dtype=float)
         grid = begun + every * np.arange(round(phase.duration / every) + 1.0)
-        rates = partial(_rates, component, u.copy(), settled)
+        held = _Held(component, u.copy(), settled)
         found = solve_ivp(
-            rates,
+            held.rates,
             (begun, grid[-1]),
             state,
             "BDF",
             t_eval=grid,
             rtol=tolerance,
             atol=tolerance,
-            jac=_SparseJacobian(rates, begun, state),
+            jac=held.jacobian,
         )
         if not found.success:
             raise RuntimeError(f"no integration beyond {found.t[-1]:g} s: {found.message}")
         kept = grid if number == len(phases) else grid[:-1]
         times.append(kept)
-        for time, each in zip(kept, found.y.T, strict=False):
-            rows.append(np.asarray(component.outputs_of(each, u, settled, time), dtype=float)[places])
+        rows.append(held.outputs(kept, found.y[:, : kept.size])[places])
         state, begun = found.y[:, -1], float(grid[-1])
-    return Trajectory(np.concatenate(times), dict(zip(record, np.transpose(rows), strict=True)))
+    return Trajectory(np.concatenate(times), dict(zip(record, np.concatenate(rows, axis=1), strict=True)))
 
 
-def _rates(component: Component, u: Vector, settled: Vector, time: float, state: Number) -> Number:
-    return component.rates_of(state, u, settled, time)
+class _Held:
+    """A component's functions while its inputs are held."""
+
+    def __init__(self, component: Component, u: Vector, settled: Vector) -> None:
+        self._functions = _functions(component)
+        self._held = u, settled
+
+    def rates(self, time: float, state: Vector) -> Vector:
+        return np.asarray(self._functions["rates"](state, *self._held, time)).ravel()
+
+    def jacobian(self, time: float, state: Vector) -> Any:
+        """Derivative of the rates by the state, sparse, shape (n, n)."""
+        return self._functions["jacobian"](state, *self._held, time).sparse()
+
+    def outputs(self, times: Vector, states: Vector) -> Vector:
+        """Outputs at times, shape (outputs, times), for states of shape (n, times)."""
+        return np.asarray(self._functions["outputs"](states, *self._held, times[None, :]))
 
 
-class _SparseJacobian:
-    """Jacobian by complex step, with the structure that it has at a point."""
+@lru_cache(maxsize=16)
+def _functions(component: Component) -> Mapping[str, casadi.Function]:
+    """Functions of states, inputs, settled parameters and time."""
+    import casadi
 
-    def __init__(self, rates: partial[Number], time: float, state: Vector) -> None:
-        size = len(state)
-        every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-        structure = every(partial(rates, time), state) != 0
-        self._jacobian = ComplexStepJacobian(structure | np.eye(size, dtype=bool))
-        self._rates = rates
-
-    def __call__(self, time: float, state: Vector) -> Any:
-        from scipy.sparse import csc_matrix
-
-        return csc_matrix(self._jacobian(partial(self._rates, time), state))
+    sizes = {"x": component.x.size, "u": component.u.size, "p": component.d.size, "time": 1}
+    given = [casadi.SX.sym(name, size) for name, size in sizes.items()]
+    rates, outputs = component.rates_of(*given), component.outputs_of(*given)
+    wanted = {"rates": rates, "jacobian": casadi.jacobian(rates, given[0]), "outputs": outputs}
+    return {name: casadi.Function(name, given, [each]) for name, each in wanted.items()}

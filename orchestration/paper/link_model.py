@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,5 +85,10 @@ def run_link(case: Case, convection: float | None = None) -> LinkHistory:
     phase = Phase(
         case.duration, {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": case.ambient}
     )
-    rod, every = join("Rod", {"heater": HEATER, "link": LINK}, ROD_WIRES), float(case.times[1])
-    return follow(rod, [phase], every, parameters).at(case.times)
+    return follow(_rod(), [phase], float(case.times[1]), parameters).at(case.times)
+
+
+@cache
+def _rod() -> Component:
+    """The link and a heater at its base; joined once."""
+    return join("Rod", {"heater": HEATER, "link": LINK}, ROD_WIRES)
