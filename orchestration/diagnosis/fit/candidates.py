@@ -51,14 +51,15 @@ def freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> 
 
 
 def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
-    """Logged inputs but the ambient temperature, which has causes of its own; a temperature has no scale."""
+    """Logged inputs; the ambient temperature has causes of its own, a temperature no scale, a switch neither."""
     rig, scales = experiment.rig, cause.frees[0] == SCALE
     for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
-        temperature = rig.unit(name) == "K"
+        unit = rig.unit(name)
         if not (
             is_discrete(rig.variables[name])
             or name.endswith(".ambient_temperature")
-            or (temperature and scales)
+            or unit == "1"
+            or (unit == "K" and scales)
         ):
             yield f"{cause.name}:{rig.column_of(name)}", (f"{SCALE if scales else OFFSET}:{name}",)
 

@@ -171,17 +171,20 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
     usable = null.usable()
     if not usable:
         return false_alarms
-    correlation, _ = correlation_of(null.gram)
-    draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((len(null.gram), _DRAWS))
+    # A candidate that does not affect the data has a column of rounding, which no correlation may hold.
+    sizes = [null.spans[i].stop - null.spans[i].start for i in usable]
+    columns = np.concatenate([np.arange(null.spans[i].start, null.spans[i].stop) for i in usable])
+    correlation, _ = correlation_of(null.gram[np.ix_(columns, columns)])
+    draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((columns.size, _DRAWS))
     share = prior_shares(null.candidates)
     smallest = np.ones(_DRAWS)
-    for i in usable:
-        span = null.spans[i]
+    for i, first, size in zip(usable, np.cumsum([0, *sizes[:-1]]), sizes, strict=True):
+        span = slice(first, first + size)
         z = draws[span]
-        if z.shape[0] == 1:
-            one_sided = null._lower[span] == 0
+        if size == 1:
+            one_sided = null._lower[columns[first]] == 0
             gain = np.where(one_sided & (z[0] < 0), 0.0, z[0] ** 2)
         else:
             gain = np.sum(z * np.linalg.solve(correlation[span, span], z), axis=0)
-        smallest = np.minimum(smallest, chdtrc(z.shape[0], gain) / share[null.candidates[i].cause.name])
+        smallest = np.minimum(smallest, chdtrc(size, gain) / share[null.candidates[i].cause.name])
     return float(np.quantile(smallest, false_alarms))

@@ -198,8 +198,16 @@ class Problem:
 
     @cached_property
     def items(self) -> tuple[Item, ...]:
-        """Candidates that this experiment's data and system allow."""
-        return tuple(item for cause in catalogue() for item in self._items_of(cause))
+        """Candidates that this experiment's data and system allow.
+
+        Where there is no motor, warmer air at the link is warmer air everywhere: such twins are offered once.
+        """
+        offered = (item for cause in catalogue() for item in self._items_of(cause))
+        unlike: dict[tuple[object, ...], Item] = {}
+        for item in offered:
+            frees = tuple((f.slots, f.runs, f.lower, f.upper, f.start) for f in item.freed)
+            unlike.setdefault((frees, item.label), item)
+        return tuple(unlike.values())
 
     def _calibration(self, each: Calibrated) -> Iterable[Freed]:
         slot = (self.slots.index(each.variable),)

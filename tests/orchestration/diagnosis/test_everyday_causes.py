@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import assess, fitted_part
@@ -57,6 +58,24 @@ def test_what_is_wrong_with_the_log_is_found(
     found = assess(read_experiment(tmp_path / "run.csv"))
     assert found.word in ("named", "ambiguous")
     assert name in {fit.name for fit in (found.best, *found.rivals)}
+
+
+def test_a_cause_that_calibration_takes_up_hides_no_other(tmp_path: Path) -> None:
+    # A torque log that is off by a factor is what a calibrated torque constant explains to the last digit.
+    write_csv(hide({"forced_convection": 1.6}, interval=60.0, seed=8), tmp_path / "run.csv")
+    (tmp_path / "experiment.toml").write_text(
+        'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n'
+        '[calibrate]\n"motor.torque_constant" = { min = "1 N.m/A", max = "1.5 N.m/A", start = "1.2 N.m/A" }\n'
+    )
+    found = assess(read_experiment(tmp_path / "experiment.toml"))
+    assert (found.word, found.best.name) == ("named", "forced_convection")
+
+
+def test_a_rod_is_offered_no_cause_of_what_it_has_not() -> None:
+    problem = Problem(fitted_part(read_experiment(SPECIMENS / "experiment.toml")))
+    titles = {item.title for item in problem.items}
+    assert "ambient_offset" in titles
+    assert not {t for t in titles if t.startswith(("link_air_offset", "input_offset", "input_scale"))}
 
 
 def test_the_derivative_by_every_cause_is_that_of_the_readings(tmp_path: Path) -> None:
