@@ -28,10 +28,6 @@ def test_a_robot_joint_needs_nothing_added() -> None:
 @pytest.mark.platform
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
-@pytest.mark.xfail(
-    reason="since logs, clocks and sensor positions are doubted too, the rod comes out as `unknown`, or as "
-    "ambiguous without all three of these explanations"
-)
 def test_a_rod_is_ambiguous_and_some_member_predicts_the_held_out_run() -> None:
     found = diagnose(given("rod/rod.toml"))
     assert found.verdict == "ambiguous"

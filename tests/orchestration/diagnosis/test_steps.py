@@ -54,6 +54,25 @@ def test_base_and_shaft_are_right_whatever_the_logger(
     assert np.sqrt(np.mean(error**2, axis=0)).max() < ordinary
 
 
+def test_a_link_measured_from_end_to_end_takes_no_shorter_steps() -> None:
+    """Beyond base and tip the stretches are then thin, and settle within any step."""
+    time = np.arange(0.0, 7200.0, 10.0)
+    room = 295.15 + 0.06 * np.random.default_rng(7).integers(-2, 3, time.size)
+    run = Run("rod", time, {"heater.on": (time < 3600) * 1.0, "link.ambient_temperature": room}, {})
+    sensor = ("link.sensor_temperature[2]",)
+    length = {"link.length": 0.3, "heater.power": 8.0}
+
+    def rod(base: float, tip: float, resolution: Resolution) -> Forward:
+        place = {"link.base_position": base, "link.tip_position": tip, "link.sensor_position[2]": 0.15}
+        return Forward(Equations(rig("BenchRod", CELLS), [], sensor), run, length | place, resolution)
+
+    whole, inside = rod(0.0, 0.3, SEARCH), rod(0.01, 0.29, SEARCH)
+    assert len(whole.steps.shares) < 1.5 * len(inside.steps.shares)
+    fine = rod(0.0, 0.3, Resolution(CELLS, 0.5, 0, 0.5, np.inf))
+    error = [each(each.start_values(), time).values for each in (whole, fine)]
+    assert np.abs(error[0] - error[1]).max() < 0.06
+
+
 def test_a_discrete_input_is_never_averaged() -> None:
     """Two means of equal values by weights that sum to a little more than one, and one of unequal values."""
     time = np.array([0.0, 9.59, 22.08, 30.3])
