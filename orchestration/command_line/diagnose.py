@@ -160,11 +160,11 @@ def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
 def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) -> None:
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
-    from warmlink.orchestration.diagnosis.answer.next_files import SCENARIO
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.next_files import SCENARIO
     from warmlink.orchestration.system.shipped import SHIPPED
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:

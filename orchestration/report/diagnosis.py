@@ -7,37 +7,35 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import (
-    SHOWN,
     cause_entry,
     errors_by_run,
     errors_in_noise,
     json_content,
-    shown,
     wrong_entries,
 )
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of, write_ssv_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.answer.next_files import DUTY, SCENARIO, write_next
+from warmlink.orchestration.diagnosis.answer.profile import profiles_of
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
+from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.report.figures import DASHES, styled
-from warmlink.orchestration.report.missing_heat import heat_sections
+from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
+from warmlink.orchestration.report.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
 
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
 
-Vector = NDArray[np.float64]
-
-_MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
-_RANKED = 10
+_RANKED, _FEWEST = 10, 6
+"""Sets in the ranking at most; and at least, where so many were thought of."""
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
@@ -83,7 +81,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         *_remarks(diagnosis),
         *_causes(diagnosis),
         *heat_sections(diagnosis.missing_heat),
-        *_figures(diagnosis),
+        *run_sections(diagnosis),
         Section(
             "What the simulation gets wrong",
             "As it stands, on the rows that were fitted. A whiteness of 1 is pure noise, near 0 a course.",
@@ -106,6 +104,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         ),
         *_next(diagnosis.proposed),
         Section("The improvement", _gain_text(diagnosis), _gain_table(diagnosis)),
+        *_beyond(diagnosis),
         Section("Made with", table=versions()),
     ]
     write_page(path, lines[0], lines[1], sections)
@@ -127,6 +126,7 @@ def _remarks(diagnosis: Diagnosis) -> list[Section]:
 
 def _causes(diagnosis: Diagnosis) -> list[Section]:
     sections = []
+    profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
     for item in diagnosis.causes:
         entry = cause_entry(diagnosis, item)
         rows = [
@@ -139,89 +139,12 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
         sections.append(
             Section(item.title, text, Table(("variable", "value", "95 % interval", "unit"), rows))
         )
-    return sections
-
-
-def _figures(diagnosis: Diagnosis) -> list[Section]:
-    sections = []
-    problem = diagnosis.scores.problem
-    for run, (measured, data) in enumerate(zip(diagnosis.experiment.runs, problem.data, strict=True)):
-        role = "held out" if measured.heldout else "fitted"
-        part = (
-            "" if measured.fit_until > data.time[-1] else f", from {measured.fit_until / 60:.0f} min held out"
-        )
+    if profiles:
+        text = "Each strength held at values around the best, everything else fitted anew."
         sections.append(
-            Section(
-                f"{measured.name} ({role}{part})",
-                "Left: measured and simulated. Right: measured minus simulated, over the noise's sigma.",
-                figure=_figure(diagnosis, run),
-            )
+            Section("How well the strengths are known", text, figure=profile_figure(diagnosis, profiles))
         )
     return sections
-
-
-def _figure(diagnosis: Diagnosis, run: int) -> Any:
-    from plotly.subplots import make_subplots
-
-    problem = diagnosis.scores.problem
-    data = problem.data[run]
-    channels = [i for i in range(len(problem.variables)) if np.isfinite(data.readings[:, i]).any()]
-    figure = make_subplots(
-        rows=len(channels),
-        cols=2,
-        shared_xaxes=True,
-        vertical_spacing=0.22 / max(len(channels), 3),
-        horizontal_spacing=0.08,
-        column_widths=[0.6, 0.4],
-        column_titles=("measured, simulated", "error / sigma"),
-    )
-    minutes = data.time / 60
-    pairs = [("as it stands", diagnosis.before, _BEFORE)]
-    if diagnosis.after is not diagnosis.before:
-        pairs.append(
-            ("nearest causes" if diagnosis.verdict == "unknown" else "extended", diagnosis.after, _AFTER)
-        )
-    for row, i in enumerate(channels, start=1):
-        name = problem.names[problem.variables[i]]
-        unit = diagnosis.units()[name]
-        factor, zero = (SHOWN[shown(unit)], 273.15 if shown(unit) == "K" else 0.0)
-        measured = data.readings[:, i]
-        _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
-        for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):
-            readings = predicted.readings[run][:, i]
-            line = {"mode": "lines", "line": {"color": colour, "width": 2, "dash": dash}}
-            _trace(figure, (row, 1), word, minutes, (readings - zero) * factor, line)
-            error = (measured - readings) / diagnosis.scores.scales[run][i]
-            _trace(figure, (row, 2), word, minutes, error, _points(colour))
-        label = "degC" if shown(unit) == "K" else unit
-        figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)
-    figure.update_xaxes(title_text="time [min]", row=len(channels))
-    until = diagnosis.experiment.runs[run].fit_until
-    if until < data.time[-1]:
-        figure.add_vrect(
-            x0=until / 60, x1=float(minutes[-1]), fillcolor="#5b6577", opacity=0.08, line_width=0
-        )
-    return styled(figure, 170 * len(channels) + 90, 600).update_layout(margin_t=60)
-
-
-def _points(colour: str) -> dict[str, Any]:
-    return {"mode": "markers", "marker": {"size": 3, "color": colour}}
-
-
-def _trace(
-    figure: Any, place: tuple[int, int], word: str, minutes: Vector, values: Vector, style: dict[str, Any]
-) -> None:
-    """Draw a signal at a row and column of the figure; the legend names those of the first place."""
-    figure.add_scatter(
-        x=minutes.astype(np.float32),
-        y=values.astype(np.float32),
-        name=word,
-        legendgroup=word,
-        showlegend=place == (1, 1),
-        row=place[0],
-        col=place[1],
-        **style,
-    )
 
 
 def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
@@ -243,21 +166,38 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
 
 
 def _ranking(diagnosis: Diagnosis) -> Table:
-    assessment = diagnosis.assessment
-    search = assessment.search
-    fits = sorted(search.fits.values(), key=lambda fit: fit.chi2 + search.penalty(fit.items))
-    # Whatever the score, each single cause that was fitted is of interest, but few rows are read.
-    rows = []
-    for fit in fits[:_RANKED]:
-        score = fit.chi2 + search.penalty(fit.items)
-        state = "" if fit.admissible else "rejected: beyond a bound"
-        if fit is assessment.best:
-            state = "chosen" if diagnosis.causes or diagnosis.verdict == "adequate" else "nearest"
-        name = " + ".join(sorted(fit.key)) or "as it stands"
-        rows.append(
-            (name, f"{fit.chi2:.1f}", f"{score:.1f}", f"{score - search.score(assessment.best):+.1f}", state)
-        )
-    return Table(("causes", "chi-square", "score", "to the best", ""), rows)
+    search, best = diagnosis.assessment.search, diagnosis.assessment.best
+    fits = sorted(search.fits.values(), key=lambda fit: fit.chi2 + search.penalty(fit.items))[:_RANKED]
+    rows = [(_titles(fit.key), f"{fit.chi2:.1f}", _reason(diagnosis, fit)) for fit in fits]
+    for each in search.not_fitted(max(_FEWEST - len(rows), 0)):
+        if np.isfinite(each.chi2):
+            worse = f"not fitted: expected to be {_worse(each.chi2 - best.chi2)}"
+            rows.append((_titles(each.key), f"about {each.chi2:.1f}", worse))
+    return Table(("causes", "chi-square", "why not"), rows)
+
+
+def _titles(key: frozenset[str]) -> str:
+    return " + ".join(sorted(key)) or "as it stands"
+
+
+def _reason(diagnosis: Diagnosis, fit: Fit) -> str:
+    """Why a set was not chosen, or that it was."""
+    best = diagnosis.assessment.best
+    if fit is best:
+        found = diagnosis.causes or diagnosis.verdict == "adequate"
+        return "chosen" if found else "nearest, and does not explain it"
+    if not fit.admissible:
+        return "a strength would have to lie beyond its physical bound"
+    if fit.key in {rival.key for rival in diagnosis.assessment.rivals}:
+        return "nothing: these data do not tell it from the chosen one"
+    return _worse(fit.chi2 - best.chi2)
+
+
+def _worse(more: float) -> str:
+    """How a set compares that leaves so much more of chi-square."""
+    if more > NEAR:
+        return f"worse: {more:.0f} more of chi-square unexplained"
+    return "no better than chance would make it with as many causes"
 
 
 def _next(proposed: Proposed | None) -> list[Section]:
@@ -300,6 +240,28 @@ def _gain_text(diagnosis: Diagnosis) -> str:
     if not told:
         return ""
     return "Largest error of the tool point, of two-minute means (95 %):\n" + "\n".join(told)
+
+
+def _beyond(diagnosis: Diagnosis) -> list[Section]:
+    """What the model says of other duty cycles."""
+    rows = [
+        (
+            each.duty,
+            *(f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest)),
+            "yes" if each.holds else "no",
+        )
+        for each in diagnosis.claims
+    ]
+    if not rows:
+        return []
+    text = (
+        "Elongation that the model to use from now on foresees. The band holds what these data leave open: "
+        "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "
+        "unexplained."
+    )
+    within = f"within +-{1e6 * DEFAULT_TOLERANCE:g} um"
+    headings = ("duty cycle", "largest [um]", "changed by [um]", "95 % band [um]", within)
+    return [Section("Other duty cycles", text, Table(headings, rows))]
 
 
 def _gain_table(diagnosis: Diagnosis) -> Table:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
+from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
 from warmlink.orchestration.diagnosis.answer.missing import MissingHeat, missing_heat
@@ -15,6 +16,7 @@ from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, ne
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Word, held_out, judged
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, hint
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong, what_is_wrong
@@ -131,6 +133,14 @@ class Diagnosis:
         before = observer(self.scores.problem, null, chosen)
         after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
         return None if before is None or after is None else (before, after)
+
+    @cached_property
+    def claims(self) -> tuple[Claim, ...]:
+        """What the model to use from now on says of the standard duty cycles."""
+        alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
+        name = next((c.name for c in self.experiment.columns if c.variable == ELONGATION), "")
+        left = (self.remaining if self.causes else self.wrong).get(name)
+        return claims(self.experiment, self.assessment, (self.chosen(), *alike), left)
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

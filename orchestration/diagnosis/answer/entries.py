@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
@@ -14,6 +15,8 @@ from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.diagnosis.model.equations import OFFSET
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import Unit, conversion
+
+Vector = NDArray[np.float64]
 
 SHOWN = {"K": 1.0, "um": 1e6, "mm": 1e3, "m": 1.0}
 """Units in which errors are shown, as multiples of SI."""
@@ -80,6 +83,16 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "hint": None if hint is None else hint.to_json(),
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
+        "claims": [
+            {
+                "duty": each.duty,
+                "largest_um": 1e6 * each.largest,
+                "change_um": 1e6 * each.change,
+                "band_um": 1e6 * each.widest,
+                "holds": each.holds,
+            }
+            for each in diagnosis.claims
+        ],
         "remarks": list(diagnosis.experiment.remarks),
     }
 
@@ -135,6 +148,12 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
             "effect": effect,
         },
     }
+
+
+def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str, values: Vector) -> tuple[Vector, str]:
+    """A cause's strengths in the unit in which people read them, and that unit."""
+    unit = item.cause.shown_unit or _unit_of(diagnosis, variable)
+    return values * _per_shown(unit), unit
 
 
 def _unit_of(diagnosis: Diagnosis, variable: str) -> str:

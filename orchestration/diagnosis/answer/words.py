@@ -7,6 +7,7 @@ from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_
 from warmlink.orchestration.diagnosis.answer.prediction import difference
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.problem import Item
+from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 _PLAIN = {
     "adequate": "Nothing is wrong beyond the noise: the model is adequate.",
@@ -29,6 +30,7 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines.append(_gain_line(diagnosis))
         lines += _observer_lines(diagnosis)
+        lines += _claim_lines(diagnosis)
     if diagnosis.proposed is not None:
         lines.append(f"Next: {diagnosis.proposed.why}")
     if diagnosis.hint is not None:
@@ -81,6 +83,19 @@ def _observer_lines(diagnosis: Diagnosis) -> list[str]:
     return [
         f"With an observer the tool point is off by {1e6 * before.largest:.2g} um at most; designed anew, by "
         f"{1e6 * after.largest:.2g} um{'' if clear else ', no clear difference'}."
+    ]
+
+
+def _claim_lines(diagnosis: Diagnosis) -> list[str]:
+    if not diagnosis.claims:
+        return []
+    doubtful = ", ".join(each.duty for each in diagnosis.claims if not each.holds)
+    if doubtful:
+        most = f"{1e6 * DEFAULT_TOLERANCE:g} um"
+        return [f"Not for other duty cycles: its band is wider than {most} in {doubtful}."]
+    widest = max(each.widest for each in diagnosis.claims)
+    return [
+        f"In {len(diagnosis.claims)} other duty cycles it foresees the growth within {1e6 * widest:.2g} um."
     ]
 
 

@@ -51,7 +51,7 @@ def freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> 
 
 
 def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
-    """Logged inputs; the ambient temperature has causes of its own, a temperature no scale, a switch neither."""
+    """Logged inputs; the ambient has causes of its own, a temperature has no scale, a switch neither."""
     rig, scales = experiment.rig, cause.frees[0] == SCALE
     for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
         unit = rig.unit(name)

@@ -110,6 +110,16 @@ class Neighbours:
             return None
         return float(2 * gradient @ change - change @ gram @ change), change
 
+    def unnoticed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
+        """Each single number that may be off by a standard deviation, and by how much all then are, in SI."""
+        for (i,) in self.singles():
+            span = self.spans[i]
+            if span.stop - span.start == 1:
+                freed = self.added[span.start]
+                off = min(1 / np.sqrt(self.gram[span.start, span.start]), freed.span)
+                others = -self._inverse @ self._across[span.start] * off
+                yield self.candidates[i], {freed: off, **dict(zip(self.base, others, strict=True))}
+
     def singles(self) -> Iterable[tuple[int, ...]]:
         """Each candidate by itself."""
         return ((i,) for i in self.usable())

@@ -169,6 +169,10 @@ class Search:
                     freed = (*self.fitter.problem.calibrated, *(f for each in items for f in each.freed))
                     yield replace(fit, items=items, freed=freed)
 
+    def not_fitted(self, count: int) -> list[Proposal]:
+        """Of the sets that were not worth a fit those of which most is expected, best first."""
+        return sorted(self._proposals.values(), key=self._expected)[:count]
+
     def _expected(self, proposal: Proposal) -> float:
         return proposal.chi2 + self.penalty(proposal.items)
 

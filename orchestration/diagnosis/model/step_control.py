@@ -129,7 +129,7 @@ class _Control:
             acting = [(mean, 1.0)]
         step = end - start
         first, jacobian, _ = self._rates.averaged(x, start, acting)
-        inverse = np.linalg.inv(self._identity - (GAMMA * step) * jacobian)
+        inverse: Vector = np.asarray(np.linalg.inv(self._identity - (GAMMA * step) * jacobian))
 
         def slope_ahead(ahead: Vector) -> Vector:
             return self._rates.averaged(ahead, end, acting)[0]

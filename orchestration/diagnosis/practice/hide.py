@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,6 @@ from warmlink.orchestration.scenarios.duties.duty import (
     PAD_POWER,
     Duty,
     Segment,
-    check_segments,
     demands_at,
     length,
 )
@@ -85,25 +84,9 @@ def duty_of(name: str) -> tuple[Segment, ...]:
         raise InputError(f"{name}: is a program of the arm; give a duty cycle, or --axis with the program")
     if duty.stop_time > MOST_DAYS * 86400:
         raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
-    cycles = duty.stop_time / length(duty.segments) if duty.repeat else 1.0
-    check_segments(cycles * len(duty.segments), name)
-    found: list[Segment] = []
-    left = duty.stop_time
-    while left > 0:
-        for i, part in enumerate(duty.segments):
-            last = not duty.repeat and i + 1 == len(duty.segments)  # which holds to the end
-            lasts = left if last else min(part.duration, left)
-            if part.pad_mode == PAD_POWER:
-                raise InputError(
-                    f"{name}: a run is made with a pad held at a temperature; give pad_temperature"
-                )
-            segment = replace(part, duration=lasts)
-            left -= lasts
-            if found and replace(found[-1], duration=lasts) == segment:
-                found[-1] = replace(segment, duration=found[-1].duration + lasts)
-            elif lasts > 0:
-                found.append(segment)
-    return tuple(found)
+    if any(segment.pad_mode == PAD_POWER for segment in duty.segments):
+        raise InputError(f"{name}: a run is made with a pad held at a temperature; give pad_temperature")
+    return duty.unrolled()
 
 
 def hide(

@@ -110,6 +110,24 @@ class Duty:
         """The same with another stop time in s."""
         return replace(self, stop_time=stop_time)
 
+    def unrolled(self) -> tuple[Segment, ...]:
+        """Segments up to the stop time, repeated as in a run; raises InputError where they are too many."""
+        cycles = self.stop_time / length(self.segments) if self.repeat else 1.0
+        check_segments(cycles * len(self.segments), self.name)
+        found: list[Segment] = []
+        left = self.stop_time
+        while left > 0:
+            for i, part in enumerate(self.segments):
+                last = not self.repeat and i + 1 == len(self.segments)  # which holds to the end
+                lasts = left if last else min(part.duration, left)
+                left -= lasts
+                segment = replace(part, duration=lasts)
+                if found and replace(found[-1], duration=lasts) == segment:
+                    found[-1] = replace(segment, duration=found[-1].duration + lasts)
+                elif lasts > 0:
+                    found.append(segment)
+        return tuple(found)
+
     def start_values(self) -> dict[str, dict[str, float | bool]]:
         """Start values of the instance `duty`; raises as `component_parameters`."""
         return {"duty": self.component_parameters()}

@@ -12,12 +12,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer import next_experiment as next_experiment_module
 from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.answer.separation import chances
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
+from warmlink.orchestration.report.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 from warmlink.orchestration.scenarios.load import load_scenario
 

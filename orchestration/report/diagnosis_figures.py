@@ -1,0 +1,137 @@
+"""The pictures of a diagnosis: runs measured and simulated, strengths, and heat that is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import SHOWN, in_shown_unit, shown
+from warmlink.orchestration.diagnosis.answer.missing import MissingHeat
+from warmlink.orchestration.diagnosis.answer.profile import Profile
+from warmlink.orchestration.report.figures import DASHES, styled
+from warmlink.orchestration.report.page import Section
+
+Vector = NDArray[np.float64]
+
+_MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
+
+
+def run_sections(diagnosis: Diagnosis) -> list[Section]:
+    """What was measured and simulated in each run, and what is between the two."""
+    sections = []
+    problem = diagnosis.scores.problem
+    for run, (measured, data) in enumerate(zip(diagnosis.experiment.runs, problem.data, strict=True)):
+        role = "held out" if measured.heldout else "fitted"
+        part = (
+            "" if measured.fit_until > data.time[-1] else f", from {measured.fit_until / 60:.0f} min held out"
+        )
+        sections.append(
+            Section(
+                f"{measured.name} ({role}{part})",
+                "Left: measured and simulated. Right: measured minus simulated, over the noise's sigma.",
+                figure=_figure(diagnosis, run),
+            )
+        )
+    return sections
+
+
+def _figure(diagnosis: Diagnosis, run: int) -> Any:
+    from plotly.subplots import make_subplots
+
+    problem = diagnosis.scores.problem
+    data = problem.data[run]
+    channels = [i for i in range(len(problem.variables)) if np.isfinite(data.readings[:, i]).any()]
+    figure = make_subplots(
+        rows=len(channels),
+        cols=2,
+        shared_xaxes=True,
+        vertical_spacing=0.22 / max(len(channels), 3),
+        horizontal_spacing=0.08,
+        column_widths=[0.6, 0.4],
+        column_titles=("measured, simulated", "error / sigma"),
+    )
+    minutes = data.time / 60
+    pairs = [("as it stands", diagnosis.before, _BEFORE)]
+    if diagnosis.after is not diagnosis.before:
+        pairs.append(
+            ("nearest causes" if diagnosis.verdict == "unknown" else "extended", diagnosis.after, _AFTER)
+        )
+    for row, i in enumerate(channels, start=1):
+        name = problem.names[problem.variables[i]]
+        unit = diagnosis.units()[name]
+        factor, zero = (SHOWN[shown(unit)], 273.15 if shown(unit) == "K" else 0.0)
+        measured = data.readings[:, i]
+        _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
+        for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):
+            readings = predicted.readings[run][:, i]
+            line = {"mode": "lines", "line": {"color": colour, "width": 2, "dash": dash}}
+            _trace(figure, (row, 1), word, minutes, (readings - zero) * factor, line)
+            error = (measured - readings) / diagnosis.scores.scales[run][i]
+            _trace(figure, (row, 2), word, minutes, error, _points(colour))
+        label = "degC" if shown(unit) == "K" else unit
+        figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)
+    figure.update_xaxes(title_text="time [min]", row=len(channels))
+    until = diagnosis.experiment.runs[run].fit_until
+    if until < data.time[-1]:
+        figure.add_vrect(
+            x0=until / 60, x1=float(minutes[-1]), fillcolor="#5b6577", opacity=0.08, line_width=0
+        )
+    return styled(figure, 170 * len(channels) + 90, 600).update_layout(margin_t=60)
+
+
+def _points(colour: str) -> dict[str, Any]:
+    return {"mode": "markers", "marker": {"size": 3, "color": colour}}
+
+
+def _trace(
+    figure: Any, place: tuple[int, int], word: str, minutes: Vector, values: Vector, style: dict[str, Any]
+) -> None:
+    """Draw a signal at a row and column of the figure; the legend names those of the first place."""
+    figure.add_scatter(
+        x=minutes.astype(np.float32),
+        y=values.astype(np.float32),
+        name=word,
+        legendgroup=word,
+        showlegend=place == (1, 1),
+        row=place[0],
+        col=place[1],
+        **style,
+    )
+
+
+def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
+    """Chi-square over each strength, all else refitted: how well the data know it."""
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(rows=1, cols=len(profiles), shared_yaxes=True)
+    for column, each in enumerate(profiles, start=1):
+        values, unit = in_shown_unit(diagnosis, each.item, each.variable, each.values)
+        line = {"color": _AFTER, "width": 2}
+        figure.add_scatter(
+            x=values, y=each.rise, mode="lines+markers", line=line, showlegend=False, row=1, col=column
+        )
+        figure.update_xaxes(title_text=f"{each.variable}<br>[{unit}]", row=1, col=column)
+    figure.add_hline(y=3.84, line={"dash": "dot", "width": 1, "color": _BEFORE}, annotation_text="95 %")
+    figure.update_yaxes(title_text="rise of chi-square", row=1, col=1)
+    return styled(figure, 300)
+
+
+def heat_sections(courses: Sequence[MissingHeat]) -> list[Section]:
+    """Draw the missing heat of each run, with its 95 % band."""
+    from plotly.graph_objects import Figure
+
+    sections = []
+    for each in courses:
+        minutes, spread = each.time / 60, 1.96 * each.deviation
+        figure = Figure()
+        for values, fill in ((each.heat - spread, None), (each.heat + spread, "tonexty")):
+            figure.add_scatter(x=minutes, y=values, fill=fill, line_width=0, showlegend=False)
+        figure.add_scatter(x=minutes, y=each.heat, line_color="#3b6fb6", showlegend=False)
+        figure.update_layout(xaxis_title="time [min]", yaxis_title="missing heat [W]")
+        text = f"If all that is wrong were heat into the shaft, {each.sentence}"
+        sections.append(Section(f"When heat is missing: {each.run}", text, figure=styled(figure, 320)))
+    return sections
