@@ -33,7 +33,11 @@ from warmlink.fmus.packaging.native.compile import (
 
 FmiVersion = Literal["2.0", "3.0"]
 
-_WRAPPERS: dict[FmiVersion, str] = {"2.0": "fmi2_cs.c", "3.0": "fmi3_cs.c"}
+_SOURCES: dict[FmiVersion, tuple[str, ...]] = {
+    "2.0": ("model", "fmi_", "fmi2_"),
+    "3.0": ("model", "fmi_", "fmi3_"),
+}
+"""How the names of the C files begin that an FMU of a version is made of."""
 
 
 def build_native_fmus(
@@ -112,10 +116,11 @@ def native_sources(component: Component, fmi_version: FmiVersion) -> tuple[dict[
 
     A serialised state is taken by an FMU of the same digest alone.
     """
-    folder = importlib.resources.files("warmlink.fmus.packaging.native")
     sources = generate(component)
-    for name in ("model.h", "model.c", "exchange.h", _WRAPPERS[fmi_version]):
-        sources[name] = (folder / name).read_text(encoding="utf-8")
+    folder = importlib.resources.files("warmlink.fmus.packaging.native") / "sources"
+    for file in sorted(folder.iterdir(), key=lambda each: each.name):
+        if file.name.startswith(_SOURCES[fmi_version]):
+            sources[file.name] = file.read_text(encoding="utf-8")
     digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
     sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)
     return dict(sorted(sources.items())), digest

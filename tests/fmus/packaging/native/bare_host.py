@@ -21,7 +21,7 @@ AMPLITUDE = {"heat_flow": 4.0, "ambient_temperature": 2.0, "speed": 1.0}
 
 def compile_host(compiler: Compiler, version: str, folder: Path, suffix: str = "", *flags: str) -> Path:
     """The C host as a program for the compiler's platform."""
-    source = HERE / f"host_fmi{version[0]}.c"
+    source = HERE / "drivers" / f"host_fmi{version[0]}.c"
     assert len(source.read_text().splitlines()) < 100
     target = folder / f"host{version[0]}{suffix}"
     command = [*compiler.command, "-std=gnu99", "-O1", "-Wall", "-Werror", f"-I{header_folder()}", *flags]

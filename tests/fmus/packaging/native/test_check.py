@@ -95,7 +95,7 @@ def test_every_fmu_of_ours_is_sound(native_fmu: BuildNative) -> None:
 
 
 def test_a_crash_is_reported_and_the_next_checks_are_made(damaged: Build) -> None:
-    crash = insert("model.c", AT_END_OF_STEP, "    if (time >= 60) *(volatile int *)0 = 1;\n")
+    crash = insert("model_step.h", AT_END_OF_STEP, "    if (time >= 60) *(volatile int *)0 = 1;\n")
     found = by_name(check_fmu(damaged(crash), cases=["runs its default experiment", *QUICK]))
     assert found["runs its default experiment"] == CheckResult(
         "runs its default experiment", "fail", "the process died of SIGSEGV"
@@ -105,7 +105,7 @@ def test_a_crash_is_reported_and_the_next_checks_are_made(damaged: Build) -> Non
 
 def test_a_step_that_never_returns_is_left(damaged: Build) -> None:
     hang = insert(
-        "model.c", AT_END_OF_STEP, "    while (time >= 60) { volatile int wait = 0; (void)wait; }\n"
+        "model_step.h", AT_END_OF_STEP, "    while (time >= 60) { volatile int wait = 0; (void)wait; }\n"
     )
     found = by_name(check_fmu(damaged(hang), 2.0, ["runs its default experiment", "reproducible"]))
     assert found["runs its default experiment"].verdict == "fail"
@@ -114,13 +114,13 @@ def test_a_step_that_never_returns_is_left(damaged: Build) -> None:
 
 
 def test_a_number_that_is_none_is_named(damaged: Build) -> None:
-    poison = insert("model.c", AT_END_OF_STEP, "    if (time >= 60) memory->states[1] = NAN;\n")
+    poison = insert("model_step.h", AT_END_OF_STEP, "    if (time >= 60) memory->states[1] = NAN;\n")
     found = by_name(check_fmu(damaged(poison), cases=["runs its default experiment"]))
     assert found["runs its default experiment"].detail == "heat_flow is nan at 61 s"
 
 
 def test_a_leak_is_measured(damaged: Build) -> None:
-    leak = insert("model.c", AT_END_OF_STEP, "    *(volatile char *)malloc(200) = 1;\n")
+    leak = insert("model_step.h", AT_END_OF_STEP, "    *(volatile char *)malloc(200) = 1;\n")
     found = by_name(check_fmu(damaged(leak), cases=["memory growth"]))
     assert found["memory growth"].verdict == "fail"
     kibibytes = float(found["memory growth"].detail.split()[0])
@@ -129,7 +129,7 @@ def test_a_leak_is_measured(damaged: Build) -> None:
 
 def test_a_state_that_lacks_a_part_is_found(damaged: Build) -> None:
     forget = replace(
-        "model.c",
+        "model_state.h",
         "    model->memory = *memory;\n",
         (
             "    double kept = model->memory.states[0];\n"
@@ -142,7 +142,9 @@ def test_a_state_that_lacks_a_part_is_found(damaged: Build) -> None:
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_what_instances_share_is_found(damaged: Build, version: str) -> None:
     share = insert(
-        "model.c", AT_END_OF_STEP, "    static double shared;\n    memory->states[0] += shared += 1e-9;\n"
+        "model_step.h",
+        AT_END_OF_STEP,
+        "    static double shared;\n    memory->states[0] += shared += 1e-9;\n",
     )
     found = by_name(check_fmu(damaged(share, version), cases=QUICK))
     assert found["second instance"].verdict == "fail"
@@ -151,7 +153,9 @@ def test_what_instances_share_is_found(damaged: Build, version: str) -> None:
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_wrong_derivative_is_found(damaged: Build, version: str) -> None:
-    wrong = replace("model.c", "*value = direction->outputs[", "*value = 1.01 * direction->outputs[")
+    wrong = replace(
+        "model_derivatives.h", "*value = direction->outputs[", "*value = 1.01 * direction->outputs["
+    )
     found = by_name(check_fmu(damaged(wrong, version), cases=["directional derivatives"]))
     assert found["directional derivatives"].verdict == "fail"
     assert (
@@ -162,7 +166,9 @@ def test_a_wrong_derivative_is_found(damaged: Build, version: str) -> None:
 
 def test_a_missing_symbol_is_named(damaged: Build) -> None:
     missing = insert(
-        "model.c", AT_END_OF_STEP, "    extern void _Py_Missing(void);\n    if (time < -1) _Py_Missing();\n"
+        "model_step.h",
+        AT_END_OF_STEP,
+        "    extern void _Py_Missing(void);\n    if (time < -1) _Py_Missing();\n",
     )
     found = by_name(check_fmu(damaged(missing), cases=[]))
     assert found["loads in a bare process"].verdict == "fail"

@@ -28,7 +28,7 @@ def test_random_calls_do_no_harm(name: str, c_compiler: Compiler, tmp_path: Path
     seed = os.environ.get("WARMLINK_SEED") or (str(random.SystemRandom().randrange(10**6)) if CALLS else "13")
     for version in VERSIONS:
         program = compile_sanitized(
-            name, version, c_compiler, tmp_path, HERE / "random_calls.c", f"-DFMI={version[0]}"
+            name, version, c_compiler, tmp_path, HERE / "drivers" / "random_calls.c", f"-DFMI={version[0]}"
         )
         done = subprocess.run([program, seed, calls], capture_output=True, text=True, timeout=250)
         print(f"FMI {version}, seed {seed}: {done.stdout}")

@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
     for version in VERSIONS:
-        driver = HERE / f"drive_fmi{version[0]}.c"
+        driver = HERE / "drivers" / f"drive_fmi{version[0]}.c"
         program = compile_sanitized(name, version, c_compiler, tmp_path, driver)
         environment = {**os.environ, "ASAN_OPTIONS": "detect_leaks=1"}
         done = subprocess.run([program], capture_output=True, text=True, env=environment)
@@ -28,7 +28,9 @@ def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, tmp_path: Path
 @pytest.mark.parametrize("name", ["Heater", "TemperatureSensors"])
 def test_nothing_in_the_run_asks_for_memory(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
     wrapped = [f"-Wl,--wrap={function}" for function in ("malloc", "calloc", "realloc")]
-    program = compile_sanitized(name, "3.0", c_compiler, tmp_path, HERE / "count_allocations.c", *wrapped)
+    program = compile_sanitized(
+        name, "3.0", c_compiler, tmp_path, HERE / "drivers" / "count_allocations.c", *wrapped
+    )
     done = subprocess.run([program], capture_output=True, text=True)
     exchanges = name == "Heater"
     assert done.stdout == f"100 steps, 0 requests, {1 + exchanges} before\n", done.stderr[-2000:]

@@ -1,11 +1,5 @@
-/* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c.
-
-   F(a, b) is a in FMI 2.0 and b in 3.0; status() and in_phase() are those of the file around. */
+/* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c. */
 #if WL_EXCHANGES
-
-#define FUNCTION(name) WL_JOIN(F(fmi2, fmi3), name)
-typedef FUNCTION(Status) Answer;
-typedef FUNCTION(Boolean) Truth;
 
 /* Whether the host gave room for as many numbers as there are states. */
 static int sized(Instance *instance, size_t count, const double *numbers)

@@ -13,13 +13,19 @@ typedef struct {
     char *name;
 } Instance;
 
-static void *allocate(const fmi2CallbackFunctions *callbacks, size_t size)
+static void *allocated(const fmi2CallbackFunctions *callbacks, size_t size)
 {
     return callbacks->allocateMemory ? callbacks->allocateMemory(1, size) : calloc(1, size);
 }
 
-static void release(const fmi2CallbackFunctions *callbacks, void *memory)
+static void *allocate(const Instance *instance, size_t size)
 {
+    return allocated(&instance->callbacks, size);
+}
+
+static void release(const Instance *instance, void *memory)
+{
+    const fmi2CallbackFunctions *callbacks = &instance->callbacks;
     if (callbacks->allocateMemory && callbacks->freeMemory)
         callbacks->freeMemory(memory);
     else if (!callbacks->allocateMemory)
@@ -45,27 +51,9 @@ static void report(void *host, Severity severity, const char *sentence)
                                    categories[severity], message);
 }
 
-static fmi2Status status(int well)
-{
-    return well == DISCARDED ? fmi2Discard : well ? fmi2OK : fmi2Error;
-}
-
-static int in_phase(Instance *instance, Phase phase, const char *function)
-{
-    return instance && model_in_phase(&instance->model, phase, function);
-}
-
-static int given(Instance *instance, size_t count, const void *first, const void *second)
-{
-    return instance && model_given(&instance->model, count, first, second);
-}
-
-static fmi2Status unsupported(Instance *instance, const char *what)
-{
-    if (instance)
-        model_report(&instance->model, ": %s", what);
-    return fmi2Error;
-}
+#define F(two, three) two
+#define SIZED(values, size) values
+#include "fmi_answers.h"
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -96,7 +84,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               problem);
         return NULL;
     }
-    Instance *instance = allocate(callbacks, sizeof *instance + strlen(name) + 1);
+    Instance *instance = allocated(callbacks, sizeof *instance + strlen(name) + 1);
     if (!instance) {
         if (callbacks->logger)
             callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "logStatusError",
@@ -116,11 +104,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 void fmi2FreeInstance(fmi2Component component)
 {
-    Instance *instance = component;
-    if (instance) {
-        fmi2CallbackFunctions callbacks = instance->callbacks;
-        release(&callbacks, instance);
-    }
+    if (component)
+        release(component, component);
 }
 
 /* There is nothing to switch: an instance speaks of errors alone, and of those always. */
@@ -227,73 +212,10 @@ fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kin
     return component ? fmi2Discard : fmi2Error;
 }
 
-/* ---- values ---- */
+/* ---- values and states ---- */
 
-fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                       fmi2Real values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values);
-    for (size_t i = 0; well && i < count; i++)
-        well = model_get(&instance->model, references[i], REAL, &values[i]);
-    return status(well);
-}
-
-fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                          fmi2Integer values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values);
-    for (size_t i = 0; well && i < count; i++) {
-        double value = 0;
-        well = model_get(&instance->model, references[i], INTEGER, &value);
-        values[i] = model_whole(value);
-    }
-    return status(well);
-}
-
-fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                          fmi2Boolean values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values);
-    for (size_t i = 0; well && i < count; i++) {
-        double value = 0;
-        well = model_get(&instance->model, references[i], BOOLEAN, &value);
-        values[i] = value != 0 ? fmi2True : fmi2False;
-    }
-    return status(well);
-}
-
-fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                       const fmi2Real values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values);
-    for (size_t i = 0; well && i < count; i++)
-        well = model_set(&instance->model, references[i], REAL, values[i]);
-    return status(well);
-}
-
-fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                          const fmi2Integer values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values);
-    for (size_t i = 0; well && i < count; i++)
-        well = model_set(&instance->model, references[i], INTEGER, values[i]);
-    return status(well);
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                          const fmi2Boolean values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values);
-    for (size_t i = 0; well && i < count; i++)
-        well = model_set(&instance->model, references[i], BOOLEAN, values[i] != fmi2False);
-    return status(well);
-}
+#include "fmi_states.h"
+#include "fmi_values.h"
 
 fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference references[], size_t count,
                          fmi2String values[])
@@ -309,117 +231,20 @@ fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference refer
     return count ? unsupported(component, WL_NAME " has no strings") : status(component != NULL);
 }
 
-/* ---- derivatives ---- */
-
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueReference references[],
                                        size_t count, const fmi2Integer orders[], const fmi2Real values[])
 {
     Instance *instance = component;
-    int well = given(instance, count, references, values) && given(instance, count, orders, values);
+    int well = paired(instance, references, count, values, count)
+               && model_given(&instance->model, count, orders, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set_derivative(&instance->model, references[i], orders[i], values[i]);
     return status(well);
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2ValueReference references[],
-                                        size_t count, const fmi2Integer orders[], fmi2Real values[])
-{
-    Instance *instance = component;
-    int well = given(instance, count, references, values) && given(instance, count, orders, values);
-    for (size_t i = 0; well && i < count; i++)
-        well = model_output_derivative(&instance->model, references[i], orders[i], &values[i]);
-    return status(well);
-}
-
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[],
-                                        size_t unknown_count, const fmi2ValueReference knowns[],
-                                        size_t known_count, const fmi2Real seed[], fmi2Real sensitivity[])
-{
-    Instance *instance = component;
-    Direction direction = {{0}, {0}, 0, {0}, {0}, 0};
-    int well = given(instance, known_count, knowns, seed) && given(instance, unknown_count, unknowns, sensitivity);
-    for (size_t i = 0; well && i < known_count; i++)
-        well = model_seed(&instance->model, knowns[i], seed[i], &direction);
-    for (size_t i = 0; well && i < unknown_count; i++)
-        well = model_sensitivity(&instance->model, unknowns[i], &direction, &sensitivity[i]);
-    return status(well);
-}
-
-/* ---- states ---- */
-
-fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
-{
-    Instance *instance = component;
-    if (!instance || !state)
-        return unsupported(instance, "there is nowhere to put the state");
-    if (!*state)
-        *state = allocate(&instance->callbacks, sizeof(Memory));
-    if (!*state)
-        return unsupported(instance, "no memory for a state");
-    memcpy(*state, &instance->model.memory, sizeof(Memory));
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
-{
-    Instance *instance = component;
-    if (!instance || !state)
-        return unsupported(instance, "there is no state to go back to");
-    model_restore(&instance->model, state);
-    return fmi2OK;
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
-{
-    Instance *instance = component;
-    if (!instance)
-        return fmi2Error;
-    if (state && *state) {
-        release(&instance->callbacks, *state);
-        *state = NULL;
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
-{
-    if (!component || !state || !size)
-        return unsupported(component, "there is no state to serialise, or nowhere to put its size");
-    *size = model_serialized_size();
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
-{
-    if (!component || !state)
-        return unsupported(component, "there is no state to serialise");
-    if (!bytes || size < model_serialized_size())
-        return unsupported(component, "too few bytes for the serialised state; ask for its size");
-    model_serialize(state, (unsigned char *)bytes);
-    return fmi2OK;
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *state)
-{
-    Instance *instance = component;
-    Memory memory;
-    if (!instance || !bytes || !state)
-        return unsupported(instance, "no serialised state is given, or nowhere to put the state");
-    if (!model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory))
-        return fmi2Error;
-    if (!*state)
-        *state = allocate(&instance->callbacks, sizeof(Memory));
-    if (!*state)
-        return unsupported(instance, "no memory for a state");
-    memcpy(*state, &memory, sizeof memory);
-    return fmi2OK;
-}
-
 /* ---- hosts that integrate ---- */
 
-#define F(two, three) two
-#include "exchange.h"
+#include "fmi_exchange.h"
 
 #if WL_EXCHANGES
 fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info)

@@ -1,7 +1,7 @@
 /* The part of a native FMU that FMI 2.0 and FMI 3.0 share.
 
-   functions.c and variables.c, generated from the component's declaration, give what is declared below
-   under WL(...); model.c runs it; fmi2_cs.c and fmi3_cs.c speak with the host. */
+   starting.c, running.c and variables.c, generated from the component's declaration, give what is declared
+   below under WL(...); model.c with its parts runs it; fmi2_cs.c and fmi3_cs.c speak with the host. */
 #ifndef WARMLINK_MODEL_H
 #define WARMLINK_MODEL_H
 

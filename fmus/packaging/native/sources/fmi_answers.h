@@ -1,0 +1,36 @@
+/* How FMI 2.0 and FMI 3.0 answer alike; a part of fmi2_cs.c and of fmi3_cs.c.
+
+   F(a, b) is a in FMI 2.0 and b in 3.0; Instance is that of the file around. */
+
+#define FUNCTION(name) WL_JOIN(F(fmi2, fmi3), name)
+typedef FUNCTION(Status) Answer;
+typedef FUNCTION(Boolean) Truth;
+typedef FUNCTION(Byte) Byte;
+typedef FUNCTION(ValueReference) Reference;
+typedef FUNCTION(F(FMUstate, FMUState)) State;
+typedef FUNCTION(F(Integer, Int32)) Whole;
+
+static Answer status(int well)
+{
+    return well == DISCARDED ? FUNCTION(Discard) : well ? FUNCTION(OK) : FUNCTION(Error);
+}
+
+static int in_phase(Instance *instance, Phase phase, const char *function)
+{
+    return instance && model_in_phase(&instance->model, phase, function);
+}
+
+static Answer unsupported(Instance *instance, const char *what)
+{
+    if (instance)
+        model_report(&instance->model, ": %s", what);
+    return FUNCTION(Error);
+}
+
+/* What may change the whole instance must not come from within a step. */
+static int between_steps(Instance *instance, const char *function)
+{
+    if (instance && instance->model.memory.phase == UPDATING)
+        model_report(&instance->model, ": %s within a step; let the step end first", function);
+    return instance && instance->model.memory.phase != UPDATING;
+}

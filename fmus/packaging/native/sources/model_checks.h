@@ -1,0 +1,154 @@
+/* What may be wrong with values, and the sentence for it; a part of model.c. */
+
+/* Share of its nominal value by which an input may miss a bound, as sums and means of hosts do. */
+#define BOUND_TOLERANCE 1e-9
+
+#define SENTENCE_SIZE 512
+
+void model_report(Model *model, const char *format, ...)
+{
+    char sentence[SENTENCE_SIZE];
+    int used = snprintf(sentence, sizeof sentence, "%s", model->name);
+    va_list arguments;
+    va_start(arguments, format);
+    if (used >= 0 && (size_t)used < sizeof sentence)
+        vsnprintf(sentence + used, sizeof sentence - (size_t)used, format, arguments);
+    va_end(arguments);
+    model->report(model->host, model->severity, sentence);
+}
+
+/* What is wrong with one value, with %s for bound and unit; NULL where it is well. */
+static const char *fault(const Variable *variable, double value, double *bound)
+{
+    if (isnan(value))
+        return variable->flags & ACCEPTS_NAN ? NULL : " is not a number; give a value";
+    if (isinf(value))
+        return " is not finite; give a finite value";
+    *bound = 0;
+    if ((variable->flags & POSITIVE) && value <= 0)
+        return " is not positive; give a value above %s%s";
+    *bound = variable->minimum;
+    if ((variable->flags & HAS_MINIMUM) && value < variable->minimum)
+        return " is too low; give at least %s%s";
+    *bound = variable->maximum;
+    if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
+        return " is too high; give at most %s%s";
+    if (variable->kind != REAL && value != nearbyint(value))
+        return " is not a whole number; give one";
+    return NULL;
+}
+
+/* A number with six digits, or as many more as tell it from every other. */
+static const char *shown(double value, char *text)
+{
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, 40, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    return isnan(value) ? "nan" : text;
+}
+
+/* Whether a value lies within its variable's range; if not, the reason is reported. */
+static int within(Model *model, const Variable *variable, double value)
+{
+    double bound = 0;
+    const char *what = fault(variable, value, &bound);
+    char reason[SENTENCE_SIZE], number[40], limit[40];
+    if (!what)
+        return 1;
+    snprintf(reason, sizeof reason, what, shown(bound, limit), variable->unit);
+    model_report(model, ".%s: %s%s%s", variable->name, shown(value, number), variable->unit, reason);
+    return 0;
+}
+
+/* Reports a sentence in which `{12}` stands for the parameter of that value reference. */
+static void report_check(Model *model, const double *parameters, const char *sentence)
+{
+    char text[SENTENCE_SIZE], number[40];
+    size_t used = 0;
+    while (*sentence && used + 1 < sizeof text) {
+        if (*sentence != '{') {
+            text[used++] = *sentence++;
+            continue;
+        }
+        char *end;
+        long reference = strtol(sentence + 1, &end, 10);
+        snprintf(number, sizeof number, "%.9g", parameters[reference]);
+        for (const char *digit = number; *digit && used + 1 < sizeof text; digit++)
+            text[used++] = *digit;
+        sentence = *end ? end + 1 : end;
+    }
+    text[used] = 0;
+    model_report(model, ".%s", text);
+}
+
+static int parameters_are_well(Model *model, const double *parameters)
+{
+    int well = 1;
+    double margins[AT_LEAST_1(WL_CHECKS)];
+    for (int i = 0; i < WL_PARAMETERS; i++)
+        well &= within(model, &WL(variables)[i], parameters[i]);
+    if (!well)
+        return 0;
+    WL(margins)(parameters, margins);
+    for (int i = 0; i < WL_CHECKS; i++)
+        if (!(margins[i] >= 0)) {
+            report_check(model, parameters, WL(sentences)[i]);
+            well = 0;
+        }
+    return well;
+}
+
+/* Takes an input to its bound where it misses it by a rounding error only, and says so once. */
+static void clamp(Model *model, int input, double *value)
+{
+    const Variable *variable = &WL(variables)[FIRST_INPUT + input];
+    double low = variable->flags & HAS_MINIMUM ? variable->minimum : -HUGE_VAL;
+    double high = variable->flags & HAS_MAXIMUM ? variable->maximum : HUGE_VAL;
+    double bound = *value < low ? low : *value > high ? high : *value;
+    char number[40], limit[40];
+    if (*value == bound || !(fabs(*value - bound) <= BOUND_TOLERANCE * variable->nominal))
+        return;
+    if (!model->clamped[input]) {
+        Severity before = model->severity;
+        model->severity = WARNING;
+        model_report(model, ".%s: %s%s is taken for %s%s, here and from now on", variable->name,
+                     shown(*value, number), variable->unit, shown(bound, limit), variable->unit);
+        model->severity = before;
+        model->clamped[input] = 1;
+    }
+    *value = bound;
+}
+
+static int inputs_are_well(Model *model, double *inputs)
+{
+    int well = 1;
+    for (int i = 0; i < WL_INPUTS; i++) {
+        const Variable *variable = &WL(variables)[FIRST_INPUT + i];
+        double bound;
+        if (fault(variable, inputs[i], &bound)) {
+            clamp(model, i, &inputs[i]);
+            well &= within(model, variable, inputs[i]);
+        }
+    }
+    return well;
+}
+
+/* The first state that is not finite, and NaN where it may not be; -1 where all are well. */
+static int wild_state(const double *states)
+{
+    for (int i = 0; i < WL_STATES; i++)
+        if (!(fabs(states[i]) < HUGE_VAL) && !(isnan(states[i]) && WL(state_variables)[i].accepts_nan))
+            return i;
+    return -1;
+}
+
+static int states_are_well(Model *model, double since)
+{
+    int wild = wild_state(model->memory.states);
+    if (wild >= 0)
+        model_report(model, ": %s is not finite after %g s; look for inputs and parameters far from their "
+                            "nominal values", WL(state_variables)[wild].name, since);
+    return wild < 0;
+}

@@ -1,0 +1,140 @@
+/* Derivatives: of inputs and outputs by time, of outputs and rates in a direction, of states for hosts that
+   integrate; a part of model.c. */
+
+int model_set_derivative(Model *model, unsigned reference, int order, double value)
+{
+    Memory *memory = &model->memory;
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (WL_CLOCKS || reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
+        model_report(model, ".%s: takes no derivative; only inputs of continuous components do", variable->name);
+        return 0;
+    }
+    if (order < 1 || order > 2) {
+        model_report(model, ".%s: a derivative of order %d; give order 1 or 2", variable->name, order);
+        return 0;
+    }
+    if (memory->interpolates == 2) {
+        memset(memory->input_slopes, 0, sizeof memory->input_slopes);
+        memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
+    }
+    memory->interpolates = 1;
+    (order == 1 ? memory->input_slopes : memory->input_curvatures)[reference - FIRST_INPUT] = value;
+    return 1;
+}
+
+int model_output_derivative(Model *model, unsigned reference, int order, double *value)
+{
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (WL_CLOCKS || reference < FIRST_OUTPUT || order != 1 || model->memory.phase < STEPPING) {
+        model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, once "
+                            "the run has begun", variable->name, order);
+        return 0;
+    }
+#if !WL_CLOCKS && WL_OUTPUTS
+    Memory *memory = &model->memory;
+    double slopes[AT_LEAST_1(WL_STATES)] = {0}, dtime = 1, derivatives[WL_OUTPUTS];
+#if WL_CONTINUOUS
+    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, slopes);
+#endif
+    WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, slopes, memory->input_slopes,
+                &dtime, derivatives);
+    *value = derivatives[reference - FIRST_OUTPUT];
+#endif
+    return 1;
+}
+
+int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
+{
+    if (reference == VARIABLES) {
+        direction->time += seed;
+        return 1;
+    }
+    if (IS_STATE(reference)) {
+        direction->states[reference - FIRST_STATE] += seed;
+        return 1;
+    }
+    const Variable *variable = variable_of(model, reference, REAL);
+    if (!variable)
+        return 0;
+    if (reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
+        model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
+        return 0;
+    }
+    direction->inputs[reference - FIRST_INPUT] += seed;
+    return 1;
+}
+
+static void compute(Model *model, Direction *direction)
+{
+    Memory *memory = &model->memory;
+    if (!model->begun)
+        begin(model);
+#if WL_STATES
+    if (memory->phase < STEPPING)
+        WL(begin_tangent)(memory->inputs, model->settled, direction->inputs, direction->states);
+#endif
+    WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
+                direction->inputs, &direction->time, direction->outputs);
+#if WL_EXCHANGES
+    WL(rates_tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
+                      direction->inputs, &direction->time, direction->rates);
+#endif
+    direction->computed = 1;
+}
+
+int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
+{
+    const Variable *variable = NULL;
+    int rate = IS_RATE(reference);
+    if (!rate && !(variable = variable_of(model, reference, REAL)))
+        return 0;
+    if (reference < FIRST_OUTPUT) {
+        model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
+        return 0;
+    }
+    if (!direction->computed)
+        compute(model, direction);
+    if (rate)
+        *value = direction->rates[reference - FIRST_RATE];
+    else
+        *value = direction->outputs[reference - FIRST_OUTPUT];
+    return 1;
+}
+
+#if WL_EXCHANGES
+Outcome model_rates(Model *model, double *rates)
+{
+    Memory *memory = &model->memory;
+    if (!model->begun)
+        begin(model);
+    model->severity = DISCARD;
+    int well = inputs_are_well(model, memory->inputs);
+    if (well) {
+        WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
+        for (int i = 0; i < WL_STATES && well; i++)
+            if (!(well = fabs(rates[i]) < HUGE_VAL))
+                model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
+                                    "their nominal values", WL(state_variables)[i].name, memory->time);
+    }
+    model->severity = FAILURE;
+    return well ? DONE : DISCARDED;
+}
+
+Outcome model_set_states(Model *model, const double *states)
+{
+    int wild = wild_state(states);
+    if (wild >= 0) {
+        model->severity = DISCARD;
+        model_report(model, ": %s is not finite; give finite states", WL(state_variables)[wild].name);
+        model->severity = FAILURE;
+        return DISCARDED;
+    }
+    memcpy(model->memory.states, states, sizeof model->memory.states);
+    model->fresh = 0;
+    return DONE;
+}
+#endif
