@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -10,99 +9,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import erf, erfc
 
+from tests.fmus.links import (
+    ALPHA,
+    COLD,
+    DIFFUSIVITY,
+    PERIMETER,
+    RHO,
+    SECTION,
+    C,
+    K,
+    cells_with,
+    fin_exact,
+    flat,
+    order,
+    steady,
+    transient,
+)
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.integrator import ComplexStepJacobian
-from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
-from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH, positions, spacings, stretches
-
-COLD = 295.15
-SECTION, PERIMETER = 0.0254 * 0.00635, 2 * (0.0254 + 0.00635)
-K, RHO, C, ALPHA = 167.0, 2713.0, 892.0, 23.6e-6
-DIFFUSIVITY = K / (RHO * C)
-
-
-def flat(instance: Instance) -> tuple[np.ndarray, np.ndarray]:
-    """Settled parameters and inputs of an instance."""
-    component = instance.component
-    p = np.array([instance.get(name) for name in component.p.names])
-    return component.settled(p), np.array([instance.get(name) for name in component.u.names])
-
-
-def steady(cells: int, values: Mapping[str, float]) -> Mapping[str, float]:
-    """Outputs in steady state; the equations are linear, so that one Newton step finds it."""
-    component = thermal_link(cells)
-    instance = Instance(component)
-    instance.set(values)
-    p, u = flat(instance)
-    x = component.states_at_start(u, p)
-
-    def temperatures(z: np.ndarray) -> np.ndarray:
-        return component.rates_of(np.append(z, 0.0), u, p, 0.0)[:-1]
-
-    jacobian = ComplexStepJacobian(np.ones((cells, cells), dtype=bool))(temperatures, x[:-1])
-    solution = x[:-1] - np.linalg.solve(jacobian, temperatures(x[:-1]))
-    return dict(
-        zip(component.y.names, component.outputs_of(np.append(solution, 0.0), u, p, 0.0), strict=True)
-    )
-
-
-def transient(cells: int, parameters: Mapping[str, float], inputs: Mapping[str, float], time: float) -> dict:
-    """Outputs at a time, with no error but the grid's."""
-    names = (
-        "base_temperature",
-        "tip_temperature",
-        "sensor_temperature[4]",
-        "elongation",
-        "discretisation_error",
-        "heat_received",
-    )
-    found = integrate(thermal_link(cells), [Phase(time, inputs)], names, every=time, parameters=parameters)
-    return {n: float(found.values[n][-1]) for n in names}
-
-
-def cells_with(between: int) -> int:
-    """Count of cells that puts so many intervals between base and tip."""
-    return next(n for n in range(between, 2 * between) if stretches(n).between == between)
-
-
-def order(errors: list[float]) -> float:
-    """Observed order of errors on grids or steps halved from one to the next."""
-    return math.log2(abs(errors[0] / errors[-1])) / (len(errors) - 1)
-
+from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH
 
 # fin in steady state --------------------------------------------------------------------------------------
-
-
-def fin_admittance(length: float, h: float) -> float:
-    """Heat flow a kelvin into a fin that loses heat at its tip too, Holman eq. (2-34)."""
-    m = math.sqrt(h * PERIMETER / (K * SECTION))
-    ratio = h / (m * K)
-    s, c = math.sinh(m * length), math.cosh(m * length)
-    return K * SECTION * m * (s + ratio * c) / (c + ratio * s)
-
-
-def fin_share(x: float, length: float, h: float) -> float:
-    """Temperature rise over that at the root, Holman eq. (2-33 b)."""
-    m = math.sqrt(h * PERIMETER / (K * SECTION))
-    ratio = h / (m * K)
-    rest = m * (length - x)
-    return (math.cosh(rest) + ratio * math.sinh(rest)) / (
-        math.cosh(m * length) + ratio * math.sinh(m * length)
-    )
-
-
-def fin_exact(base: float, tip: float, length: float, h: float, heat_flow: float) -> dict[str, float]:
-    rise = heat_flow / (fin_admittance(base, h) + fin_admittance(length - base, h))
-    x = np.linspace(0, tip - base, 4001)
-    shares = np.array([fin_share(each, length - base, h) for each in x])
-    mean = float(np.trapezoid(shares, x))
-    return {
-        "base_temperature": COLD + rise,
-        "tip_temperature": COLD + rise * shares[-1],
-        "sensor_temperature[2]": COLD + rise * fin_share((tip - base) / 2, length - base, h),
-        "elongation": ALPHA * rise * mean,
-    }
 
 
 @pytest.mark.parametrize(
@@ -300,55 +227,7 @@ def test_an_insulated_link_keeps_all_that_it_receives() -> None:
     assert instance.get("heat_received") == pytest.approx(7.0 * 74.0, rel=1e-12)
 
 
-# grid -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("time", [10.0, 60.0, 600.0, 3600.0])
-def test_the_estimate_covers_what_the_grid_costs(time: float) -> None:
-    inputs = {"heat_flow": 5.0, "speed": 3.43}
-    coarse, fine = (transient(cells, {}, inputs, time) for cells in (40, 400))
-    error = abs(coarse["elongation"] - fine["elongation"])
-    assert error <= coarse["discretisation_error"]
-    assert error < 0.05e-6
-
-
-def test_the_integral_of_a_given_profile_is_of_third_order() -> None:
-    """A rise of 10 K exp(-8 x / m) along the link, between base and tip position."""
-    exact = ALPHA * 10 / 8 * (math.exp(-8 * 0.0254) - math.exp(-8 * 0.3170))
-    errors = []
-    for intervals in (16, 32, 64, 128):
-        component = thermal_link(cells_with(intervals))
-        p, u = flat(Instance(component))
-        link = component.d.read(p)
-        x = positions(link, spacings(link, component.x.size - 1))
-        rise = COLD + 10 * np.exp(-8 * (x - x[0]))
-        outputs = component.outputs_of(np.append(rise, 0.0), u, p, 0.0)
-        errors.append(outputs[component.y.index["elongation"]] - exact)
-    assert order(errors) == pytest.approx(3, abs=0.1)
-
-
-def test_positions_at_both_ends_are_those_of_the_ends() -> None:
-    instance = Instance(COMPONENT)
-    instance.set({"base_position": 0.0, "tip_position": 0.3302, "initial_temperature_rise[1]": 8.0})
-    instance.initialize()
-    assert instance.get("base_temperature") - COLD == pytest.approx(8.0, abs=1e-9)
-    for k in range(60):
-        instance.step(float(k), 1.0)
-    assert np.all(np.isfinite(instance.outputs()))
-    assert instance.get("sensor_temperature[1]") == instance.get("base_temperature")
-    assert instance.get("sensor_temperature[3]") == instance.get("tip_temperature")
-
-
-def test_sensors_read_between_the_nodes_to_second_order() -> None:
-    place = 0.0777
-    exact = COLD + fin_share(place - 0.0254, 0.3302 - 0.0254, 7.75) * (
-        fin_exact(0.0254, 0.3170, 0.3302, 7.75, 5.0)["base_temperature"] - COLD
-    )
-    values = {"heat_flow": 5.0, "convection_still": 7.75, "sensor_position[4]": place}
-    # Where the place falls between two nodes differs from grid to grid: a bound, not a slope.
-    for intervals in (16, 32, 64, 128):
-        error = steady(cells_with(intervals), values)["sensor_temperature[4]"] - exact
-        assert abs(error) < 30.0 / intervals**2
+# air and reference ----------------------------------------------------------------------------------------
 
 
 def test_still_air_and_motion_make_the_papers_coefficient() -> None:

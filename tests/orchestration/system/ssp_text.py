@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.orchestration.system.model import System
@@ -16,6 +17,7 @@ BASE_UNITS = {
     "mm": 'm="1" factor="0.001"',
     "um": 'm="1" factor="1e-6"',
 }
+LINEAR = '<ssc:LinearTransformation factor="2" offset="1"/>'
 NAMESPACES = " ".join(
     f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
     for prefix, name in (
@@ -226,3 +228,24 @@ class Lab:
         elements = component("motor", "resources/Motor.fmu", MOTOR_CONNECTORS, motor)
         elements += component("link", "resources/Link.fmu", LINK_CONNECTORS, link)
         return ssd(system(elements, connections, **rest))
+
+
+@dataclass(frozen=True)
+class Case:
+    """An SSD and the sentence that refuses it."""
+
+    name: str
+    text: str
+    sentence: str
+
+
+def cell(*connections: str, motor: str = "", link: str = "", before: str = "", after: str = "") -> str:
+    elements = component("motor", "resources/Motor.fmu", MOTOR_CONNECTORS, motor)
+    elements += component("link", "resources/Link.fmu", LINK_CONNECTORS, link)
+    return ssd(system(elements, "".join(connections), before=before, after=after))
+
+
+def alone(
+    connectors: str = "", bindings: str = "", attributes: str = "", fmu: str = "resources/Link.fmu"
+) -> str:
+    return ssd(system(component("link", fmu, connectors, bindings, attributes)))
