@@ -6,8 +6,8 @@ import hashlib
 import os
 import tempfile
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from importlib import metadata, resources
 from pathlib import Path
 
@@ -32,13 +32,27 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
         return make()
     with suppress(OSError):
         return place.read_bytes()
-    content = make()
-    with suppress(OSError):
-        place.parent.mkdir(parents=True, exist_ok=True)
-        scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
-        scratch.write_bytes(content)
-        scratch.replace(place)
+    with _alone(place.with_suffix(".lock")):
+        with suppress(OSError):
+            return place.read_bytes()  # which another process has made meanwhile
+        content = make()
+        with suppress(OSError):
+            scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
+            scratch.write_bytes(content)
+            scratch.replace(place)
     return content
+
+
+@contextmanager
+def _alone(lock: Path) -> Iterator[None]:
+    """While one holds the lock, others wait; nobody does where it cannot be made."""
+    with ExitStack() as held:
+        with suppress(OSError, ImportError):
+            import fcntl
+
+            lock.parent.mkdir(parents=True, exist_ok=True)
+            fcntl.flock(held.enter_context(lock.open("wb")), fcntl.LOCK_EX)
+        yield
 
 
 def cache_folder() -> Path:

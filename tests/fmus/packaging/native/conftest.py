@@ -1,4 +1,4 @@
-"""Native FMUs for tests, each built once for all workers; the compiler's -O1 where speed is not measured."""
+"""Native FMUs for tests, compiled as users' are, each once for all workers."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ import pytest
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.native.compile import FLAGS, Compiler, compilers, platforms_named
+from warmlink.fmus.packaging.native.compile import Compiler, compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
-
-QUICK_FLAGS = tuple("-O1" if flag == "-O2" else flag for flag in FLAGS)
 
 BuildNative = Callable[[str, FmiVersion], Path]
 
@@ -35,7 +33,7 @@ def c_compiler() -> Compiler:
     if shutil.which("cc") is None and "CC" not in os.environ:
         pytest.skip("no C compiler on this machine")
     (compiler,) = compilers(platforms_named(None))
-    return Compiler(compiler.command, compiler.platform, QUICK_FLAGS)
+    return compiler
 
 
 @pytest.fixture(scope="session")

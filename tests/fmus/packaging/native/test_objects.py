@@ -1,11 +1,14 @@
 """Object files are compiled once and kept for builds to come."""
 
 import shutil
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, kept
 from warmlink.fmus.packaging.native import compile as compiling
 from warmlink.fmus.packaging.native.compile import Compiler, host_platform
 
@@ -53,3 +56,20 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "file" / "cache"))
     assert compiled(compiler, SOURCES | HEADER, tmp_path) == ["one.c", "two.c"]
+
+
+def test_of_two_that_want_the_same_at_once_one_makes_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
+    both, made = threading.Barrier(2), []
+
+    def make() -> bytes:
+        made.append(1)
+        with suppress(threading.BrokenBarrierError):
+            both.wait(0.2)  # for the other, were it allowed in
+        return b"made"
+
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(lambda _: kept("things", "the same", make), range(2))) == [b"made"] * 2
+    assert made == [1]
