@@ -187,7 +187,8 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
     correlation, _ = correlation_of(null.gram[np.ix_(columns, columns)])
     draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((columns.size, _DRAWS))
     share = prior_shares(null.candidates)
-    smallest = np.ones(_DRAWS)
+    # Among candidates of equal weight and number of values the largest gain is the least probable.
+    largest: dict[tuple[int, float], Vector] = {}
     for i, first, size in zip(usable, np.cumsum([0, *sizes[:-1]]), sizes, strict=True):
         span = slice(first, first + size)
         z = draws[span]
@@ -196,5 +197,7 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
             gain = np.where(one_sided & (z[0] < 0), 0.0, z[0] ** 2)
         else:
             gain = np.sum(z * np.linalg.solve(correlation[span, span], z), axis=0)
-        smallest = np.minimum(smallest, chdtrc(size, gain) / share[null.candidates[i].cause.name])
-    return float(np.quantile(smallest, false_alarms))
+        kind = size, share[null.candidates[i].cause.name]
+        largest[kind] = np.maximum(largest[kind], gain) if kind in largest else gain
+    probable = [chdtrc(freed, gain) / weight for (freed, weight), gain in largest.items()]
+    return float(np.quantile(np.minimum(np.min(probable, axis=0), 1.0), false_alarms))
