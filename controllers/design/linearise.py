@@ -108,6 +108,8 @@ def linearise(component: Component, at: Point | None = None) -> control.StateSpa
 
 
 def _slopes(component: Component, at: Point, variables: Sequence[str], outputs: bool) -> Array:
+    function = component.outputs_of if outputs else component.rates_of
+    unchanged = component.settled(at.p.astype(np.complex128))
     columns = []
     for name in variables:
         x, u, p = (vector.astype(np.complex128) for vector in (at.x, at.u, at.p))
@@ -115,6 +117,6 @@ def _slopes(component: Component, at: Point, variables: Sequence[str], outputs: 
             if name in layout.index:
                 vector[layout.index[name]] += 1j * COMPLEX_STEP
                 break
-        function = component.outputs_of if outputs else component.rates_of
-        columns.append(np.imag(function(x, u, component.settled(p), at.time)) / COMPLEX_STEP)
+        settled = component.settled(p) if p.imag.any() else unchanged
+        columns.append(np.imag(function(x, u, settled, at.time)) / COMPLEX_STEP)
     return np.column_stack(columns)

@@ -49,7 +49,7 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
     F ratio, since the noise itself is estimated from what is not slow.
     """
-    from scipy.stats import f as f_distribution
+    from scipy.special import fdtrc
 
     residuals, courses, sensitivities, widths = [], [], [], []
     for run, channels in enumerate(fitter.whitened(fit.freed, fit.theta)):
@@ -72,7 +72,7 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     def chance(courses: Vector) -> tuple[float, float]:
         chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
         # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
-        return chi2, float(f_distribution.sf(chi2 / degrees, degrees, max(rest // 2, 4)))
+        return chi2, float(fdtrc(degrees, max(rest // 2, 4), chi2 / degrees))
 
     chi2, together = chance(slow)
     edges = np.cumsum([0, *widths])
@@ -124,7 +124,7 @@ def estimated_noise(
 def whiteness_p(residual: Vector) -> float:
     """Chance level of the cumulative periodogram's distance from a straight line (Kolmogorov-Smirnov)."""
     from scipy.fft import dct
-    from scipy.stats import kstwobign
+    from scipy.special import kolmogorov
 
     if residual.size < 8:
         return 1.0
@@ -132,7 +132,7 @@ def whiteness_p(residual: Vector) -> float:
     cumulated = np.cumsum(power) / power.sum()
     straight = np.arange(1, power.size + 1) / power.size
     # The periodogram's squares have two degrees of freedom in a pair of cosines.
-    return float(kstwobign.sf(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
+    return float(kolmogorov(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
 
 
 def _block_diagonal(blocks: list[Vector]) -> Vector:

@@ -97,9 +97,10 @@ class Integrated:
     def _misfit(self, wander: Wander) -> float:
         point, constant = self._point(wander)
         near = Neighbours(replace(self.fit, point=point), self.search.items, ())
-        added = chain(((),), near.singles(), near.pairs())
-        proposals = (near.proposal(self.fit.items, each) for each in added)
-        least = min(each.chi2 + self.search.penalty(each.items) for each in proposals)
+        least = near.chi2 + self.search.penalty(self.fit.items)
+        for each in chain(near.singles(), near.pairs()):
+            items = (*self.fit.items, *(near.candidates[i] for i in each))
+            least = min(least, near.expected(each) + self.search.penalty(items))
         return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
 
     def _point(self, wander: Wander) -> tuple[Point, float]:

@@ -141,6 +141,11 @@ class Neighbours:
         order = np.argsort(gain)[::-1][:30]
         return [(usable[a[k]], usable[b[k]]) for k in order]
 
+    def expected(self, chosen: Sequence[int]) -> float:
+        """Chi-square expected of adding candidates; infinite where that is not feasible."""
+        outcome = self.outcome(chosen)
+        return np.inf if outcome is None else self.chi2 - outcome[0]
+
     def proposal(self, kept: tuple[Item, ...], chosen: Sequence[int]) -> Proposal:
         """Set of the kept causes and the chosen candidates, with what is expected of it."""
         change_base = self._inverse @ self._inner_gradient
