@@ -108,16 +108,15 @@ class Equations:
             Outputs, shape (points, outputs); derivatives by state, shape (points, outputs, n), and by
             slot, shape (points, outputs, slots).
         """
-        points, m = time.size, len(self.outputs)
-        mapped = self._observe.map(points)
-        ones = np.ones(points)
-        y, by_state, by_slot = mapped(x, np.outer(z, ones), np.outer(p, ones), w, time[None, :])
-        n, k = len(self.states), len(self.slots)
-        return (
-            np.array(y).T.reshape(points, m),
-            np.array(by_state).reshape(m, points, n).transpose(1, 0, 2),
-            np.array(by_slot).reshape(m, points, k).transpose(1, 0, 2),
-        )
+        points, m, n, k = time.size, len(self.outputs), len(self.states), len(self.slots)
+        # CasADi stores by column: a row of NumPy is a point, and the derivatives come as transposes.
+        given = [x.T, np.tile(z, (points, 1)), np.tile(p, (points, 1)), w.T, time]
+        found = np.empty((points, m)), np.empty((points, n, m)), np.empty((points, k, m))
+        flat = [np.array(each, dtype=float).reshape(-1) for each in given]
+        _buffer, evaluate = _bound(self._observe.map(points), flat, found)
+        evaluate()
+        y, by_state, by_slot = found
+        return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
 
 
 @lru_cache(maxsize=24)
@@ -142,11 +141,11 @@ class Linearised:
         self.rates = np.zeros(states)
         # CasADi stores by column and gives the transposes: rows of NumPy.
         self.by_state, self.by_slot = np.zeros((states, states)), np.zeros((states, slots))
-        self._buffer, self.evaluate = function.buffer()
-        for i, array in enumerate((self.x, self.z, self.p, self.w, self.time)):
-            self._buffer.set_arg(i, memoryview(array))  # type: ignore[arg-type]
-        for i, array in enumerate((self.rates, self.by_state, self.by_slot)):
-            self._buffer.set_res(i, memoryview(array.reshape(-1)))  # type: ignore[arg-type]
+        self._buffer, self.evaluate = _bound(
+            function,
+            (self.x, self.z, self.p, self.w, self.time),
+            (self.rates, self.by_state, self.by_slot),
+        )
 
     def averaged(
         self, x: Vector, time: float, acting: Sequence[tuple[Vector, float]]
@@ -177,6 +176,19 @@ class Linearised:
             by_state += share * self.by_state
             by_slot += share * self.by_slot
         return slopes, by_state, by_slot
+
+
+def _bound(function: Any, given: Sequence[Vector], found: Sequence[Vector]) -> tuple[Any, Any]:
+    """Buffer of a CasADi function that reads from and writes to arrays in place, and the call that does so.
+
+    Whoever calls it keeps the buffer and the arrays.
+    """
+    buffer, evaluate = function.buffer()
+    for i, array in enumerate(given):
+        buffer.set_arg(i, array.reshape(-1).data)
+    for i, array in enumerate(found):
+        buffer.set_res(i, array.reshape(-1).data)
+    return buffer, evaluate
 
 
 class _Symbols:
