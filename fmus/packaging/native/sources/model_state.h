@@ -72,6 +72,10 @@ static const char *contradiction(Model *model, const Memory *memory)
         return "its times contradict each other";
     if (!(memory->interpolates == 0 || memory->interpolates == 1 || memory->interpolates == 2))
         return "its inputs' derivatives contradict each other";
+    for (int i = 0; i < WL_INPUTS; i++)
+        if (WL(variables)[FIRST_INPUT + i].kind != REAL
+            && !(memory->input_slopes[i] == 0 && memory->input_curvatures[i] == 0))
+            return "its inputs' derivatives are of integers or booleans";
     for (int i = 0; i < FIRST_OUTPUT; i++)
         if (!fits(WL(variables)[i].kind, i < FIRST_INPUT ? memory->parameters[i] : memory->inputs[i - FIRST_INPUT]))
             return "an integer or a boolean in it is none";

@@ -246,9 +246,11 @@ def stamped(content: bytes) -> bytes:
     return content[:-8] + struct.pack("<Q", digest)
 
 
+SLOPE = 5 + MOTOR.x.size + 2 * MOTOR.u.size - MOTOR.u.index["pad_mode"]
 DAMAGED = {
     "phase": (1, [-1.0, 0.5, 4.0, 7.0, 1e300, math.nan, math.inf], "phase"),
     "interpolates": (0, [3.0, -1.0, math.nan], "derivatives"),
+    "an integer's slope": (SLOPE, [1.0, math.nan], "derivatives"),
     "samples": (2, [1.0, -1.0, 1e300, math.nan], "samples"),
     "time": (3, [math.nan, math.inf, -1e9, 1e300], "times"),
     "stop time": (4, [math.nan, -1e9], "times"),
