@@ -54,6 +54,9 @@ PLATFORMS = {
 }
 """Platforms by name. FMI 2.0 has one folder for macOS; the library in it holds both architectures."""
 
+BROWSER = Platform("wasm32-wasi", "", ".wasm", "wasm32-wasi")
+"""Browsers, which run no FMUs but WebAssembly."""
+
 # Numbers are the same on every machine: no fused multiply-add, no liberties with NaN, no x87.
 FLAGS = (
     "-std=c99",
@@ -110,11 +113,13 @@ class Compiler:
             for unit, content in zip(units, objects, strict=True):
                 (folder / f"{unit}.o").write_bytes(content)
             target = name + self.platform.suffix
-            self.run(folder, ["-shared", *self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
+            self.run(folder, [*self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
             return (folder / target).read_bytes()
 
     def _link_flags(self, target: str) -> list[str]:
-        flags = ["-o", target]
+        if self.platform == BROWSER:
+            return ["-o", target, "-s", "-mexec-model=reactor"]
+        flags = ["-shared", "-o", target]
         if self.platform.suffix == ".so":
             flags += ["-s", "-Wl,--build-id=none", f"-Wl,-soname,{target}"]
         elif self.platform.suffix == ".dll":
@@ -195,7 +200,8 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
                 'or pip install "warmlink[cross]"'
             )
         else:
-            raise InputError(f'building for {platform.name} needs zig: pip install "warmlink[cross]"')
+            extra = "live" if platform == BROWSER else "cross"
+            raise InputError(f'building for {platform.name} needs zig: pip install "warmlink[{extra}]"')
     return tuple(chosen)
 
 

@@ -33,11 +33,15 @@ from warmlink.fmus.packaging.native.compile import (
 
 FmiVersion = Literal["2.0", "3.0"]
 
-_SOURCES: dict[FmiVersion, tuple[str, ...]] = {
+Speaker = FmiVersion | Literal["browser"]
+"""Who speaks with the component: a host by one of the standards, or a web page."""
+
+_SOURCES: dict[Speaker, tuple[str, ...]] = {
     "2.0": ("model", "fmi_", "fmi2_"),
     "3.0": ("model", "fmi_", "fmi3_"),
+    "browser": ("model", "browser"),
 }
-"""How the names of the C files begin that an FMU of a version is made of."""
+"""How the names of the C files begin that each is made of."""
 
 
 def build_native_fmus(
@@ -111,15 +115,15 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
     }
 
 
-def native_sources(component: Component, fmi_version: FmiVersion) -> tuple[dict[str, str], str]:
-    """C files of a component's FMU by name, and the digest that names this implementation.
+def native_sources(component: Component, speaker: Speaker) -> tuple[dict[str, str], str]:
+    """C files of a component's FMU or web page by name, and the digest that names this implementation.
 
     A serialised state is taken by an FMU of the same digest alone.
     """
     sources = generate(component)
     folder = importlib.resources.files("warmlink.fmus.packaging.native") / "sources"
     for file in sorted(folder.iterdir(), key=lambda each: each.name):
-        if file.name.startswith(_SOURCES[fmi_version]):
+        if file.name.startswith(_SOURCES[speaker]):
             sources[file.name] = file.read_text(encoding="utf-8")
     digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
     sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)

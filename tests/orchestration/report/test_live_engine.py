@@ -1,0 +1,90 @@
+"""The cell in a browser's engine: the numbers of the native run, at every step."""
+
+import base64
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.node import node
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.native.browser import browser_module
+from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.assemble import component
+from warmlink.orchestration.system.model import DefaultExperiment, System
+from warmlink.orchestration.system.shipped import WARMUP_CELL
+
+pytestmark = pytest.mark.platform
+
+RUN = """
+import { Engine } from "${page}/engine.js";
+const engine = await Engine.of(Buffer.from(given.module, "base64"));
+let result;
+try {
+  const columns = engine.run(given.watched, given.steps, given.step, given.values, given.changes);
+  result = columns.map((each) => [...each]);
+} catch (fault) {
+  result = fault.message;
+}
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _zig() -> None:
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip('ziglang is not installed: pip install "warmlink[live]"')
+
+
+def job(whole: Component, steps: int, watched: list[str], values: dict[str, float]) -> dict[str, Any]:
+    references = {scalar.name: scalar.reference for scalar in whole.scalars()}
+    return {
+        "module": base64.b64encode(browser_module(whole)).decode(),
+        "watched": [references[name] for name in watched],
+        "steps": steps,
+        "step": 1.0,
+        "values": [(references[name], value) for name, value in values.items()],
+        "changes": [],
+    }
+
+
+@pytest.mark.slow
+def test_the_cell_gives_the_native_numbers_at_every_step(tmp_path: Path) -> None:
+    """To the last bit, except for the noise of instruments: the two platforms' logarithms differ in it."""
+    whole = WARMUP_CELL.joined(controller("lag"))
+    values = {
+        "duty.duration[1]": 1200.0,
+        "duty.duration[2]": 600.0,
+        "duty.segment_speed[2]": 0.0,
+        "link.length": 0.4,
+        **{f"sensors.noise[{i}]": 0.1 for i in range(1, 9)},
+    }
+    watched = [s.name for s in whole.scalars() if s.reference >= whole.p.size + whole.u.size]
+    (fmu,) = build_native_fmus([Entry(whole, "warmlink.orchestration.system.shipped")], tmp_path)
+    system = System("Alone", {"whole": component("whole", fmu, values)}, (), DefaultExperiment(0, 7200, 1))
+    native = simulate(system, 7200.0, 1.0)
+    given = job(whole, 7200, watched, values)
+    for name, ours in zip(watched, node(RUN, given), strict=True):
+        theirs = native[f"whole.{name}"]
+        tolerance = 1e-12 * np.abs(theirs).max() if name.startswith(("sensors.", "camera.")) else 0.0
+        np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=tolerance, err_msg=name)
+
+
+def test_what_changes_during_a_run_acts_from_there() -> None:
+    given = job(LINK, 20, ["elongation"], {"heat_flow": 5.0})
+    (heat,) = [s.reference for s in LINK.scalars() if s.name == "heat_flow"]
+    (steady,) = node(RUN, given)
+    (changed,) = node(RUN, {**given, "changes": [(12, [(heat, 50.0)]), (99, [(heat, 0.0)])]})
+    assert changed[:13] == steady[:13]
+    assert changed[13] > 1.5 * steady[13]
+
+
+def test_a_refusal_is_the_components_sentence() -> None:
+    assert node(RUN, job(LINK, 20, ["elongation"], {"length": -0.1})) == (
+        "ThermalLink.length: -0.1 m is not positive; give a value above 0 m"
+    )
