@@ -17,6 +17,7 @@ from warmlink.orchestration.command_line import (
     diagnose,
     hide,
     init,
+    live,
     plot,
     reproduce,
     run,
@@ -39,6 +40,7 @@ app = typer.Typer(
 )
 COMMANDS: dict[str, Callable[..., None]] = {
     "run": run.run,
+    "live": live.live,
     "build": build.build,
     "save": save.save,
     "plot": plot.plot,

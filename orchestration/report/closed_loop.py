@@ -18,14 +18,14 @@ from warmlink.orchestration.scenarios.setup import CELL
 
 ZERO_CELSIUS = 273.15
 
-_QUANTITIES = {
+QUANTITIES = {
     "m": ("length [µm]", 1e6, 0.0),
     "K": ("temperature [°C]", 1.0, ZERO_CELSIUS),
     "W": ("heat flow [W]", 1.0, 0.0),
 }
 """Label, factor and zero by unit."""
 
-_CELL = {
+CELL_PLOTS = {
     ("Elongation and correction", "m"): {
         "elongation": "link.elongation",
         "correction": "compensator.correction",
@@ -81,11 +81,13 @@ def _of_the_system(outcome: ClosedLoop) -> list[Section]:
         from warmlink.orchestration.report.arm import sections
 
         return sections(outcome)
-    plots = _CELL if system == CELL.name else {(h, unit): _of_unit(outcome, unit) for h, unit in _OWN}
+    plots = (
+        CELL_PLOTS if system == CELL.name else {(h, unit): _of_unit(outcome, unit) for h, unit in OWN_PLOTS}
+    )
     return [Section(h, figure=_plot(outcome, unit, lines)) for (h, unit), lines in plots.items()]
 
 
-_OWN = (("Lengths", "m"), ("Temperatures", "K"), ("Heat flows", "W"))
+OWN_PLOTS = (("Lengths", "m"), ("Temperatures", "K"), ("Heat flows", "W"))
 
 
 def _of_unit(outcome: ClosedLoop, unit: str) -> dict[str, str]:
@@ -96,7 +98,7 @@ def _of_unit(outcome: ClosedLoop, unit: str) -> dict[str, str]:
 
 
 def _plot(outcome: ClosedLoop, unit: str, variables: Mapping[str, str]) -> object:
-    label, factor, zero = _QUANTITIES[unit]
+    label, factor, zero = QUANTITIES[unit]
     lines = [Line(name, factor * (outcome.result[of] - zero)) for name, of in variables.items()]
     return time_plot(outcome.time, lines, label)
 

@@ -10,7 +10,7 @@ import platform
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +41,17 @@ class Section:
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
     """Write the page; `lead` is the answer in a sentence or two."""
-    from jinja2 import Environment, select_autoescape
-
-    source = (resources.files("warmlink.orchestration.report") / "page.html.j2").read_text("utf-8")
-    template = Environment(autoescape=select_autoescape(default=True)).from_string(source)
-    html = template.render(title=title, lead=lead, sections=sections, packed=_packed(sections))
+    html = rendered("page.html.j2", title=title, lead=lead, sections=sections, packed=_packed(sections))
     path.write_text(html, encoding="utf-8")
+
+
+def rendered(template: str, **content: Any) -> str:
+    """Page of a template in this folder, which may include others of it."""
+    from jinja2 import Environment, PackageLoader, select_autoescape
+
+    loader = PackageLoader("warmlink.orchestration", "report")
+    found = Environment(loader=loader, autoescape=select_autoescape(default=True)).get_template(template)
+    return found.render(content)
 
 
 def versions() -> Table:

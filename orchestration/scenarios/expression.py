@@ -84,6 +84,24 @@ class Expression:
         tree = Zero().visit(copy.deepcopy(self._tree))
         return Expression(ast.unparse(tree), self.where)
 
+    @cached_property
+    def javascript(self) -> str:
+        """The expression for a web page, with `v("link.elongation")` for a variable."""
+
+        class Written(ast.NodeTransformer):
+            def generic_visit(self, node: ast.AST) -> ast.AST:
+                if isinstance(node, ast.Attribute | ast.Subscript):
+                    return ast.Call(ast.Name("v"), [ast.Constant(ast.unparse(node))], [])
+                node = super().generic_visit(node)
+                match node:
+                    case ast.BinOp(left, ast.Pow(), right):
+                        return ast.Call(ast.Name("Math.pow"), [left, right], [])
+                    case ast.Call(ast.Name(name), arguments) if name in _FUNCTIONS:
+                        return ast.Call(ast.Name(f"Math.{name}"), arguments, [])
+                return node
+
+        return ast.unparse(Written().visit(copy.deepcopy(self._tree)))
+
     def weights(self) -> dict[str, float]:
         """Weight of each variable in a linear expression.
 

@@ -167,8 +167,8 @@ class Scenario:
         """The system with its FMUs, which `files` returned; raises as `values`."""
         return self._blueprint.system(fmus, self.controller.component.name, self.values())
 
-    def joined(self) -> Component:
-        """The system joined into one component.
+    def joined(self, values: StartValues | None = None) -> Component:
+        """The system joined into one component, with start values: by default those of the scenario.
 
         Raises
         ------
@@ -180,7 +180,8 @@ class Scenario:
                 f"{self.setup.name}: contains foreign FMUs ({', '.join(self.setup.foreign)}), whose "
                 "equations are not known; run it with a master instead"
             )
-        return self._blueprint.joined(self.controller.component, self.values())
+        chosen = self.values() if values is None else values
+        return self._blueprint.joined(self.controller.component, chosen)
 
 
 def check_extent(name: str, stop_time: float, step_size: float, most: int = MOST_POINTS) -> None:

@@ -1,0 +1,64 @@
+"""The page as one file: its content, its modules, its script."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+
+from warmlink.orchestration.catalogue import Controller
+from warmlink.orchestration.report.live.content import Whole, content
+from warmlink.orchestration.report.live.module import module
+from warmlink.orchestration.report.page import rendered
+from warmlink.orchestration.scenarios.scenario import Scenario
+
+SCRIPTS = ("engine", "figures", "dom", "plot", "model", "sliders", "duty", "page")
+"""The page's modules in an order in which each imports from those before it."""
+
+TRUST = (
+    "The system is integrated in one piece, compiled from the C code of its FMUs: the numbers are those of "
+    "the native FMU of the whole system. The command couples one FMU for each part, so that its numbers "
+    "differ by the coupling error that it states."
+)
+
+_MODULE_LINES = re.compile(r"^(?:import .*\n|export )", re.MULTILINE)
+
+
+def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller]) -> None:
+    """Write the page of a scenario with some controllers beside each other.
+
+    Raises
+    ------
+    InputError
+        If the system contains foreign FMUs, zig is not installed, or a controller refuses a start value.
+    """
+    each = [replace(scenario, controller=law) for law in controllers]
+    systems = [Whole(one, one.joined({})) for one in each]
+    known = content(systems)
+    modules = {one.scenario.controller.name: _packed(module(one.scenario, one.component)) for one in systems}
+    page = rendered(
+        "live/live.html.j2",
+        title=scenario.title,
+        plots=known["plots"],
+        trust=TRUST,
+        content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
+        modules=modules,
+        script=script(),
+    )
+    path.write_text(page, encoding="utf-8")
+
+
+def script() -> str:
+    """The modules as one script, without what they import from each other."""
+    folder = resources.files("warmlink.orchestration.report.live")
+    texts = [(folder / f"{name}.js").read_text("utf-8") for name in SCRIPTS]
+    return "\n".join(_MODULE_LINES.sub("", text) for text in texts)
+
+
+def _packed(content: bytes) -> str:
+    return base64.b64encode(zlib.compress(content, 9)).decode()
