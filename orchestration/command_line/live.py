@@ -45,6 +45,7 @@ def live(
     from warmlink.orchestration.console import spinner
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.own_law import controller_named
+    from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import write_live_page
     from warmlink.orchestration.scenarios.closed_loop import judged
     from warmlink.orchestration.scenarios.load import load_scenario
@@ -59,7 +60,7 @@ def live(
     laws = [controller_named(name) for name in dict.fromkeys(names)]
     path = out or Path(f"{asked.name}.html")
     with spinner("compiling the system for the browser"), fresh_file(path) as target:
-        write_live_page(target, asked, laws)
+        write_live_page(target, asked, laws, Asked(scenario, given))
     advice, _ = judged(asked)
     if advice is not None:
         remark(advice)

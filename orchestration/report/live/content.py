@@ -10,6 +10,7 @@ from warmlink.fmus.component import Component, Parameter, Scalar, limits
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.orchestration.report.closed_loop import CELL_PLOTS, MOST_LINES, OWN_PLOTS, QUANTITIES
+from warmlink.orchestration.report.live.files import columns, file_content
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
 from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.scenario import Scenario
@@ -34,12 +35,21 @@ class Whole:
     component: Component
 
 
-def content(systems: Sequence[Whole]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Asked:
+    """How a reader names the scenario in a command, and the start values given beside it."""
+
+    scenario: str
+    given: Mapping[str, str | float]
+
+
+def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     """Content of the page, to be written as JSON.
 
     Parameters
     ----------
     systems : one for each controller; what the page begins with is the first one's
+    asked : how the command was called
 
     Raises
     ------
@@ -57,14 +67,16 @@ def content(systems: Sequence[Whole]) -> dict[str, Any]:
     names |= {each["name"] for each in changed} | set(_duty_vectors(drivers))
     return {
         "name": scenario.name,
-        "title": scenario.title,
-        "file": str(scenario.file or scenario.name),
+        "asked": asked.scenario,
+        "given": asked.given,
+        "scenario": file_content(scenario),
         "stop": scenario.stop_time,
         "step": scenario.step_size,
         "tolerance": scenario.tolerance,
         "score": roles.score.javascript,
         "uncompensated": roles.uncompensated.javascript,
         "watched": sorted({name for each in watched for name in each}),
+        "columns": columns(plots),
         "controllers": scenario.setup.controllers,
         "plots": [
             {"heading": heading, "lines": lines, **_quantity(unit)}

@@ -10,6 +10,7 @@ export class Model {
     this.score = new Function("v", `return ${content.score}`);
     this.uncompensated = new Function("v", `return ${content.uncompensated}`);
     const { stop, duty } = content;
+    this.measured = null;
     this.start = { laws: Object.keys(content.laws), stop, repeat: duty.repeat, segments: duty.segments, values: {} };
     this.state = this.start;
   }

@@ -5,11 +5,14 @@ import { DutyEditor } from "./duty.js";
 import { Engine } from "./engine.js";
 import { duration, errorFigures, removed, since } from "./figures.js";
 import { Model } from "./model.js";
+import { measuredSegments, readMeasured } from "./measured.js";
 import { drawPlot } from "./plot.js";
+import { address, command, diagnosis, dutyChanged, parameterSet, restored, scenarioFile, scenarioText } from "./share.js";
 import { ranked, showFaults, showSliders } from "./sliders.js";
 
 const UNCOMPENSATED = "none";
-const RANKING_TIME = 4; // s
+const MOST_RANKED = 1e6; // communication points that all the runs of a ranking may have
+const MOST_MARKS = 150;
 const at = (id) => document.getElementById(id);
 
 async function unpacked(id) {
@@ -62,9 +65,73 @@ function showPlots(model, { runs, errors }) {
     const drawn = Object.entries(plot.lines).flatMap(([name, variable]) => {
       const ofLaw = content.controllers.some((instance) => variable.startsWith(`${instance}.`));
       const laws = ofLaw ? state.laws.filter((law) => law !== UNCOMPENSATED) : state.laws.slice(0, 1);
-      return laws.map((law) => ({ name: ofLaw ? `${name}, ${law}` : name, values: scaled(runs[law][variable]) }));
+      const marks = marked(model, variable).map(([time, value]) => [time, plot.factor * (value - plot.zero)]);
+      return laws.map((law) => ({ name: ofLaw ? `${name}, ${law}` : name, values: scaled(runs[law][variable]), marks }));
     });
     drawPlot(at(`plot-${number}`), { ...plot, step: content.step, lines: drawn.map((line, i) => ({ ...line, style: i % 6 })) });
+  });
+}
+
+/** Times and values of a measured variable within the run; of very many, every so manieth. */
+function marked({ measured, content, state }, variable) {
+  const name = Object.keys(measured?.series ?? {}).find((each) => content.columns[each].variable === variable);
+  if (!name) return [];
+  const found = measured.times.map((time, i) => [time, measured.series[name][i]]);
+  const every = Math.ceil(found.length / MOST_MARKS);
+  return found.filter(([time, value], i) => i % every === 0 && time <= state.stop && Number.isFinite(value));
+}
+
+/** Take a measured run: its duty where it holds one, and its readings over the lines. */
+async function take(model, file) {
+  const { content, start } = model;
+  const measured = readMeasured(await file.text(), content.columns, file.name);
+  const stop = content.step * Math.floor(measured.times.at(-1) / content.step);
+  const segments = measuredSegments(measured, start.segments[0]);
+  const driven = ["speed", "torque"].some((name) => name in measured.series);
+  if (driven && content.duty.drivers.length > 1) throw new Error(`${file.name}: the page takes measured runs of a single axis only`);
+  if (driven && segments.length > content.duty.most)
+    throw new Error(`${file.name}: ${segments.length} segments are more than the ${content.duty.most} that the page takes; average the duty over longer times`);
+  model.measured = { name: file.name, ...measured };
+  model.set({ stop, ...(driven ? { segments, repeat: false } : {}) });
+}
+
+/** What computes the same elsewhere. */
+function showCommands(model) {
+  const { state, measured } = model;
+  const wanted = [...state.laws.map((law) => command(model, law)), ...(measured ? [diagnosis(model, measured.name)] : [])];
+  at("command").textContent = wanted.join("\n");
+  at("scenario-note").hidden = !dutyChanged(model);
+  at("scenario-note").textContent = `The duty cycle was changed: download ${scenarioFile(model)} first.`;
+  history.replaceState(null, "", address(model));
+}
+
+function download(name, text) {
+  const link = element("a", { href: URL.createObjectURL(new Blob([text])), download: name });
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
+/** What a button or a dropped file does; what is refused is said in a sentence. */
+async function attempt(action) {
+  try {
+    await action();
+  } catch (fault) {
+    at("fault").textContent = `${fault.message}.`;
+  }
+}
+
+function shareAndDrop(model) {
+  const { name } = model.content;
+  const does = (id, action) => at(id).addEventListener("click", () => attempt(action));
+  does("copy", () => navigator.clipboard.writeText(at("command").textContent));
+  does("save-scenario", () => download(scenarioFile(model), scenarioText(model, model.state.laws[0])));
+  does("save-parameters", () => download(`${name}_live.ssv`, parameterSet(model)));
+  does("reset", () => model.set(model.start));
+  at("csv").addEventListener("change", ({ target }) => target.files.length && attempt(() => take(model, target.files[0])));
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files.length) attempt(() => take(model, event.dataTransfer.files[0]));
   });
 }
 
@@ -74,6 +141,7 @@ function show(model, editor) {
     const found = results(model);
     showAnswer(model, found.figures);
     showPlots(model, found);
+    showCommands(model);
     at("fault").textContent = "";
   } catch (fault) {
     at("fault").textContent = `${fault.message}.`;
@@ -83,16 +151,17 @@ function show(model, editor) {
   at("time").textContent = `computed and drawn in ${(performance.now() - begun).toFixed(0)} ms`;
 }
 
-/** Sliders in the order of their effect, where all can be tried in a few seconds. */
-function rankSliders(model) {
-  const { parameters, important } = model.content;
-  const tried = parameters.filter(({ name, value, unit }) => value && unit !== "degC" && !name.includes("["));
-  const law = model.state.laws[0];
-  const scoreWith = (values) => model.evaluate(model.score, model.run(law, { ...model.state.values, ...values }));
-  const known = [...important, ...parameters.map(({ name }) => name)];
+/** Parameters in the order of their effect, where all can be tried in a few seconds; else the known ones first. */
+async function sorted(model) {
+  const { content, state } = model;
+  const { parameters } = content;
+  const known = [...content.important, ...parameters.map(({ name }) => name)];
   const declared = [...new Set(known)].map((name) => parameters.find((each) => each.name === name));
-  const effective = ranked(tried, scoreWith, RANKING_TIME);
-  return effective ? [...effective, ...declared.filter((each) => !effective.includes(each))] : declared;
+  const tried = declared.filter(({ name, value, unit }) => value && unit !== "degC" && !name.includes("["));
+  if ((tried.length * state.stop) / content.step > MOST_RANKED) return declared;
+  const scoreWith = (values) => model.evaluate(model.score, model.run(state.laws[0], { ...state.values, ...values }));
+  const effective = await ranked(tried, scoreWith);
+  return [...effective, ...declared.filter((each) => !effective.includes(each))];
 }
 
 async function begin() {
@@ -104,20 +173,24 @@ async function begin() {
     if (!waiting) setTimeout(() => { waiting = false; show(model, editor); });
     waiting = true;
   });
+  await attempt(() => { model.state = restored(location.hash, model); });
+  const refused = at("fault").textContent;
   const editor = new DutyEditor(at("duty"), model, content.duty.drivers);
   const laws = Object.keys(content.laws).map((law) =>
-    element("label", {}, element("input", { type: "checkbox", checked: true, change: ({ target }) => {
+    element("label", {}, element("input", { type: "checkbox", checked: model.state.laws.includes(law), change: ({ target }) => {
       const chosen = Object.keys(content.laws).filter((each) => (each === law ? target.checked : model.state.laws.includes(each)));
       if (chosen.length) model.set({ laws: chosen });
       else target.checked = true;
     } }), law));
   at("laws").append(...laws);
   at("stop").append(field({ min: 1, max: 24, "aria-label": "stop time [h]" }, () => model.state.stop / 3600, (hours) => model.set({ stop: 3600 * hours })), " h");
-  at("repeat").append(element("input", { type: "checkbox", checked: content.duty.repeat, change: ({ target }) => model.set({ repeat: target.checked }) }), "begin again after the last");
+  at("repeat").append(element("input", { type: "checkbox", checked: model.state.repeat, change: ({ target }) => model.set({ repeat: target.checked }) }), "begin again after the last");
   showFaults(at("faults"), content.thermometers, model);
+  shareAndDrop(model);
   show(model, editor);
+  if (refused) at("fault").textContent = refused;
   addEventListener("resize", () => model.changed());
-  const parameters = rankSliders(model);
+  const parameters = await sorted(model);
   showSliders(at("sliders"), parameters, model);
   at("names").append(...parameters.map(({ name, about }) => element("option", { value: name }, about)));
   at("search").addEventListener("change", ({ target }) => {

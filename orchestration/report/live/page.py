@@ -12,12 +12,12 @@ from importlib import resources
 from pathlib import Path
 
 from warmlink.orchestration.catalogue import Controller
-from warmlink.orchestration.report.live.content import Whole, content
+from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.module import module
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
-SCRIPTS = ("engine", "figures", "dom", "plot", "model", "sliders", "duty", "page")
+SCRIPTS = ("engine", "figures", "dom", "plot", "model", "sliders", "duty", "measured", "share", "page")
 """The page's modules in an order in which each imports from those before it."""
 
 TRUST = (
@@ -29,8 +29,8 @@ TRUST = (
 _MODULE_LINES = re.compile(r"^(?:import .*\n|export )", re.MULTILINE)
 
 
-def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller]) -> None:
-    """Write the page of a scenario with some controllers beside each other.
+def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> None:
+    """Write the page of a scenario with some controllers beside each other; `asked` is how it was named.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
     """
     each = [replace(scenario, controller=law) for law in controllers]
     systems = [Whole(one, one.joined({})) for one in each]
-    known = content(systems)
+    known = content(systems, asked)
     modules = {one.scenario.controller.name: _packed(module(one.scenario, one.component)) for one in systems}
     page = rendered(
         "live/live.html.j2",

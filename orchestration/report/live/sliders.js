@@ -38,13 +38,12 @@ export function sliderRow(parameter, model) {
   return element("div", { class: "slider", title: about }, element("span", {}, name), slider, number, element("span", {}, unit === "1" ? "" : unit), back);
 }
 
-/** Parameters by the largest change of the score when each grows by a tenth; null where that takes too long. */
-export function ranked(parameters, scoreWith, seconds) {
+/** Parameters by the largest change of the score when each grows by a tenth. */
+export async function ranked(parameters, scoreWith) {
   const base = scoreWith({});
-  const end = performance.now() + 1000 * seconds;
   const effects = [];
   for (const parameter of parameters) {
-    if (performance.now() > end) return null;
+    await new Promise((resolve) => setTimeout(resolve)); // what the reader does meanwhile comes first
     let effect = 0;
     try {
       const score = scoreWith({ [parameter.name]: 1.1 * parameter.value });

@@ -1,9 +1,16 @@
 """What the page computes besides the run: the same figures and expressions as the command."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.node import node
+from warmlink.fmus.duty_cycle.equations import DEMANDS
+from warmlink.orchestration.report.closed_loop import CELL_PLOTS
+from warmlink.orchestration.report.live.files import columns
+from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at
+from warmlink.orchestration.scenarios.duties.duty_csv import read_csv
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.metrics import error_metrics
 
@@ -40,3 +47,53 @@ def test_expressions_give_the_same_values_on_the_page() -> None:
     """
     found = node(script, {"texts": [Expression(text).javascript for text in texts], "values": values})
     assert found == pytest.approx([Expression(text).value(values.__getitem__) for text in texts], rel=1e-15)
+
+
+READ = """
+    import { readMeasured, measuredSegments } from "${page}/measured.js";
+    const first = { ambient_temperature: [295.15], pad_temperature: [295.15], pad_power: [0] };
+    const read = (text) => {
+      const { times, series } = readMeasured(text, given.columns, "run.csv");
+      return { times, series, segments: measuredSegments({ times, series }, first) };
+    };
+    const told = (text) => { try { return read(text); } catch (fault) { return fault.message; } };
+    const result = given.texts.map(told);
+"""
+
+
+def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
+    text = (
+        "\ufefftime [min],speed [deg/s],torque [N.m],ambient_temperature [degC],pad_power [kW],"
+        "elongation [um]\n"
+        "1,90,2,20,,0\n\n2,90,2,,,1.5\n3,,,25,0.01,\n4,0,0,,,4\n6,0,0,,,5\n"
+    )
+    (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
+    path = tmp_path / "run.csv"
+    path.write_text(text, "utf-8")
+    duty = read_csv(path)
+    times = np.arange(0.0, duty.stop_time, 10.0)
+    segments = [Segment(s["duration"], **{name: s[name][0] for name in DEMANDS}) for s in found["segments"]]
+    for name, expected in demands_at(duty.segments, times).items():
+        np.testing.assert_allclose(demands_at(segments, times)[name], expected, err_msg=name)
+    assert [s.pad_mode for s in segments] == [0, 1, 0]
+    assert found["series"]["elongation"] == pytest.approx([0, 1.5e-6, None, 4e-6, 5e-6])
+
+
+def test_a_measured_run_is_refused_in_a_sentence() -> None:
+    heads = {
+        "time [s],speed\n0,1\n": "column 'speed' is not of the form 'name [unit]'; rename it",
+        "time [s],sped [rad/s]\n": "column 'sped' is not known; use one of time, speed",
+        "time [s],speed [m]\n": "column 'speed': this page does not know the unit 'm'; use one of rad/s",
+        "time [s],time [min]\n": "column 'time' stands twice; keep one",
+        "speed [rad/s]\n1\n": "no column 'time [s]'; add it",
+        "time [s]\n0\n0\n": "line 3: time is missing or does not increase; give increasing times",
+        "time [s],speed [rad/s]\n0\n": "line 2: 1 cells under 2 columns; mend the row",
+        "time [s],speed [rad/s]\n0,fast\n": "line 2: 'fast' in column 'speed' is no number",
+        "time [s]\n0\n": "1 rows under the header; give at least two times",
+        "\n": "is empty; give a header and at least two times",
+    }
+    for told, expected in zip(
+        node(READ, {"columns": columns(CELL_PLOTS), "texts": list(heads)}), heads.values(), strict=True
+    ):
+        assert told.startswith("run.csv: ")
+        assert expected in told

@@ -1,6 +1,8 @@
 """`warmlink live` in a real browser: its numbers, and what happens when something is moved."""
 
 import importlib.util
+import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,12 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.command_line.live import live
+from warmlink.orchestration.command_line.options import settings_given
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.metrics import error_metrics
-from warmlink.orchestration.scenarios.run import changed
+from warmlink.orchestration.scenarios.overrides import parameters_of
+from warmlink.orchestration.scenarios.run import changed, run
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -118,10 +122,83 @@ def test_everything_on_the_page_moves_the_answer(page: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.platform
+def test_the_command_computes_what_the_page_shows(page: Path, tmp_path: Path) -> None:
+    """With parameters set on the page, and with a changed duty; within the coupling error of the command."""
+    script = """
+        const figures = () => results(model).figures;
+        const largest = () => Object.fromEntries(figures().map(([law, each]) => [law, each.largest]));
+        const wait = () => new Promise((drawn) => setTimeout(drawn, 300));
+        model.setValue("link.length", 0.4);
+        model.setFault("sensors", "[3]", 3);
+        model.set({ stop: 3000 });
+        await wait();
+        const command = document.getElementById("command").textContent;
+        const set = { command, largest: largest(), address: location.hash };
+        model.setSegments([{ ...model.state.segments[0], duration: 1200 },
+          { ...model.state.segments[0], duration: 900, speed: [1], pad_mode: [1], pad_power: [7] }]);
+        await wait();
+        const duty = { command: document.getElementById("command").textContent, largest: largest() };
+        const files = { toml: scenarioText(model, "lag"), ssv: parameterSet(model) };
+        const back = restored(set.address, model);
+        const result = { set, duty, files, back };
+    """
+    found = browse(page, script, tmp_path)
+    assert found["back"]["values"]["link.length"] == 0.4
+    assert found["back"]["stop"] == 3000
+    (tmp_path / "windshield_wiper_live.toml").write_text(found["files"]["toml"], "utf-8")
+    (tmp_path / "page.ssv").write_text(found["files"]["ssv"], "utf-8")
+    assert parameters_of(tmp_path / "page.ssv")["link.length"] == 0.4
+    for shown in (found["set"], found["duty"]):
+        warmlink, run_, name, *options = shlex.split(shown["command"])
+        assert (warmlink, run_) == ("warmlink", "run")
+        beside = tmp_path / name
+        given = {
+            option: options[i + 1] for i, option in enumerate(options) if option in ("--controller", "--stop")
+        }
+        outcome = run(
+            beside if beside.is_file() else name,
+            given["--controller"],
+            parameters=settings_given(options[i + 1] for i, each in enumerate(options) if each == "--set"),
+            stop=given.get("--stop"),
+        )
+        assert outcome.time[-1] == 3000.0
+        bound = outcome.coupling_error_um
+        assert bound is not None
+        for law, figures in (("none", outcome.uncompensated), ("lag", outcome.metrics)):
+            assert abs(shown["largest"][law] - figures.max_abs_um) <= bound, law
+
+
+@pytest.mark.platform
+def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(page: Path, tmp_path: Path) -> None:
+    script = """
+        const sentences = [];
+        const given = "time [s],speed [rad/s],elongation [um]\\n0,3,0\\n600,0,9\\n900,0,8\\n";
+        const told = async (action) => {
+          await attempt(action);
+          sentences.push(document.getElementById("fault").textContent);
+        };
+        await told(() => restored("#x", model));
+        for (const settings of [{ laws: ["observer"] }, { values: { a: 1 } }, { stop: -1 }])
+          await told(() => restored("#" + encodeURIComponent(JSON.stringify(settings)), model));
+        await told(() => take(model, new File(["time [s]\\n0\\n"], "run.csv")));
+        await take(model, new File([given], "run.csv"));
+        await new Promise((drawn) => setTimeout(drawn, 300));
+        const marks = document.querySelectorAll("circle.mark").length;
+        const command = document.getElementById("command").textContent.split("\\n").at(-1);
+        const result = { sentences, stop: model.state.stop, marks, command };
+    """
+    found = browse(page, script, tmp_path)
+    *addresses, file = found["sentences"]
+    assert all(each.startswith("The address holds settings that do not fit this page") for each in addresses)
+    assert file == "run.csv: 1 rows under the header; give at least two times."
+    assert (found["stop"], found["marks"], found["command"]) == (900, 3, "warmlink diagnose run.csv")
+
+
+@pytest.mark.platform
 def test_the_page_is_light_and_needs_no_network(page: Path) -> None:
     assert page.stat().st_size < LARGEST
     text = page.read_text("utf-8")
-    assert "http" not in text.replace("http://www.w3.org", "")
+    assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=|@import|fetch\(", text)
 
 
 def test_without_a_compiler_for_browsers_the_page_says_what_to_install(
