@@ -7,12 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.component import Component, Output, Scalar, limits
+from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
+
+_TYPES: Mapping[VariableType, type[float] | type[int] | type[bool]] = {
+    "Real": float,
+    "Integer": int,
+    "Boolean": bool,
+}
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,9 @@ def start_values(
     values: dict[str, dict[str, Value]] = {}
     for name, text in written.items():
         instance, _, variable = name.rpartition(".")
-        values.setdefault(instance, {})[variable] = start_value(name, text, components, where)
+        value = start_value(name, text, components, where)
+        typed = _TYPES[scalar(name, components, where).variable.type](value)
+        values.setdefault(instance, {})[variable] = typed if typed == value else value
     for instance, chosen in values.items():
         _check(components[instance], instance, chosen)
     return values

@@ -3,8 +3,10 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.fmus.duty_cycle.component import COMPONENT as DUTY
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.load import load_scenario, read_scenario, scenario_names
 from warmlink.orchestration.scenarios.overrides import start_values
@@ -255,3 +257,11 @@ def test_a_bad_start_value_is_refused_in_one_sentence(name: str, value: object, 
 def test_a_bare_number_is_in_the_si_unit() -> None:
     assert quantity(2.5, "N.m", "torque") == 2.5
     assert quantity("2.5", "N.m", "torque") == 2.5
+
+
+def test_whole_numbers_and_truth_keep_their_type() -> None:
+    """A system refuses the value of an integer as a real number."""
+    given = {"sensors.fault_kind[3]": "3", "duty.repeat": 1}
+    values = start_values(given, {"sensors": SENSORS, "duty": DUTY}, "mine")
+    assert values == {"sensors": {"fault_kind[3]": 3}, "duty": {"repeat": True}}
+    assert [type(values["sensors"]["fault_kind[3]"]), type(values["duty"]["repeat"])] == [int, bool]
