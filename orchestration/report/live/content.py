@@ -11,6 +11,7 @@ from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.orchestration.report.closed_loop import CELL_PLOTS, MOST_LINES, OWN_PLOTS, QUANTITIES
 from warmlink.orchestration.report.live.files import columns, file_content
+from warmlink.orchestration.scenarios.closed_loop import judged
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
 from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.scenario import Scenario
@@ -22,6 +23,11 @@ Plots = Mapping[tuple[str, str], Mapping[str, str]]
 
 SPAN = 3.0
 """A slider goes from a value divided by this to the value times this."""
+
+IDEAL = (
+    "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
+    "cell is; move a slider, or give the thermometers noise"
+)
 
 ROOM = 20.0
 """K by which the slider of a temperature goes up and down."""
@@ -86,6 +92,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "important": _important(scenario),
         "thermometers": _thermometers(scenario),
         "duty": _duty(drivers, values),
+        "notes": {each.scenario.controller.name: _note(each.scenario) for each in systems},
         "laws": {each.scenario.controller.name: _law(each, names) for each in systems},
     }
 
@@ -99,6 +106,12 @@ def _law(system: Whole, names: set[str]) -> dict[str, Any]:
         for name, value in of.items()
     )
     return {"references": {name: references[name] for name in sorted(names)}, "values": list(given)}
+
+
+def _note(scenario: Scenario) -> str:
+    """What a reader should know before trusting a law's figures; empty where there is nothing."""
+    advice, ideal = judged(scenario)
+    return advice or (IDEAL if ideal else "")
 
 
 def _plots(scenario: Scenario, whole: Component) -> Plots:

@@ -32,7 +32,7 @@ function results(model) {
   return { runs, errors, figures };
 }
 
-function showAnswer({ content }, figures) {
+function showAnswer({ content, state }, figures) {
   const tolerance = `±${Number((1e6 * content.tolerance).toPrecision(6))} µm`;
   const micrometres = (key) => ([, of]) => `${of[key].toFixed(1)} µm`;
   const share = ([law, of]) => {
@@ -48,9 +48,11 @@ function showAnswer({ content }, figures) {
   ];
   const cells = (tag, texts) => texts.map((text) => element(tag, { scope: tag === "th" ? "col" : null }, text));
   at("answer").replaceChildren(
-    element("thead", {}, element("tr", {}, ...cells("th", ["", ...figures.map(([law]) => law)]))),
+    element("thead", {}, element("tr", {}, ...cells("th", ["figure", ...figures.map(([law]) => law)]))),
     element("tbody", {}, ...rows.map(([name, of]) => element("tr", {}, element("th", { scope: "row" }, name), ...cells("td", figures.map(of))))),
   );
+  const notes = Object.entries(content.notes).filter(([law, note]) => note && state.laws.includes(law));
+  at("notes").textContent = Object.keys(state.values).length ? "" : notes.map(([law, note]) => `${law}: ${note}.`).join(" ");
   const told = figures.map(([law, of]) => `${law} ${of.largest.toFixed(1)} µm`);
   at("lead").textContent = `Largest error of the tool point: ${told.join(", ")}.`;
 }
@@ -164,6 +166,20 @@ async function sorted(model) {
   return [...effective, ...declared.filter((each) => !effective.includes(each))];
 }
 
+/** The sliders, once they are in order. */
+async function listSliders(model) {
+  const parameters = await sorted(model);
+  showSliders(at("sliders"), parameters, model);
+  at("names").append(...parameters.map(({ name, about }) => element("option", { value: name }, about)));
+  at("search").addEventListener("change", ({ target }) => {
+    const found = parameters.findIndex(({ name }) => name === target.value);
+    if (found < 0) return;
+    parameters.unshift(...parameters.splice(found, 1));
+    showSliders(at("sliders"), parameters, model);
+    target.value = "";
+  });
+}
+
 async function begin() {
   const content = JSON.parse(at("content").textContent);
   const modules = Object.keys(content.laws).map(async (law) => [law, await Engine.of(await unpacked(`module-${law}`))]);
@@ -190,16 +206,7 @@ async function begin() {
   show(model, editor);
   if (refused) at("fault").textContent = refused;
   addEventListener("resize", () => model.changed());
-  const parameters = await sorted(model);
-  showSliders(at("sliders"), parameters, model);
-  at("names").append(...parameters.map(({ name, about }) => element("option", { value: name }, about)));
-  at("search").addEventListener("change", ({ target }) => {
-    const found = parameters.findIndex(({ name }) => name === target.value);
-    if (found < 0) return;
-    parameters.unshift(...parameters.splice(found, 1));
-    showSliders(at("sliders"), parameters, model);
-    target.value = "";
-  });
+  listSliders(model);
   return model;
 }
 
