@@ -13,7 +13,8 @@ import numpy as np
 import typer
 
 from benchmarks.command import positive_share, start
-from benchmarks.hidden_effects import KINDS, Trial, trial
+from benchmarks.diagnosis_trial import Trial, trial
+from benchmarks.hidden_effects import KINDS
 from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 FULL = {

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,8 +127,8 @@ def _moved_sensors(random: np.random.Generator) -> Hidden:
     which = random.random(3) < 0.6
     which[random.integers(3)] = True
     names = "+".join(sorted(f"sensor_position:{c}" for c, w in zip(LINK[:3], which, strict=True) if w))
-    shift = tuple(float(by * w) for w in which)
-    return Hidden(Truth(shift=shift), (names,))  # type: ignore[arg-type]
+    base, middle, tip = (float(by * w) for w in which)
+    return Hidden(Truth(shift=(base, middle, tip)), (names,))
 
 
 def _scaled(name: str) -> Draw:
@@ -176,8 +177,8 @@ def _truth(names: tuple[str, ...], **ranges: tuple[float, float]) -> Draw:
     """Fields of the cell within ranges."""
 
     def draw(random: np.random.Generator) -> Hidden:
-        drawn = {name: random.uniform(*limits) for name, limits in ranges.items()}
-        return Hidden(replace(Truth(), **drawn), names)  # type: ignore[arg-type]
+        drawn: dict[str, Any] = {name: random.uniform(*limits) for name, limits in ranges.items()}
+        return Hidden(replace(Truth(), **drawn), names)
 
     return draw
 

@@ -60,12 +60,12 @@ def trial(task: tuple[str, int, int]) -> Said:
         said = [set(each.split("+")) for each in sets]
         in_part = any(each < whole for each in said[:1] for whole in true)
         word += " right" if any(each in true for each in said) else " in part" if in_part else " wrong"
-    errors = [found.scores.rmse(each, True) for each in (found.before, found.after)]
-    heldout = tuple(float("nan") if each is None else each[0] for each in errors)
+    errors = (found.scores.rmse(each, True) for each in (found.before, found.after))
+    before, after = (float("nan") if each is None else each[0] for each in errors)
     foreseen = (
         tuple(_errors(claim, hidden.truth) for claim in found.claims) if found.verdict == "named" else ()
     )
-    return Said(line, word, " or ".join(hidden.names), sets, heldout, seconds, foreseen)  # type: ignore[arg-type]
+    return Said(line, word, " or ".join(hidden.names), sets, (before, after), seconds, foreseen)
 
 
 def _errors(claim: Claim, truth: Truth) -> tuple[float, float]:

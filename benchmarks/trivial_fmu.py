@@ -7,9 +7,9 @@ import subprocess
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Literal
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 
 SOURCE = Path(__file__).with_suffix(".c")
 
@@ -103,7 +103,7 @@ def _given(attribute: str, value: str) -> str:
     return f' {attribute}="{value}"' if value else ""
 
 
-def build_trivial_fmu(folder: Path, version: Literal["2.0", "3.0"] = "2.0") -> Path:
+def build_trivial_fmu(folder: Path, version: FmiVersion = "2.0") -> Path:
     """Compile the trivial slave for this machine.
 
     Parameters

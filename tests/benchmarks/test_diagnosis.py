@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 
 from benchmarks.diagnosis import bench_diagnosis
@@ -6,7 +8,7 @@ from warmlink.orchestration.diagnosis.practice.effects import effect_of
 from warmlink.orchestration.diagnosis.practice.hide import hide
 
 
-def test_the_bench_counts_and_writes(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_the_bench_counts_and_writes(tmp_path: Path) -> None:
     bench = bench_diagnosis({"single": 2, "none": 1}, seed=1)
     bench.write(tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {"bench_diagnosis.csv", "confusion.csv", "trials.csv"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,12 +53,11 @@ class Effect:
 
 
 def _field(name: str, factor: bool = False) -> Callable[[Truth, float, float], Truth]:
-    nominal = {f.name: f.default for f in fields(Truth)}[name]
+    nominal: Any = {f.name: f.default for f in fields(Truth)}[name]
 
     def apply(truth: Truth, size: float, duration: float) -> Truth:
-        # The fields are all numbers here; mypy cannot tell which name it is.
-        value = float(nominal) * size if factor else size  # type: ignore[arg-type]
-        return replace(truth, **{name: value})  # type: ignore[arg-type]
+        changed: dict[str, Any] = {name: nominal * size if factor else size}
+        return replace(truth, **changed)
 
     return apply
 
@@ -67,7 +67,8 @@ def _window(name: str, begin: float, end: float) -> Callable[[Truth, float, floa
         def course(time: float) -> float:
             return size if begin * duration <= time < end * duration else 0.0
 
-        return replace(truth, **{name: course})  # type: ignore[arg-type]
+        changed: dict[str, Any] = {name: course}
+        return replace(truth, **changed)
 
     return apply
 

@@ -225,11 +225,11 @@ class FmiSlave(ABC):
         """Return to a copied state."""
         self.call("SetFMUState", self.component, state)
 
-    def free(self, state: object) -> None:
+    def free(self, state: Any) -> None:
         """Release a copied state; after a fatal error nothing may be called any more."""
         if self._worst >= 4:
             return
-        self.call("FreeFMUState", self.component, byref(state))  # type: ignore[arg-type]
+        self.call("FreeFMUState", self.component, byref(state))
 
     def serialize(self) -> bytes:
         """Give the present state as bytes."""

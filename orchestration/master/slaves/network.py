@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
@@ -193,16 +194,16 @@ class Network:
             self.outputs[k] = values = self.slaves[k].get(names)
             self.check(k, values)
 
-    def check(self, k: int, values: Sequence[Value]) -> None:
+    def check(self, k: int, values: Sequence[Any]) -> None:
         """Refuse values of a slave's outputs that are not finite."""
         checked = self.checked[k]
         # One sum instead of many questions; where it overflows, they are asked after all.
         finite = values if len(checked) == len(values) else [values[p] for p in checked]
-        if math.isfinite(sum(finite)):  # type: ignore[arg-type]
+        if math.isfinite(sum(finite)):
             return
         for position in checked:
             value = values[position]
-            if not math.isfinite(value):  # type: ignore[arg-type]
+            if not math.isfinite(value):
                 raise SlaveError(
                     self.slaves[k].name,
                     "not finite",

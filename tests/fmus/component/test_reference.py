@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.fmus.component.reference import Trajectory, integrate
+from warmlink.fmus.component.reference import Phase, Trajectory, integrate
 from warmlink.fmus.plant import demand, plant
 
 RECORD = ["link.tip_temperature", "link.elongation"]
 WORK, REST = demand(60.0, 3.43, 2.5), demand(60.0, 0.0, 0.5)
 
 
-def ran(*phases) -> Trajectory:  # type: ignore[no-untyped-def]
+def ran(*phases: Phase) -> Trajectory:
     return integrate(plant(), phases, RECORD, every=20.0, tolerance=1e-7)
 
 

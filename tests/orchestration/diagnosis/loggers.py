@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -67,11 +68,11 @@ def logged_inputs(logger: Logger, seed: int) -> tuple[Columns, Truth]:
     return columns, Truth(room=room)
 
 
-def logged_file(folder: Path, effect: Mapping[str, float], logger: Logger, seed: int) -> Path:
+def logged_file(folder: Path, effect: Mapping[str, Any], logger: Logger, seed: int) -> Path:
     """A CSV file of a cell with an effect, a field of `Truth` in SI, as the logger writes it."""
     columns, cell = logged_inputs(logger, seed)
     rows = columns["time [s]"]
-    course = simulate(replace(cell, **effect), list(PADDED), rows)  # type: ignore[arg-type]
+    course = simulate(replace(cell, **effect), list(PADDED), rows)
     random = np.random.default_rng(seed)
     true = (course.shaft, course.winding, course.base, course.middle, course.tip)
     for name, values in zip(CHANNELS, true, strict=True):

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,9 @@ def test_an_empty_input_holds_and_an_empty_pad_is_off(tmp_path: Path) -> None:
         (lambda lines: [line.replace(",22,", ",warm,") for line in lines], "most cells below are no numbers"),
     ],
 )
-def test_bad_rows_are_refused_with_row_and_column(tmp_path: Path, change, said: str) -> None:  # type: ignore[no-untyped-def]
+def test_bad_rows_are_refused_with_row_and_column(
+    tmp_path: Path, change: Callable[[list[str]], list[str]], said: str
+) -> None:
     with pytest.raises(InputError) as refusal:
         read_experiment(written(tmp_path, change(rows())))
     assert said in str(refusal.value)

@@ -9,6 +9,7 @@ from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.fit.verdict import Word
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
 
@@ -31,7 +32,9 @@ def off(times: float, in_noise: float) -> HeldOut:
         ("adequate", off(9, 8.0), off(9, 8.0), "unknown"),
     ],
 )
-def test_a_verdict_is_held_to_the_held_out_rows(word, before, after, said) -> None:  # type: ignore[no-untyped-def]
+def test_a_verdict_is_held_to_the_held_out_rows(
+    word: Word, before: HeldOut, after: HeldOut, said: Word
+) -> None:
     verdict, because = judged(word, before, [after])
     assert verdict == said
     assert bool(because) == (word != said)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,11 +24,12 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     write_csv,
 )
 from warmlink.orchestration.report.diagnosis import write_diagnosis
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 TWINS = {"expansion_coefficient", "elongation_scale"}
 
 
-def file_with(folder: Path, effects: dict[str, float], **how) -> Path:  # type: ignore[no-untyped-def]
+def file_with(folder: Path, effects: dict[str, float], **how: Any) -> Path:
     path = folder / "run.csv"
     write_csv(hide(effects, **how), path)
     return path
@@ -37,7 +39,7 @@ def sized(*names: str) -> dict[str, float]:
     return {name: effect_of(name).size for name in names}
 
 
-def assessed(folder: Path, effects: dict[str, float], **how) -> Assessment:  # type: ignore[no-untyped-def]
+def assessed(folder: Path, effects: dict[str, float], **how: Any) -> Assessment:
     return assess(read_experiment(file_with(folder, effects, **how)))
 
 
@@ -131,7 +133,7 @@ def test_real_noise(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("duty", [STILL, MOVING])
-def test_an_uninformative_hour_is_never_misread(tmp_path: Path, duty) -> None:  # type: ignore[no-untyped-def]
+def test_an_uninformative_hour_is_never_misread(tmp_path: Path, duty: tuple[Segment, ...]) -> None:
     found = assessed(tmp_path, sized("still_air_convection"), duty=duty, seed=18)
     assert found.word in ("named", "ambiguous")
     assert {"still_air_convection"} in candidates(found)

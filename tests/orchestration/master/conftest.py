@@ -6,11 +6,12 @@ import pytest
 
 from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 
 
-def _build(folder: Path, version: str) -> Path:
+def _build(folder: Path, version: FmiVersion) -> Path:
     try:
-        return build_trivial_fmu(folder, version)  # type: ignore[arg-type]
+        return build_trivial_fmu(folder, version)
     except InputError as error:
         pytest.skip(str(error))
 

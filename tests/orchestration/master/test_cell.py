@@ -16,7 +16,7 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
-from warmlink.orchestration.master.compiled.loop import prepare
+from warmlink.orchestration.master.compiled.loop import Stepping, prepare
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
@@ -39,6 +39,9 @@ def cell_of(files: dict[str, Path]) -> System:
     return WARMUP_CELL.system(files, LAW, {"duty": duty | {"duration[1]": 200.0, "duration[2]": 150.0}})
 
 
+STEPPINGS: tuple[Stepping, ...] = ("plain", "compiled")
+
+
 @pytest.fixture(scope="module")
 def cell() -> System:
     try:
@@ -51,10 +54,7 @@ def cell() -> System:
 def test_compiled_and_plain_stepping_give_the_same_bits(
     cell: System, algorithm: Jacobi | GaussSeidel
 ) -> None:
-    plain, compiled = (
-        simulate(cell, 1200.0, 1.0, algorithm, stepping=stepping)  # type: ignore[arg-type]
-        for stepping in ("plain", "compiled")
-    )
+    plain, compiled = (simulate(cell, 1200.0, 1.0, algorithm, stepping=stepping) for stepping in STEPPINGS)
     assert compiled.statistics.compiled
     assert plain.status == compiled.status == "completed"
     np.testing.assert_array_equal(plain.table.values.view(np.uint64), compiled.table.values.view(np.uint64))

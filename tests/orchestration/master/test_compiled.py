@@ -14,7 +14,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.compiled.loop import PAYS_WHEN_LOADED_FROM, prepare
+from warmlink.orchestration.master.compiled.loop import PAYS_WHEN_LOADED_FROM, Stepping, prepare
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -35,6 +35,8 @@ WIRES = (
     wire("b.off -> c.on"),
 )
 
+STEPPINGS: tuple[Stepping, ...] = ("plain", "compiled")
+
 
 def loop(*fmus: Path, **values: dict[str, Value]) -> System:
     given: dict[str, dict[str, Value]] = {"a": {"y": 1.0}, "b": {"rate": 0.7, "on": True}, "c": {"gain": 0.9}}
@@ -48,8 +50,7 @@ def loop(*fmus: Path, **values: dict[str, Value]) -> System:
 def both(system: System, algorithm: Algorithm, stop: float = 300.0) -> tuple[Result, Result]:
     record = ["a.y", "b.y", "c.z", "c.u", "c.off", "c.switched", "b.steps", "a.rate"]
     plain, compiled = (
-        simulate(system, stop, 0.1, algorithm, record=record, stepping=stepping)  # type: ignore[arg-type]
-        for stepping in ("plain", "compiled")
+        simulate(system, stop, 0.1, algorithm, record=record, stepping=stepping) for stepping in STEPPINGS
     )
     assert not plain.statistics.compiled
     return plain, compiled

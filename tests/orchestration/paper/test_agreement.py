@@ -27,7 +27,7 @@ def found(result: Reproduction) -> dict[tuple[str, str], Agreement]:
     return {(a.run, a.body): a for a in result.agreements}
 
 
-def test_every_run_is_compared_with_every_body(found) -> None:  # type: ignore[no-untyped-def]
+def test_every_run_is_compared_with_every_body(found: dict[tuple[str, str], Agreement]) -> None:
     assert {run for run, _ in found} == set(RUNS)
     assert len(found) == 4 * len(RUNS)
 

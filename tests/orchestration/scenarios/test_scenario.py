@@ -1,5 +1,6 @@
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -248,9 +249,9 @@ def test_start_values_are_converted_and_differences_know_that_they_are() -> None
         ("link.tip_position", "50 cm", "lies beyond the link's end"),
     ],
 )
-def test_a_bad_start_value_is_refused_in_one_sentence(name: str, value: object, sentence: str) -> None:
+def test_a_bad_start_value_is_refused_in_one_sentence(name: str, value: Any, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence) as refusal:
-        start_values({name: value}, CELL, "mine")  # type: ignore[dict-item]
+        start_values({name: value}, CELL, "mine")
     assert "\n" not in str(refusal.value)
 
 

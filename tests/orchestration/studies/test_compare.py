@@ -1,6 +1,8 @@
 import csv
 import json
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -88,7 +90,7 @@ def made(scores: dict[str, float], budget: float, tolerance: float = 5e-6) -> Co
     ]
 
     class Given:
-        def run(self, cases):  # type: ignore[no-untyped-def]
+        def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Any]]:
             for i, case in enumerate(cases):
                 score = scores[case.label[0]]
                 found = outcome(score, budget if case.label[0] == "none" else None)

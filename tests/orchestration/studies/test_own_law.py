@@ -1,5 +1,6 @@
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -127,7 +128,7 @@ def test_states_need_an_update() -> None:
     class Forgetful(Law):
         states = (State("x", "1"),)
 
-        def correction(self, x, u, p, time):  # type: ignore[no-untyped-def]
+        def correction(self, x: Any, u: Any, p: Any, time: Any) -> Any:
             return x.x
 
     with pytest.raises(InputError, match="has states, but no update"):

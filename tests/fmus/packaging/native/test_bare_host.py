@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.packaging.native.compile import Compiler
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 from warmlink.fmus.thermal_link.component import COMPONENT
 
 from .bare_host import arguments, compile_host, hour_in_python
@@ -23,12 +24,12 @@ def expected() -> list[float]:
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_an_hour_in_plain_c_equals_the_python_instance(
-    version: str, native_fmu: BuildNative, c_compiler: Compiler, expected: list[float], tmp_path: Path
+    version: FmiVersion, native_fmu: BuildNative, c_compiler: Compiler, expected: list[float], tmp_path: Path
 ) -> None:
     host = compile_host(c_compiler, version, tmp_path)
     place = getattr(c_compiler.platform, PLACE[version])
     library = f"binaries/{place}/{COMPONENT.name}{c_compiler.platform.suffix}"
-    given = arguments(COMPONENT, native_fmu(COMPONENT.name, version), library, tmp_path / "fmu")  # type: ignore[arg-type]
+    given = arguments(COMPONENT, native_fmu(COMPONENT.name, version), library, tmp_path / "fmu")
     done = subprocess.run([str(host), *given], capture_output=True, text=True, env={})
     assert done.stderr == ""
     results = [float(line) for line in done.stdout.split()]

@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.native import fmu as native_fmu
 from warmlink.fmus.packaging.native.compile import Compiler
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 from warmlink.orchestration.check.fmu import CheckResult, check_fmu
 
 from .conftest import BuildNative
@@ -60,15 +61,15 @@ def damaged(c_compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     (entry,) = (each for each in catalogue() if each.component.name == NAME)
     original = native_fmu.native_sources
 
-    def build(damage: Damage, version: str = "2.0") -> Path:
+    def build(damage: Damage, version: FmiVersion = "2.0") -> Path:
         def sources(*arguments: object) -> tuple[dict[str, str], str]:
-            texts, digest = original(*arguments)  # type: ignore[arg-type]
+            texts, digest = original(*arguments)
             damage(texts)
             return texts, digest
 
         monkeypatch.setattr(native_fmu, "native_sources", sources)
         path = tmp_path / f"{NAME}.fmu"
-        write_archive(path, native_fmu.native_fmu_files(entry, version, [c_compiler]))  # type: ignore[arg-type]
+        write_archive(path, native_fmu.native_fmu_files(entry, version, [c_compiler]))
         return path
 
     return build
@@ -80,8 +81,8 @@ def by_name(results: list[CheckResult]) -> dict[str, CheckResult]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-def test_nothing_is_found_in_a_sound_fmu(version: str, native_fmu: BuildNative) -> None:
-    results = check_fmu(native_fmu(NAME, version))  # type: ignore[arg-type]
+def test_nothing_is_found_in_a_sound_fmu(version: FmiVersion, native_fmu: BuildNative) -> None:
+    results = check_fmu(native_fmu(NAME, version))
     assert [result for result in results if result.verdict != "pass"] == []
     assert "over 1000000 steps" in by_name(results)["memory growth"].detail
     assert len(results) == 10
@@ -140,7 +141,7 @@ def test_a_state_that_lacks_a_part_is_found(damaged: Build) -> None:
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-def test_what_instances_share_is_found(damaged: Build, version: str) -> None:
+def test_what_instances_share_is_found(damaged: Build, version: FmiVersion) -> None:
     share = insert(
         "model_step.h",
         AT_END_OF_STEP,
@@ -152,7 +153,7 @@ def test_what_instances_share_is_found(damaged: Build, version: str) -> None:
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-def test_a_wrong_derivative_is_found(damaged: Build, version: str) -> None:
+def test_a_wrong_derivative_is_found(damaged: Build, version: FmiVersion) -> None:
     wrong = replace(
         "model_derivatives.h", "*value = direction->outputs[", "*value = 1.01 * direction->outputs["
     )

@@ -13,6 +13,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 from .conftest import BuildNative
@@ -147,9 +148,9 @@ def test_output_derivatives_follow_the_inputs(native_fmu: BuildNative) -> None:
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 @pytest.mark.parametrize("phase", ["initialization", "run"])
 def test_directional_derivatives_against_a_complex_step(
-    version: str, phase: str, native_fmu: BuildNative
+    version: FmiVersion, phase: str, native_fmu: BuildNative
 ) -> None:
-    motor = Native(native_fmu("MotorHeatSource", version), MOTOR)  # type: ignore[arg-type]
+    motor = Native(native_fmu("MotorHeatSource", version), MOTOR)
     values = {"link_base_temperature": 301.0, "neighbour_conductance": 0.3}
     motor.set(values)
     motor.enter()

@@ -16,6 +16,7 @@ from fmpy.fmi3 import FMU3Model
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.exchange import exchanged_states
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 
 from .conftest import BuildNative
 
@@ -35,9 +36,9 @@ def test_the_continuous_components_offer_it() -> None:
 
 @both
 @every
-def test_cvode_and_co_simulation_agree(name: str, version: str, native_fmu: BuildNative) -> None:
+def test_cvode_and_co_simulation_agree(name: str, version: FmiVersion, native_fmu: BuildNative) -> None:
     """To 1e-6 of each output's largest value; the estimate of an error, which is tiny, to 1e-3."""
-    path = str(native_fmu(name, version))  # type: ignore[arg-type]
+    path = str(native_fmu(name, version))
     outputs = CONTINUOUS[name].y.names
     common: dict[str, Any] = {"stop_time": 100.0, "output_interval": 0.05, "output": outputs}
     common["start_values"] = STARTS[name]

@@ -8,6 +8,7 @@ import pytest
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Input
+from warmlink.fmus.packaging.native.fmu import FmiVersion
 
 from .conftest import BuildNative
 from .running import Native
@@ -41,10 +42,10 @@ def saving(native: Native) -> tuple[Callable[[], object], Callable[[object], Non
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_what_follows_a_restored_state_is_the_same_to_the_last_bit(
-    name: str, version: str, native_fmu: BuildNative
+    name: str, version: FmiVersion, native_fmu: BuildNative
 ) -> None:
     component = COMPONENTS[name]
-    first = Native(native_fmu(name, version), component)  # type: ignore[arg-type]
+    first = Native(native_fmu(name, version), component)
     first.initialize()
     run(component, first, range(13))
     save, restore = saving(first)
@@ -54,7 +55,7 @@ def test_what_follows_a_restored_state_is_the_same_to_the_last_bit(
     assert str(run(component, first, range(13, 40))) == str(expected)
 
     content = bytes((first.fmu.serializeFMUState if first.modern else first.fmu.serializeFMUstate)(state))
-    second = Native(native_fmu(name, version), component, "second")  # type: ignore[arg-type]
+    second = Native(native_fmu(name, version), component, "second")
     read = second.fmu.deserializeFMUState if second.modern else second.fmu.deSerializeFMUstate
     saving(second)[1](read(content))
     assert str(run(component, second, range(13, 40))) == str(expected)
@@ -79,9 +80,9 @@ def test_parameters_belong_to_the_state(native_fmu: BuildNative) -> None:
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-def test_after_a_reset_the_run_is_the_first_run(version: str, native_fmu: BuildNative) -> None:
+def test_after_a_reset_the_run_is_the_first_run(version: FmiVersion, native_fmu: BuildNative) -> None:
     link = COMPONENTS["ThermalLink"]
-    native = Native(native_fmu("ThermalLink", version), link)  # type: ignore[arg-type]
+    native = Native(native_fmu("ThermalLink", version), link)
     native.initialize()
     expected = run(link, native, range(5))
     native.fmu.reset()
