@@ -20,10 +20,10 @@ from benchmarks.hosts.__main__ import MARK
 from benchmarks.trivial_fmu import build_trivial_fmu
 from benchmarks.whole_run import bench_whole_run
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.scenarios.duties.duty import Duty
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp

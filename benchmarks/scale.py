@@ -14,12 +14,12 @@ from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.arm.setup import OBSERVER
 from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.compiled.loop import prepare
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.model import System

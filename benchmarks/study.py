@@ -14,9 +14,9 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.mismatch import draw
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.cores.cluster import ClusterWorkers

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from warmlink.controllers.design.linearise import linearise
     from warmlink.fmus.component.join import join
     from warmlink.fmus.errors import InputError
+    from warmlink.orchestration.closed_loop.run import run
     from warmlink.orchestration.command_line.build import build_files as build
     from warmlink.orchestration.diagnosis.found import diagnose
     from warmlink.orchestration.report.plot import plot
-    from warmlink.orchestration.scenarios.run import run
     from warmlink.orchestration.simulation import simulate
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.compare import compare
@@ -50,7 +50,7 @@ _PLACES = {
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",
     "read_system": "orchestration.system.read:read_system",
-    "run": "orchestration.scenarios.run:run",
+    "run": "orchestration.closed_loop.run:run",
     "simulate": "orchestration.simulation:simulate",
     "tune": "orchestration.studies.tune:tune_study",
 }

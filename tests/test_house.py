@@ -5,6 +5,8 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import defaultdict
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -88,6 +90,20 @@ def test_a_room_does_not_import_what_stands_on_it(room: str) -> None:
     for path in (ROOT / room).rglob("*.py"):
         up = {n for n in imports(path) if any(f"warmlink.{a}" in n or f".{a}" in n for a in BELOW[room])}
         assert not up, f"{path.relative_to(ROOT)} imports {up}"
+
+
+def test_rooms_do_not_import_each_other_in_a_circle() -> None:
+    """Whoever follows a value through the rooms goes down; a room and the rooms inside it count as one."""
+    below: defaultdict[Path, set[Path]] = defaultdict(set)
+    floors = {ROOT / floor for floor in FLOORS}
+    for path in SOURCES:
+        for name in imports(path):
+            file = ROOT.joinpath(*name.split(".")[1:]).with_suffix(".py")
+            ends = (path.parent, file.parent)
+            nested = ends[0].is_relative_to(ends[1]) or ends[1].is_relative_to(ends[0])
+            if name.startswith("warmlink.") and file.is_file() and not nested and not floors & {*ends}:
+                below[ends[0]].add(ends[1])
+    TopologicalSorter(below).prepare()
 
 
 @pytest.mark.parametrize("room", FLOORS)

@@ -22,14 +22,14 @@ from benchmarks.fuzz.mutate import (
 )
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.measured import arm_experiments
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.scenarios import mismatch
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.study import load_study

@@ -81,8 +81,8 @@ def build_files(
 
     if fmus not in KINDS:
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
-    from warmlink.orchestration.scenarios.closed_loop import judged
-    from warmlink.orchestration.scenarios.load import load_scenario
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.closed_loop.outcome import judged
 
     out = Path(out)
     own = None if scenario is None else load_scenario(str(scenario))
@@ -106,8 +106,8 @@ def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None) ->
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries
+    from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.fmu_store import FmuStore
-    from warmlink.orchestration.scenarios.load import load_scenario
     from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
     from warmlink.orchestration.system.write import write_ssp
 

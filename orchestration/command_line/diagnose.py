@@ -88,7 +88,7 @@ def diagnose(
     several causes apart, it also writes next_experiment.toml and .csv: carry out this duty cycle, then
     diagnose both runs together. The exit code is 0 whatever the verdict.
     """
-    from warmlink.orchestration.arm.measured import is_arm_file
+    from warmlink.orchestration.diagnosis.arm.measured import is_arm_file
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
@@ -139,7 +139,7 @@ def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
     """Print how the files are understood."""
     from rich.markup import escape
 
-    from warmlink.orchestration.arm.measured import arm_experiments
+    from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
     from warmlink.orchestration.diagnosis.data import understood
 
     experiments = list(arm_experiments(paths[0]).values()) if whole_arm else [hints.experiment(paths)]
@@ -163,7 +163,7 @@ def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) ->
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
     from warmlink.orchestration.report.next_files import SCENARIO
     from warmlink.orchestration.system.shipped import SHIPPED
 
@@ -184,15 +184,16 @@ def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) ->
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
-    from warmlink.orchestration.arm.diagnose import diagnose_arm
-    from warmlink.orchestration.arm.measured import arm_experiments
-    from warmlink.orchestration.report.diagnosis import JSON, PAGE
+    from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
+    from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
+    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSV, write_diagnoses
 
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
-    _print_found(found.to_json() if json else found.summary())
+    whole = found.to_json(SSV)
+    _print_found(whole if json else found.summary())
     with _lost_files_named(folder):
-        found.write(folder)
+        write_diagnoses(found.by_name, whole, folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")
 

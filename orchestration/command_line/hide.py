@@ -55,10 +55,10 @@ def hide(
     The run is computed by another solver than the one that `diagnose` uses.
     """
     from warmlink.fmus.names import instead, listed
+    from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.diagnosis.practice import hide as made_up
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.scenarios.duties.duty import length
-    from warmlink.orchestration.scenarios.load import load_scenario
 
     if solver not in (GRID, FEA):
         raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
@@ -114,9 +114,9 @@ def _strengths(effects: Sequence[str]) -> dict[str, float]:
 
 
 def _hide_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int, out: Path) -> None:
-    from warmlink.orchestration.arm.hide import hide_in_arm
     from warmlink.orchestration.arm.setup import arm
     from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
     from warmlink.orchestration.diagnosis.practice.hide import write_csv
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER

@@ -21,10 +21,10 @@ def _descriptions() -> dict[str, dict[str, str]]:
     from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
     from warmlink.orchestration.arm.library import NAME as ARM
     from warmlink.orchestration.catalogue import components, controllers
+    from warmlink.orchestration.closed_loop.load import load_scenario, scenario_names
     from warmlink.orchestration.diagnosis.practice.effects import about_effects
     from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
     from warmlink.orchestration.scenarios import mismatch
-    from warmlink.orchestration.scenarios.load import load_scenario, scenario_names
     from warmlink.orchestration.studies import study
     from warmlink.orchestration.system.shipped import SHIPPED
 

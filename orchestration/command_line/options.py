@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def scenarios(incomplete: str) -> list[str]:
     """Scenarios of the cell and of the arm whose names begin with `incomplete`."""
-    from warmlink.orchestration.scenarios.load import scenario_names
+    from warmlink.orchestration.closed_loop.load import scenario_names
 
     return _beginning(incomplete, scenario_names())
 

@@ -13,7 +13,7 @@ from warmlink.orchestration.command_line.options import Fmus, Json, Parameters, 
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.scenarios.closed_loop import ClosedLoop
+    from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 
 
 def run(
@@ -58,12 +58,12 @@ def run(
     Writes metrics.json, results.csv, results.parquet and report.html. If you press Ctrl-C, or an FMU fails,
     the run ends early and keeps what was computed up to there (exit code 1).
     """
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.closed_loop.outcome import run_scenario
+    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.pacing import interruption
-    from warmlink.orchestration.scenarios.closed_loop import run_scenario
-    from warmlink.orchestration.scenarios.load import load_scenario
-    from warmlink.orchestration.scenarios.run import changed
 
     sets = options.sets_given(parameters, set_)
     asked = changed(

@@ -33,10 +33,10 @@ def save(
 
     Example: `warmlink save my_cell.toml --parameters observer.ssv --out my_cell.ssp`
     """
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.closed_loop.outcome import judged
+    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.fmu_store import kind_named, store
-    from warmlink.orchestration.scenarios.closed_loop import judged
-    from warmlink.orchestration.scenarios.load import load_scenario
-    from warmlink.orchestration.scenarios.run import changed
     from warmlink.orchestration.system.write import write_ssp
 
     if out is not None and out.suffix != ".ssp":

@@ -33,9 +33,9 @@ def schema(
 def kinds() -> dict[str, type[Any]]:
     """The class that each kind of file is read into."""
     from warmlink.orchestration.arm.program import ProgramFile
+    from warmlink.orchestration.closed_loop.load import ScenarioFile
     from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
-    from warmlink.orchestration.scenarios.load import ScenarioFile
     from warmlink.orchestration.scenarios.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile
 

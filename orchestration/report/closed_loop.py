@@ -9,10 +9,10 @@ import numpy as np
 
 from warmlink.fmus.names import listed
 from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
+from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.report.figures import Band, Line, time_plot
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
-from warmlink.orchestration.scenarios.closed_loop import ClosedLoop
-from warmlink.orchestration.scenarios.metrics import ErrorMetrics
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import CELL
 

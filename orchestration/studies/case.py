@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.orchestration.closed_loop.metrics import Series, error_metrics
+from warmlink.orchestration.closed_loop.outcome import coupling_um, discretisation_um, remaining_error
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.closed_loop import coupling_um, discretisation_um, remaining_error
-from warmlink.orchestration.scenarios.metrics import Series, error_metrics
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
 from warmlink.orchestration.system.model import System, Value

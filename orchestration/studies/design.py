@@ -22,12 +22,12 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.names import instead, listed
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.run import changed
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Sensors
 from warmlink.orchestration.system.description import read_description

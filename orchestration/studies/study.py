@@ -42,11 +42,11 @@ from typing import Annotated, Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import Controller
+from warmlink.orchestration.closed_loop.load import driven, load_scenario
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
-from warmlink.orchestration.scenarios.load import driven, load_scenario
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import TABLE, read_table

@@ -16,10 +16,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import api as wl
 from warmlink.orchestration.arm.library import NAME as ARM
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.duties.duty import Segment
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.write import write_ssp
 
 README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")

@@ -9,10 +9,10 @@ import pytest
 
 from tests.referees import Variables, ecos, libcosim
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL

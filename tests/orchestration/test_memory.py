@@ -10,8 +10,8 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 

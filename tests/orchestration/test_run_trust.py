@@ -17,7 +17,7 @@ import pytest
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.scenarios.belief import has_design
+from warmlink.orchestration.closed_loop.belief import has_design
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
 
 MY_LAW = Path(__file__).parent / "studies" / "my_law.py"
@@ -71,7 +71,7 @@ def test_the_default_run_loads_no_designer() -> None:
     script = (
         "import sys\n"
         "from warmlink.orchestration.catalogue import controller\n"
-        "from warmlink.orchestration.scenarios.belief import advice, is_ideal\n"
+        "from warmlink.orchestration.closed_loop.belief import advice, is_ideal\n"
         "from warmlink.orchestration.scenarios.setup import CELL\n"
         "for law in ('lag', 'observer'):\n"
         "    parts = CELL.declared(controller(law))\n"

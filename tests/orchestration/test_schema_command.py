@@ -13,8 +13,9 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.library import PROGRAMS
+from warmlink.orchestration.closed_loop import load
 from warmlink.orchestration.command_line.schema import kinds, schema
-from warmlink.orchestration.scenarios import load, mismatch
+from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.studies import study

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.data.values import to_si
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_value
 from warmlink.orchestration.scenarios.setup import CELL
 

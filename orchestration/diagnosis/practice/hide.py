@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.clock import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
@@ -21,7 +22,6 @@ from warmlink.orchestration.scenarios.duties.duty import (
     demands_at,
     length,
 )
-from warmlink.orchestration.scenarios.load import load_scenario
 
 Vector = NDArray[np.float64]
 

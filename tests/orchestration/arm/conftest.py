@@ -9,8 +9,8 @@ import pytest
 
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
 from warmlink.orchestration.arm.program import Program
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore, store
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.model import System, Value
 

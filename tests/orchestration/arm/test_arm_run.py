@@ -18,12 +18,12 @@ from warmlink.orchestration.arm.errors import ArmErrors, sensitivities, workspac
 from warmlink.orchestration.arm.library import program_names
 from warmlink.orchestration.arm.setup import DESIGNED
 from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
+from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios import mismatch
-from warmlink.orchestration.scenarios.closed_loop import ClosedLoop, run_scenario
-from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
 from warmlink.orchestration.studies.compare import run_comparison, write_csv

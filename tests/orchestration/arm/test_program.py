@@ -15,7 +15,7 @@ from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.arm.library import program_names
 from warmlink.orchestration.arm.program import Program, ProgramFile
-from warmlink.orchestration.scenarios.load import of_tables
+from warmlink.orchestration.closed_loop.load import of_tables
 from warmlink.orchestration.scenarios.written import read_table
 
 from .conftest import load_program

@@ -14,6 +14,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, about_effects, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
 
+FOLDER = "warmlink.orchestration.report.diagnosis_folder"
 DUTY = (
     "time [s],speed [rad/s],torque [N.m],pad_temperature [degC]\n0,3,2,\n613,0,0,40\n1801,1,4,\n3600,1,4,\n"
 )
@@ -137,8 +138,8 @@ def test_a_folder_that_is_not_there_is_a_sentence() -> None:
     "where",
     [
         "warmlink.orchestration.files.tempfile.mkdtemp",
-        "warmlink.orchestration.report.diagnosis.write_ssv_of",
-        "warmlink.orchestration.report.diagnosis.write_ssp_of",
+        f"{FOLDER}.write_ssv_of",
+        f"{FOLDER}.write_ssp_of",
         "pathlib.Path.write_text",
         "pathlib.Path.replace",
     ],
@@ -148,7 +149,7 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
 ) -> None:
     write_csv(hide({}, STILL, seed=0), Path("run.csv"))
     monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
-    monkeypatch.setattr("warmlink.orchestration.report.diagnosis.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr(f"{FOLDER}.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr(where, full)
     code, out, err = ended(["diagnose", "run.csv", "--out", "found"], monkeypatch, capsys)
     assert code == 2

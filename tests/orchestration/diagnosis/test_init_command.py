@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.init import KINDS, NEXT, TEMPLATES
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.own_law import load_own_law
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.study import load_study
 
 

@@ -18,7 +18,9 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
-from warmlink.orchestration.report.diagnosis import write_diagnosis
+from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
+
+FOLDER = "warmlink.orchestration.report.diagnosis_folder"
 
 Columns = dict[str, np.ndarray]
 INPUTS = ("speed", "torque", "pad_temperature", "ambient_temperature")
@@ -129,7 +131,7 @@ def test_remarks_stand_in_json_on_the_page_and_on_the_terminal(
 ) -> None:
     path = written(tmp_path, without(whole, "ambient_temperature"))
     monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
-    monkeypatch.setattr("warmlink.orchestration.report.diagnosis.write_ssp_of", lambda *arguments: None)
+    monkeypatch.setattr(f"{FOLDER}.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr("sys.argv", ["warmlink", "diagnose", str(path), "--out", str(tmp_path / "out")])
     with suppress(SystemExit):  # which typer raises with 0 when all is well
         main()

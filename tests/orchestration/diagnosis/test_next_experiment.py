@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer import next_experiment as next_experiment_module
 from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
@@ -19,7 +20,6 @@ from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
 from warmlink.orchestration.report.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
-from warmlink.orchestration.scenarios.load import load_scenario
 
 
 def test_a_proposal_tells_its_cycle_and_how_often() -> None:

@@ -23,7 +23,7 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
     write_csv,
 )
-from warmlink.orchestration.report.diagnosis import write_diagnosis
+from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 TWINS = {"expansion_coefficient", "elongation_scale"}

@@ -10,6 +10,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import controller, entries
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
@@ -20,7 +21,6 @@ from warmlink.orchestration.master.compiled.loop import Stepping, prepare
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 

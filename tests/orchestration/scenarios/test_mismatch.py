@@ -5,8 +5,8 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch as mismatches
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
 
 IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("none"))

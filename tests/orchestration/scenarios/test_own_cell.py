@@ -13,8 +13,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
+from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.command_line.build import _whole
-from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.settings import materials
 from warmlink.orchestration.studies.plan import plan_on

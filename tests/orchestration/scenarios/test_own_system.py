@@ -11,8 +11,8 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
+from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.load import load_scenario, read_scenario
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp

@@ -10,11 +10,11 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.outcome import run_scenario
 from warmlink.orchestration.command_line.studies.compare_table import table
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch as mismatches
-from warmlink.orchestration.scenarios.closed_loop import run_scenario
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet
 from warmlink.orchestration.studies.case import Case, Outcome, failed

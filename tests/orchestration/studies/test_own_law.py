@@ -8,9 +8,9 @@ from warmlink.controllers.own import Law, component_of
 from warmlink.fmus.component import State
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.own_law import load_own_law
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
 from warmlink.orchestration.studies.fmu_set import FmuSet
 

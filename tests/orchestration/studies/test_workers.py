@@ -10,7 +10,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.cores.workers import Workers

@@ -10,10 +10,10 @@ import pytest
 from benchmarks.fuzz.mutate import changed, entry_at, ways_into
 from benchmarks.fuzz.targets import SPECIMENS
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.closed_loop.load import load_scenario, of_tables, read_scenario
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import MOST_SEGMENTS
-from warmlink.orchestration.scenarios.load import load_scenario, of_tables, read_scenario
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.studies.study import load_study, read_study
 from warmlink.orchestration.text_files import read_toml

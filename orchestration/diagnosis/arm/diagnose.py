@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.orchestration.arm.blueprint import axis_name
@@ -14,8 +13,6 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import Progress, diagnose_experiment
-from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.report.diagnosis import JSON, SSV, write_diagnosis, write_json
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -26,6 +23,11 @@ class ArmDiagnosis:
     """A diagnosis for each axis, by its number."""
 
     axes: Mapping[int, Diagnosis]
+
+    @property
+    def by_name(self) -> dict[str, Diagnosis]:
+        """The same by the axes' names, `axis1` and so on."""
+        return {axis_name(number): each for number, each in self.axes.items()}
 
     @property
     def at_fault(self) -> tuple[int, ...]:
@@ -42,19 +44,12 @@ class ArmDiagnosis:
             lines += ["", summary(self.axes[number])]
         return "\n".join(lines)
 
-    def to_json(self) -> dict[str, Any]:
-        """Contents of `diagnosis.json`: which axes are at fault, and each axis's own."""
+    def to_json(self, ssv: str) -> dict[str, Any]:
+        """Contents of `diagnosis.json`: the axes at fault, and each axis's own with its file `ssv`."""
         return {
             "at_fault": [axis_name(number) for number in self.at_fault],
-            "axes": {axis_name(number): json_content(each, SSV) for number, each in self.axes.items()},
+            "axes": {name: json_content(each, ssv) for name, each in self.by_name.items()},
         }
-
-    def write(self, folder: Path) -> None:
-        """Write `diagnosis.json`, and for each axis a folder with its own, its report and extended model."""
-        for number, each in self.axes.items():
-            write_diagnosis(each, folder / axis_name(number))
-        with fresh_folder(folder) as work:
-            write_json(self.to_json(), work / JSON)
 
 
 def diagnose_arm(

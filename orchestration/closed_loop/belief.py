@@ -10,7 +10,7 @@ from pathlib import Path
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.component import Component
 from warmlink.fmus.names import listed
-from warmlink.orchestration.scenarios.load import load_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_value, start_values
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR

@@ -17,7 +17,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
-from warmlink.orchestration.arm.smoothing import over_steps, smoothed
+from warmlink.orchestration.diagnosis.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, rig

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warmlink.orchestration.scenarios.metrics import error_metrics, reduction_percent
+from warmlink.orchestration.closed_loop.metrics import error_metrics, reduction_percent
 
 TOLERANCE = 5e-6
 

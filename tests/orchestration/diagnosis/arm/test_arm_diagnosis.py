@@ -10,15 +10,16 @@ import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.diagnose import diagnose_arm
-from warmlink.orchestration.arm.hide import hide_in_arm, possible_effects
-from warmlink.orchestration.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.arm.setup import arm
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.command_line.diagnose import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
+from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm, possible_effects
+from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.report.diagnosis_folder import SSV, write_diagnoses
 
 pytestmark = pytest.mark.xdist_group("arm_diagnosis")
 
@@ -48,7 +49,7 @@ def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Pat
     said = json_content(found.axes[ELBOW])["causes"][0]["parameters"]["motor.joint_resistance"]
     assert said["low95"] <= RESISTANCE <= said["high95"]
     for _ in range(2):  # a second time over the first
-        found.write(tmp_path / "out")
+        write_diagnoses(found.by_name, found.to_json(SSV), tmp_path / "out")
     assert json.loads((tmp_path / "out/diagnosis.json").read_text())["at_fault"] == ["axis3"]
     assert (tmp_path / "out/axis3/report.html").is_file()
     assert "axis3  elbow       named       joint_resistance" in found.summary()

@@ -13,7 +13,14 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import axis_name
-from warmlink.orchestration.arm.measured import AMBIENT, DEMANDS, ELONGATIONS, TEMPERATURES, header_of
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.diagnosis.arm.measured import (
+    AMBIENT,
+    DEMANDS,
+    ELONGATIONS,
+    TEMPERATURES,
+    header_of,
+)
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
@@ -23,7 +30,6 @@ from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.load import load_scenario
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.orchestration.closed_loop.belief import advice, is_ideal
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
@@ -19,8 +21,6 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.own_law import OwnLaw
-from warmlink.orchestration.scenarios.belief import advice, is_ideal
-from warmlink.orchestration.scenarios.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
 
