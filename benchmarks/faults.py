@@ -126,7 +126,7 @@ def truth_of(duty: str, plant: int) -> Told:
     cycle = next(each for each in library() if each.name == duty)
     length = cycle.stop_time if "overnight" in duty else min(cycle.stop_time, LONGEST)
     off = mismatched(plant)
-    values = {"motor": dict(off.motor), "link": dict(off.link)}
+    values = {name: off.given_of(name) for name in ("motor", "link")}
     return truth(_cell(), cycle.table(1.0, length), values, 0.1, plant + 1)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.rollout import DEMANDS, Cell, Record
-from warmlink.controllers.design.plant import Plant
+from warmlink.controllers.design.plant import Plant, cell_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus import faults
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -52,7 +52,7 @@ def mismatched(seed: int, share: float = 0.2, expansion_share: float = 0.03) -> 
     Even seeds push every parameter to one end or the other, odd ones draw evenly in between; 0 is nominal.
     """
     if seed == 0:
-        return Plant()
+        return cell_plant()
     draw = np.random.default_rng(seed)
 
     def factor(extent: float) -> float:
@@ -67,7 +67,7 @@ def mismatched(seed: int, share: float = 0.2, expansion_share: float = 0.03) -> 
         if instance == "link":
             name = "expansion_coefficient"
             values[instance][name] = starts[name] * factor(expansion_share)
-    return Plant(values["motor"], values["link"])
+    return cell_plant(values["motor"], values["link"])
 
 
 def instruments(seed: int, noise: float = 0.1) -> Values:

@@ -141,7 +141,7 @@ def _plant(kind: str, seed: int) -> dict[str, dict[str, float]]:
     if kind != "mismatch":
         return {}
     plant = mismatched(seed)
-    return {"motor": dict(plant.motor), "link": dict(plant.link)}
+    return {name: plant.given_of(name) for name in ("motor", "link")}
 
 
 def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:

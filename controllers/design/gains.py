@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Network, Plant, parameter_vector, plant_model
+from warmlink.controllers.design.plant import (
+    INPUTS,
+    OUTPUTS,
+    Plant,
+    cell_plant,
+    parameter_vector,
+    plant_model,
+)
 from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
@@ -69,7 +76,7 @@ def design_controller(
     sensors: Sequence[str] = ("base_temperature", "tip_temperature"),
     sensor_std: float | Mapping[str, float] = 0.1,
     sample_time: float = 1.0,
-    plant: Plant | Network | None = None,
+    plant: Plant | None = None,
     unknown: Unknown | None = None,
     camera_std: float | None = None,
 ) -> Design:
@@ -82,7 +89,7 @@ def design_controller(
         may be left off
     sensor_std : standard deviation in K of a reading, one for all or one by sensor
     sample_time : time in s between two corrections
-    plant : parameters of motor and link that differ from nominal
+    plant : motors and links; those of the nominal warm-up cell by default
     unknown : what is unknown, by default what suits a cell with a heating pad
     camera_std : standard deviation in m of a camera reading, for `observer_drift`; by default that of the
         DriftCamera component
@@ -97,7 +104,7 @@ def design_controller(
         raise InputError(f"law: {law!r} has no design; design 'observer' or 'observer_drift'")
     stds = sensor_stds(sensors, sensor_std)
     unknown = unknown or Unknown()
-    plant = plant or Plant()
+    plant = plant or cell_plant()
     reduced = reduce_plant(plant_model(plant), MODES)
     values: dict[str, float | list[float]] = {
         "sample_time": sample_time,
@@ -126,7 +133,7 @@ def design_controller(
     return Design(values, reduced)
 
 
-def plant_parameters(reduced: ReducedPlant, plant: Plant | Network) -> dict[str, float | list[float]]:
+def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:
     """The law's parameters that describe the plant, by name."""
     motor = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
     column = {name: i for i, name in enumerate(INPUTS)}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ from warmlink.fmus.component import Component, limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER
-from warmlink.fmus.plant import plant
+from warmlink.fmus.plant import plant as motor_and_link
 
 if TYPE_CHECKING:
     import control
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _Items = tuple[tuple[str, float], ...]
+
+NOMINAL: Mapping[str, float] = MappingProxyType({})
+"""Nothing that differs from nominal."""
 
 INPUTS = ("winding_heat", "shaft_heat", "link_heat", "ambient_temperature")
 """Heat in W into winding, shaft and (spread over its surface) link, and the ambient temperature in K."""
@@ -47,8 +51,8 @@ _READ = (
 """Where the plant of the warm-up cell gives the temperatures."""
 
 
-@dataclass(frozen=True)
-class Network:
+@dataclass(frozen=True, eq=False)
+class Plant:
     """Motors and links to design for, and what a law sees of them.
 
     Attributes
@@ -82,10 +86,7 @@ class Network:
         InputError
             The motors differ from each other in how they lose power, of which a law knows one motor.
         """
-        each = [
-            {name.rpartition(".")[2]: v for name, v in self.given.items() if name.startswith(f"{motor}.")}
-            for motor in self.motors
-        ]
+        each = [self.given_of(motor) for motor in self.motors]
         for name in LOSSES:
             if len({values.get(name) for values in each}) > 1:
                 raise InputError(
@@ -94,21 +95,22 @@ class Network:
                 )
         return each[0]
 
+    def given_of(self, instance: str) -> dict[str, float]:
+        """Parameters of one instance that differ from nominal."""
+        split = ((name.rpartition("."), value) for name, value in self.given.items())
+        return {name: value for (owner, _, name), value in split if owner == instance}
 
-@dataclass(frozen=True)
-class Plant:
-    """Parameters of motor and link of a warm-up cell that differ from nominal, by name, in SI units."""
 
-    motor: Mapping[str, float] = field(default_factory=dict)
-    link: Mapping[str, float] = field(default_factory=dict)
+def cell_plant(motor: Mapping[str, float] = NOMINAL, link: Mapping[str, float] = NOMINAL) -> Plant:
+    """Motor and link of a warm-up cell, from what differs from nominal, by parameter in SI units."""
+    return _cell(*(tuple(sorted(values.items())) for values in (motor, link)))
 
-    @property
-    def network(self) -> Network:
-        """One motor and its link."""
-        given = {f"motor.{name}": value for name, value in self.motor.items()}
-        given |= {f"link.{name}": value for name, value in self.link.items()}
-        read = dict(zip(OUTPUTS, _READ, strict=False))
-        return Network(plant(), given, ("motor",), ("link",), read, {"link.elongation": 1.0})
+
+@lru_cache(maxsize=64)
+def _cell(motor: _Items, link: _Items) -> Plant:
+    given = {f"motor.{name}": value for name, value in motor} | {f"link.{name}": v for name, v in link}
+    read = dict(zip(OUTPUTS, _READ, strict=False))
+    return Plant(motor_and_link(), given, ("motor",), ("link",), read, {"link.elongation": 1.0})
 
 
 @dataclass(frozen=True)
@@ -162,43 +164,31 @@ class LinearPlant:
         return float(self.heat_capacity[link] @ into[link, INPUTS.index("ambient_temperature")])
 
 
-def plant_model(given: Plant | Network | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
-    """Linear state space of motor and link, joined as in the warm-up cell.
+@lru_cache(maxsize=64)
+def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
+    """Linear state space of motors and links; kept, as it takes a tenth of a second.
 
     Parameters
     ----------
-    given : parameters of a warm-up cell that differ from nominal, or another arrangement
+    given : motors and links; those of the nominal warm-up cell by default
     temperature : temperature in K, of everything, about which to linearise
 
     Returns
     -------
     LinearPlant
-        With 2 + (cells) states.
+        With 2 + (cells) states for each motor with its link.
 
     Raises
     ------
     InputError
         A parameter is unknown or out of range.
     """
-    if isinstance(given, Network):
-        return network_model(given, temperature)
-    given = given or Plant()
-    return _model(tuple(sorted(given.motor.items())), tuple(sorted(given.link.items())), temperature)
-
-
-@lru_cache(maxsize=64)
-def _model(motor: _Items, link: _Items, temperature: float) -> LinearPlant:
-    """The model, which takes a tenth of a second, kept for whoever asks for the same plant again."""
-    return network_model(Plant(dict(motor), dict(link)).network, temperature)
-
-
-def network_model(network: Network, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
-    """Linear state space of motors and links in any arrangement; raises as `plant_model`."""
-    joined = network.component
-    still, moving = (_at_rest(network, temperature, speed) for speed in (0.0, 1.0))
+    plant = given or cell_plant()
+    joined = plant.component
+    still, moving = (_at_rest(plant, temperature, speed) for speed in (0.0, 1.0))
     states = [name for name in joined.continuous.names if "temperature" in name]
     kept = [joined.continuous.index[name] for name in states]
-    heat_capacity = _heat_capacity(network, still)
+    heat_capacity = _heat_capacity(plant, still)
 
     def heat(variable: str, instances: tuple[str, ...], at: Point) -> Array:
         """Rates per watt of what a variable heats; the heat capacities tell how many watts it is."""
@@ -209,17 +199,17 @@ def network_model(network: Network, temperature: float = ROOM_TEMPERATURE) -> Li
         return rates_by(joined, at, states)[kept]
 
     def ambient(at: Point) -> Array:
-        return rates_by(joined, at, network.surroundings)[kept].sum(axis=1)
+        return rates_by(joined, at, plant.surroundings)[kept].sum(axis=1)
 
     # A current heats the windings alone, a pad's power the shafts, absorbed radiation the links' surfaces.
     loaded = replace(still, u=still.u.copy())
-    for each in network.motors:
+    for each in plant.motors:
         loaded.u[joined.u.index[f"{each}.current"]] = 1.0
-    count = len(network.motors)
+    count = len(plant.motors)
     heats = [
-        count * heat("current", network.motors, loaded),
-        count * heat("pad_power", network.motors, still),
-        heat("absorbed_flux", network.links, still),
+        count * heat("current", plant.motors, loaded),
+        count * heat("pad_power", plant.motors, still),
+        heat("absorbed_flux", plant.links, still),
     ]
     A, into = state_matrix(still), ambient(still)
     none = np.zeros_like(into)
@@ -228,25 +218,25 @@ def network_model(network: Network, temperature: float = ROOM_TEMPERATURE) -> Li
         A_speed=state_matrix(moving) - A,
         B=np.column_stack([*heats, into]),
         B_speed=np.column_stack([none, none, none, ambient(moving) - into]),
-        C=_outputs(network, outputs_by(joined, still, states)),
+        C=_outputs(plant, outputs_by(joined, still, states)),
         heat_capacity=heat_capacity,
         temperature=temperature,
-        link_states=tuple(i for i, name in enumerate(states) if name.rpartition(".")[0] in network.links),
+        link_states=tuple(i for i, name in enumerate(states) if name.rpartition(".")[0] in plant.links),
     )
 
 
-def _outputs(network: Network, slopes: Array) -> Array:
+def _outputs(plant: Plant, slopes: Array) -> Array:
     """Rows of `OUTPUTS`: the temperatures that are read, 0 for those that are not, and the growth."""
-    index = network.component.y.index
+    index = plant.component.y.index
     none = np.zeros(slopes.shape[1])
-    read = [slopes[index[network.read[name]]] if name in network.read else none for name in OUTPUTS[:-1]]
-    growth = sum((weight * slopes[index[name]] for name, weight in network.growth.items()), none)
+    read = [slopes[index[plant.read[name]]] if name in plant.read else none for name in OUTPUTS[:-1]]
+    growth = sum((weight * slopes[index[name]] for name, weight in plant.growth.items()), none)
     return np.array([*read, growth])
 
 
-def _heat_capacity(network: Network, at: Point) -> Array:
+def _heat_capacity(plant: Plant, at: Point) -> Array:
     """Heat capacity in J/K of each temperature, in the order of the states."""
-    joined = network.component
+    joined = plant.component
     assert joined.joint is not None
     d = joined.d.index
     settled = np.asarray(joined.settled(at.p), dtype=float)
@@ -259,18 +249,18 @@ def _heat_capacity(network: Network, at: Point) -> Array:
     return np.array(found)
 
 
-def _at_rest(network: Network, temperature: float, speed: float) -> Point:
+def _at_rest(plant: Plant, temperature: float, speed: float) -> Point:
     """Everything at one temperature in K, nothing heated."""
-    joined = network.component
+    joined = plant.component
     parts = ("initial_winding_temperature", "initial_shaft_temperature")
-    starts = {f"{each}.{part}": temperature for each in network.motors for part in parts}
-    starts |= {f"{each}.initial_temperature": temperature for each in network.links}
-    inputs = dict.fromkeys(network.surroundings, temperature)
+    starts = {f"{each}.{part}": temperature for each in plant.motors for part in parts}
+    starts |= {f"{each}.initial_temperature": temperature for each in plant.links}
+    inputs = dict.fromkeys(plant.surroundings, temperature)
     neighbours = [n for n in joined.u.names if n.endswith(".neighbour_temperature")]
     inputs |= dict.fromkeys(neighbours, temperature)
-    inputs |= {f"{each}.speed": speed for each in (*network.motors, *network.links)}
-    inputs |= {f"{each}.pad_mode": PAD_POWER for each in network.motors}
-    return start(joined, {**starts, **network.given, **inputs})
+    inputs |= {f"{each}.speed": speed for each in (*plant.motors, *plant.links)}
+    inputs |= {f"{each}.pad_mode": PAD_POWER for each in plant.motors}
+    return start(joined, {**starts, **plant.given, **inputs})
 
 
 def parameter_vector(component: Component, values: Mapping[str, float], instance: str) -> Array:

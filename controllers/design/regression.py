@@ -14,8 +14,8 @@ from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.plant import (
     INPUTS,
     LinearPlant,
-    Network,
     Plant,
+    cell_plant,
     parameter_vector,
     plant_model,
 )
@@ -85,12 +85,12 @@ def fit_regression(
     }
 
 
-def training_run(plant: Plant | Network | None = None, step: float = 10.0) -> TrainingRun:
+def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     """Warm-up at 100 % duty for two hours and cooling at rest for one, from cold.
 
     The linear plant, exact for inputs held over a step in s; the losses are the motor's own.
     """
-    plant = plant or Plant()
+    plant = plant or cell_plant()
     model = plant_model(plant)
     p = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
     state = np.zeros(model.heat_capacity.size)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.controllers.design.gains import Design, design_controller
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, plant_model
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.lag.component import COMPONENT as LAW
 from warmlink.controllers.lag.fit import first_order
 from warmlink.controllers.start_values import by_scalar
@@ -36,7 +36,7 @@ _FIT_TIME, _FIT_POINTS, _FIT_HEAT, _FIT_SPEED = 7200.0, 721, 20.0, 0.7
 def plant(number: int) -> Plant:
     """Nominal motor and link of an axis by itself, without the conductance to the link before it."""
     motor = {name: value for name, value in axis(number).motor.items() if name != "neighbour_conductance"}
-    return Plant(motor, dict(axis(number).link))
+    return cell_plant(motor, axis(number).link)
 
 
 def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None:

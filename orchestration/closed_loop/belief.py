@@ -108,7 +108,7 @@ def _is_nominal(controller: str, components: Mapping[str, Component], parameters
 
 
 def _facts(controller: str, components: Mapping[str, Component], parameters: Written) -> dict[str, float]:
-    from warmlink.controllers.design.plant import Plant
+    from warmlink.controllers.design.plant import cell_plant
     from warmlink.controllers.design.shipped import PLANT_FACTS
 
     values = _values(parameters, components)
@@ -116,7 +116,7 @@ def _facts(controller: str, components: Mapping[str, Component], parameters: Wri
         {name: float(v) for name, v in values.get(part, {}).items() if name in components[part].p.index}
         for part in PLANT
     )
-    return by_scalar(PLANT_FACTS[controller](Plant(motor, link)))
+    return by_scalar(PLANT_FACTS[controller](cell_plant(motor, link)))
 
 
 def _values(parameters: Written, components: Mapping[str, Component]) -> dict[str, dict[str, Value]]:

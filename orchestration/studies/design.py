@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from warmlink.controllers.design.gains import design_controller
-from warmlink.controllers.design.plant import Network, Plant
+from warmlink.controllers.design.plant import Plant, cell_plant
 from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
@@ -63,13 +63,13 @@ class Designed(Answer):
     law: str
     sensors: tuple[str, ...]
     values: Values
-    plant: Plant | Network
+    plant: Plant
     reduced: ReducedPlant | None = None
 
     @property
     def given(self) -> dict[str, float]:
         """Parameters of the system's motors and links that differ from nominal, in SI units."""
-        return dict(self.plant.given if isinstance(self.plant, Network) else self.plant.network.given)
+        return dict(self.plant.given)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -153,13 +153,13 @@ def design(
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
 
 
-def _plant(system: str, law: str, given: Mapping[str, str | float]) -> tuple[Plant | Network, Sensors]:
+def _plant(system: str, law: str, given: Mapping[str, str | float]) -> tuple[Plant, Sensors]:
     """What to design for, other parameters given, and what is known of its sensors."""
     if system.endswith(".toml"):
         scenario = changed(load_scenario(system), controller=law, parameters=given)
-        return network_of(scenario), scenario.in_use
+        return plant_in(scenario), scenario.in_use
     if system == WARMUP_CELL.name:
-        return with_values(Plant(), given), AS_THEY_ARE
+        return with_values(cell_plant(), given), AS_THEY_ARE
     if system in SHIPPED:
         raise InputError(
             f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
@@ -173,10 +173,10 @@ def _plant(system: str, law: str, given: Mapping[str, str | float]) -> tuple[Pla
 
 def plant_of(system: System) -> Plant:
     """What differs from nominal in a system's one motor and one link, in SI units; InputError otherwise."""
-    return Plant(motor=_differing(system, MOTOR), link=_differing(system, LINK))
+    return cell_plant(_differing(system, MOTOR), _differing(system, LINK))
 
 
-def network_of(scenario: Scenario) -> Network:
+def plant_in(scenario: Scenario) -> Plant:
     """Motors and links of a scenario's system, and what its controller sees of them.
 
     InputError where it has none of ours, others act among them, or the score is no weighted sum of what they
@@ -202,7 +202,7 @@ def network_of(scenario: Scenario) -> Network:
     read = {name: _read_at(f"{controller}.{name}", wires, set(plant)) for name in SENSED}
     found = {name: variable for name, variable in read.items() if variable is not None}
     growth = setup.roles.score.without(setup.corrections).weights()
-    return Network(joined, given, tuple(motors), tuple(links), found, growth)
+    return Plant(joined, given, tuple(motors), tuple(links), found, growth)
 
 
 def _read_at(name: str, wires: Mapping[str, str], plant: set[str]) -> str | None:
@@ -222,10 +222,8 @@ def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
     for name in given:
         if not isinstance(scalar(name, components, "--set").variable, Declared):
             raise InputError(f"--set {name}: is an input, which a design does not depend on; leave it out")
-    named = {f"motor.{name}": value for name, value in plant.motor.items()}
-    named |= {f"link.{name}": value for name, value in plant.link.items()}
-    values = start_values({**named, **given}, components, "--set")
-    return Plant(*(_off_nominal(each, values.get(name, {})) for name, each in components.items()))
+    values = start_values({**plant.given, **given}, components, "--set")
+    return cell_plant(*(_off_nominal(each, values.get(name, {})) for name, each in components.items()))
 
 
 def _off_nominal(component: Component, values: Mapping[str, Value]) -> dict[str, float]:

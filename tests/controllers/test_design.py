@@ -7,7 +7,7 @@ import pytest
 from scipy import linalg
 
 from warmlink.controllers.design.gains import Unknown, design_controller, uniform_profile
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant, Plant, plant_model
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant, cell_plant, plant_model
 from warmlink.controllers.design.reduction import balanced, reduce_plant
 from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
 from warmlink.controllers.design.shipped import as_module, shipped_values
@@ -210,9 +210,9 @@ def test_bad_designs_are_refused_in_a_sentence() -> None:
     with pytest.raises(InputError, match="sensor_std: -1 K for base_temperature is not positive"):
         design_controller(sensors=("base",), sensor_std=-1.0)
     with pytest.raises(InputError, match=r"link\.width: -0\.02 m is not positive"):
-        design_controller(plant=Plant(link={"width": -0.02}))
+        design_controller(plant=cell_plant(link={"width": -0.02}))
     with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such variable"):
-        plant_model(Plant(link={"colour": 1.0}))
+        plant_model(cell_plant(link={"colour": 1.0}))
     with pytest.raises(InputError, match="order: 0 is not possible; the plant has 42 states"):
         reduce_plant(plant_model(), 0)
 

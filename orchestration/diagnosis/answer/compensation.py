@@ -126,7 +126,7 @@ def _wild(values: Vector) -> float:
 def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
     """Parameters of the observer for a cell with other parameters than the nominal."""
     from warmlink.controllers.design.gains import design_controller
-    from warmlink.controllers.design.plant import Plant
+    from warmlink.controllers.design.plant import cell_plant
 
     def of(instance: str) -> dict[str, float]:
         names = problem.experiment.rig.parameters
@@ -138,7 +138,7 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
         LAW,
         [name for name in GOES_BY if name in measured],
         sample_time=max(spacing, _STEP),
-        plant=Plant(of("motor."), of("link.")),
+        plant=cell_plant(of("motor."), of("link.")),
     ).parameters
 
 
