@@ -16,6 +16,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.verdict import ready
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, finite, maximum, total, where
 
@@ -95,6 +97,16 @@ DOUBT = (
     ),
 )
 
+SENSOR_STD = Parameter(
+    "sensor_std",
+    "K",
+    0,
+    "noise (1 sigma) of each sensor: shaft, winding, base, middle, tip; 0: sensor not used",
+    size=len(SENSED),
+    minimum=0,
+    nominal=0.1,
+)
+
 RETURN_GATE = 3.0
 """Standard deviations within which innovations must stay before a signal is used again."""
 
@@ -112,13 +124,27 @@ def warning(correction: Number, wanted: Number, p: Record) -> Number:
     return where(held_back, 1.0, where(absolute(correction) >= p.warning_limit, 1.0, 0.0))
 
 
-def with_held_back(std: Number, x: Record) -> Number:
-    """Standard deviation in m of the correction's error, from that of the error of `elongation`.
+def reported(x: Record, std: Number, p: Record, distrusted: Number = 0.0) -> dict[str, Number]:
+    """Outputs of a law with the states `elongation` and `correction`, by name.
 
-    Where a limit holds the correction back, the difference of the states `elongation` and `correction` is a
-    known error and counts in full.
+    Where a limit holds the correction back, the difference of the two states is a known error and counts in
+    full.
+
+    Parameters
+    ----------
+    x, p : states and parameters
+    std : standard deviation in m of the error of `elongation`
+    distrusted : 1 where a signal is left out as not credible, else 0
     """
-    return (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
+    correction_std = (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
+    return {
+        "correction": x.correction,
+        "predicted_elongation": x.elongation,
+        "correction_std": correction_std,
+        "ready": ready(correction_std, p.tolerance),
+        "distrusted": distrusted,
+        "warning": warning(x.correction, x.elongation, p),
+    }
 
 
 class Trust(NamedTuple):

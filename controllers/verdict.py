@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from warmlink.fmus.component import Parameter, Record
 from warmlink.fmus.component.arithmetic import Number, where
 
 SIGMAS = 2.0
@@ -13,13 +14,24 @@ def ready(correction_std: Number, tolerance: Number) -> Number:
     return where(SIGMAS * correction_std <= tolerance, 1.0, 0.0)
 
 
-def error_std(predicted: Number, relative: Number, floor: Number) -> Number:
-    """Standard deviation in m of a prediction's error, which has a relative and a constant part.
+def error_parameters(least: float) -> tuple[Parameter, ...]:
+    """Parameters of `error_std` for a law, `least` being the shipped error in m at no elongation."""
+    return (
+        Parameter(
+            "relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1
+        ),
+        Parameter(
+            "least_error",
+            "m",
+            least,
+            "standard deviation of the error when the elongation is 0",
+            display="um",
+            minimum=0,
+            nominal=1e-6,
+        ),
+    )
 
-    Parameters
-    ----------
-    predicted : predicted elongation in m
-    relative : standard deviation of the relative error
-    floor : standard deviation in m of the error when the elongation is 0
-    """
-    return ((relative * predicted) ** 2 + floor**2) ** 0.5
+
+def error_std(predicted: Number, p: Record) -> Number:
+    """Standard deviation in m of the error of a prediction in m, which has a relative and a constant part."""
+    return ((p.relative_error * predicted) ** 2 + p.least_error**2) ** 0.5

@@ -5,6 +5,7 @@ from __future__ import annotations
 from warmlink.controllers.analytic import law
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
+from warmlink.controllers.verdict import error_parameters
 from warmlink.fmus.component import Component, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
@@ -58,16 +59,7 @@ _PARAMETERS = (
     Parameter(
         "heating_rise", "K", 0.5, "rise at which the time of heating begins to count", minimum=0, nominal=0.5
     ),
-    Parameter("relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1),
-    Parameter(
-        "least_error",
-        "m",
-        1e-6,
-        "standard deviation of the error when the elongation is 0",
-        display="um",
-        minimum=0,
-        nominal=1e-6,
-    ),
+    *error_parameters(1e-6),
 )
 
 COMPONENT = Component(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
 from warmlink.controllers.lag import law
+from warmlink.controllers.verdict import error_parameters
 from warmlink.fmus.component import Component, Parameter, State
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
@@ -32,16 +33,7 @@ _PARAMETERS = (
     ),
     Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True, tunable=True),
     *_LOSSES,
-    Parameter("relative_error", "1", 0.2, "standard deviation of the relative error", minimum=0, nominal=0.1),
-    Parameter(
-        "least_error",
-        "m",
-        2e-6,
-        "standard deviation of the error when the elongation is 0",
-        display="um",
-        minimum=0,
-        nominal=1e-6,
-    ),
+    *error_parameters(2e-6),
 )
 
 COMPONENT = Component(

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.controllers.fail_safe import limited, warning, with_held_back
-from warmlink.controllers.verdict import error_std, ready
+from warmlink.controllers.fail_safe import limited, reported
+from warmlink.controllers.verdict import error_std
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, exp
 
@@ -22,15 +22,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    std = with_held_back(error_std(x.elongation, p.relative_error, p.least_error), x)
-    return {
-        "correction": x.correction,
-        "predicted_elongation": x.elongation,
-        "correction_std": std,
-        "ready": ready(std, p.tolerance),
-        "distrusted": 0.0,
-        "warning": warning(x.correction, x.elongation, p),
-    }
+    return reported(x, error_std(x.elongation, p), p)
 
 
 def loss(u: Record, p: Record) -> Number:

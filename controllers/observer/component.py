@@ -43,15 +43,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             nominal=NOMINAL_TEMPERATURE,
         ),
         Parameter("initial_std", "K", 0, "standard deviation of initial_temperature", minimum=0, nominal=0.1),
-        Parameter(
-            "sensor_std",
-            "K",
-            0,
-            "noise (1 sigma) of each sensor: shaft, winding, base, middle, tip; 0: sensor not used",
-            size=len(SENSED),
-            minimum=0,
-            nominal=0.1,
-        ),
+        fail_safe.SENSOR_STD,
         Parameter(
             "model_std",
             "m",

@@ -43,7 +43,6 @@ from warmlink.controllers.observer.model import (
 )
 from warmlink.controllers.observer.told import Told, believed, first_believed
 from warmlink.controllers.observer.told import named as told_named
-from warmlink.controllers.verdict import ready
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -301,13 +300,9 @@ def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number
     spread = believed_spread(filters.quiet, filters.alert, x.evidence, taught)
     variance = variance_along(spread, row)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
-    std = fail_safe.with_held_back(variance**0.5, x)
-    return {
+    told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
+    return told | {
         "retained": retained.kept(x, filters.quiet.mean),
-        "correction": x.correction,
-        "predicted_elongation": x.elongation,
-        "correction_std": std,
-        "ready": where(x.doubt > 0, 0.0, ready(std, p.tolerance)),
-        "distrusted": x.distrusted,
-        "warning": where(x.doubt > 1.5, 1.0, fail_safe.warning(x.correction, x.elongation, p)),
+        "ready": where(x.doubt > 0, 0.0, told["ready"]),
+        "warning": where(x.doubt > 1.5, 1.0, told["warning"]),
     }

@@ -17,15 +17,7 @@ _PARAMETERS = (
     *fail_safe.LIMITS,
     *fail_safe.DOUBT,
     temperature_parameter("reference_temperature", "temperature at which the elongation is 0"),
-    Parameter(
-        "sensor_std",
-        "K",
-        0,
-        "noise (1 sigma) of each sensor: shaft, winding, base, middle, tip; 0: sensor not used",
-        size=len(SENSED),
-        minimum=0,
-        nominal=0.1,
-    ),
+    fail_safe.SENSOR_STD,
     Parameter(
         "moments",
         "1",

@@ -17,7 +17,6 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, symmetric, upper
-from warmlink.controllers.verdict import ready
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, where
 
@@ -70,15 +69,9 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     """Correction and its uncertainty in m: what the run that taught it left, and the sensors' noise."""
     spread = symmetric(x.spread, STATES)
     variance = LENGTH**2 * maximum(spread[SENSORS, SENSORS], 0.0)
-    std = fail_safe.with_held_back((variance + p.residual_std**2) ** 0.5, x)
-    return {
-        "correction": x.correction,
-        "predicted_elongation": x.elongation,
-        "correction_std": std,
-        "ready": ready(std, p.tolerance) * (1.0 - maximum(x.distrusted, x.wild)),
-        "distrusted": maximum(x.distrusted, x.wild),
-        "warning": maximum(fail_safe.warning(x.correction, x.elongation, p), x.wild),
-    }
+    doubt = maximum(x.distrusted, x.wild)
+    told = fail_safe.reported(x, (variance + p.residual_std**2) ** 0.5, p, doubt)
+    return told | {"ready": told["ready"] * (1.0 - doubt), "warning": maximum(told["warning"], x.wild)}
 
 
 def sensed(u: Record) -> Number:
