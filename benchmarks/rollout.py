@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.plant import parameter_vector
 from warmlink.controllers.interface import SENSED
-from warmlink.fmus.component import Component
+from warmlink.fmus.component import Component, limits
 from warmlink.fmus.packaging.native.codegen import Symbols, micro_step
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
@@ -100,7 +99,7 @@ class Cell:
             A parameter is unknown or out of range.
         """
         given = {f"{part}.{name}": v for part, of in (parameters or {}).items() for name, v in of.items()}
-        p = np.asarray(self.joined.settled(parameter_vector(self.joined, given, "cell")), dtype=float)
+        p = np.asarray(self.joined.settled(limits.checked(self.joined, "cell", given)[0]), dtype=float)
         count = demands.shape[0] - 1
         rows = np.ascontiguousarray(demands, dtype=float)
         x, record = (np.array(part, dtype=float).ravel() for part in self._begin(rows[0], p))

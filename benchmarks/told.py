@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rollout import Array, Cell, compiled
-from warmlink.controllers.design.plant import parameter_vector
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.none.component import COMPONENT as NONE
-from warmlink.fmus.component import Component
+from warmlink.fmus.component import Component, limits
 
 DUTY = ("speed", "torque", "ambient_temperature")
 CAMERA = ("camera_scale", "camera_offset", "picture", "drift_valid")
@@ -163,7 +162,7 @@ class Rig:
     def _stretch(self, rows: Array, found: Array, first: int, last: int, given: Mapping[str, float]) -> None:
         if first >= last:
             return
-        p = np.asarray(self.law.settled(parameter_vector(self.law, given, "compensator")), dtype=float)
+        p = np.asarray(self.law.settled(limits.checked(self.law, "compensator", given)[0]), dtype=float)
         x, y = (np.array(part, dtype=float).ravel() for part in self._begin(rows[first], p))
         found[first] = y
         buffer, trigger = self._advance.buffer()

@@ -14,13 +14,13 @@ from warmlink.controllers.design.plant import (
     OUTPUTS,
     Plant,
     cell_plant,
-    parameter_vector,
     plant_model,
 )
 from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.model import LOSSES, MODES
+from warmlink.fmus.component import limits
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -135,7 +135,7 @@ def design_controller(
 
 def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:
     """The law's parameters that describe the plant, by name."""
-    motor = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
+    motor = MOTOR.p.read(limits.checked(MOTOR, "motor", plant.motor)[0])
     column = {name: i for i, name in enumerate(INPUTS)}
     sensors = reduced.C[[OUTPUTS.index(name) for name in SENSED]]
     return {
@@ -158,7 +158,7 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
 
 def camera_noise() -> float:
     """Standard deviation in m of a reading of the DriftCamera component as it is declared."""
-    camera = CAMERA.p.read(parameter_vector(CAMERA, {}, "camera"))
+    camera = CAMERA.p.read(limits.checked(CAMERA, "camera", {})[0])
     return float(camera.pixel_size * camera.centroid_noise)
 
 

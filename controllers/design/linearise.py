@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.component.integrator import COMPLEX_STEP
-from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
     import control
@@ -45,12 +44,7 @@ def start(component: Component, given: Mapping[str, float] | None = None) -> Poi
     InputError
         A name is unknown or a parameter out of range.
     """
-    for name in given or {}:
-        if name not in component.p.index and name not in component.u.index:
-            raise InputError(limits.unknown(component, "", name))
-    p, u = component.start_values(given)
-    for sentence in limits.problems(component, component.name, p.tolist()):
-        raise InputError(sentence.removeprefix(f"{component.name}."))
+    p, u = limits.checked(component, "", given or {})
     x = np.asarray(component.states_at_start(u, component.settled(p)), dtype=float)
     return Point(x, u, p)
 

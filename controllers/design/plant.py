@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.design.linearise import Point, outputs_by, rates_by, start
 from warmlink.controllers.observer.model import LOSSES
-from warmlink.fmus.component import Component, limits
+from warmlink.fmus.component import Component
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER
@@ -261,20 +261,3 @@ def _at_rest(plant: Plant, temperature: float, speed: float) -> Point:
     inputs |= {f"{each}.speed": speed for each in (*plant.motors, *plant.links)}
     inputs |= {f"{each}.pad_mode": PAD_POWER for each in plant.motors}
     return start(joined, {**starts, **plant.given, **inputs})
-
-
-def parameter_vector(component: Component, values: Mapping[str, float], instance: str) -> Array:
-    """Flat parameters of a component, nominal but for the named values.
-
-    Raises
-    ------
-    InputError
-        A name is unknown or a value out of range.
-    """
-    for name in values:
-        if name not in component.p.index:
-            raise InputError(limits.unknown(component, instance, name))
-    vector: Array = component.start_values(values)[0]
-    for sentence in limits.problems(component, instance, vector.tolist()):
-        raise InputError(sentence)
-    return vector

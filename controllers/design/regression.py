@@ -16,11 +16,11 @@ from warmlink.controllers.design.plant import (
     LinearPlant,
     Plant,
     cell_plant,
-    parameter_vector,
     plant_model,
 )
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.regression.law import LENGTH
+from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -92,7 +92,7 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     """
     plant = plant or cell_plant()
     model = plant_model(plant)
-    p = MOTOR.p.read(parameter_vector(MOTOR, plant.motor, "motor"))
+    p = MOTOR.p.read(limits.checked(MOTOR, "motor", plant.motor)[0])
     state = np.zeros(model.heat_capacity.size)
     temperature, elongation = [], []
     for speed, torque, duration in PHASES:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.component import FIELD, Component, Input, Parameter, Scalar
 from warmlink.fmus.component.variables import Variable
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 
 BOUND_TOLERANCE = 1e-9
@@ -21,7 +23,7 @@ def problems(component: Component, instance: str, values: Sequence[float]) -> It
     Parameters
     ----------
     component : the declaration
-    instance : name of the instance, put before the variable's
+    instance : name of the instance, put before the variable's; empty for none
     values : flat parameters in SI units, shape (component.p.size,)
     """
     scalars = [s for s in component.scalars() if isinstance(s.variable, Parameter)]
@@ -30,14 +32,34 @@ def problems(component: Component, instance: str, values: Sequence[float]) -> It
         sentence = problem(scalar, value)
         if sentence is not None:
             found = True
-            yield f"{instance}.{sentence}"
+            yield f"{instance}.{sentence}".lstrip(".")
     if not found:
         record = component.p.read(np.asarray(values))
         # Nine digits, as a native FMU writes them (`report_check`).
         shown = {name: f"{value:.9g}" for name, value in zip(component.p.names, values, strict=True)}
         for check in component.checks:
             if not check.margin(record) >= 0:
-                yield f"{instance}.{FIELD.sub(lambda field: shown[field[1]], check.sentence)}"
+                sentence = FIELD.sub(lambda field: shown[field[1]], check.sentence)
+                yield f"{instance}.{sentence}".lstrip(".")
+
+
+def checked(
+    component: Component, instance: str, given: Mapping[str, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Flat parameters and inputs in SI units, at their start values but for those given by name.
+
+    Raises
+    ------
+    InputError
+        A name is unknown, or a parameter out of range.
+    """
+    for name in given:
+        if name not in component.p.index and name not in component.u.index:
+            raise InputError(unknown(component, instance, name))
+    p, u = component.start_values(given)
+    for sentence in problems(component, instance, p.tolist()):
+        raise InputError(sentence)
+    return p, u
 
 
 def unknown(component: Component, instance: str, name: str) -> str:

@@ -120,6 +120,16 @@ class Scalar:
         return self.variable.start
 
     @property
+    def is_temperature(self) -> bool:
+        """Whether it is a temperature, which has a zero (degC), rather than a difference of two (K)."""
+        return self.variable.unit == "K" and self.variable.display == "degC"
+
+    @property
+    def is_discrete(self) -> bool:
+        """Whether it is an input whose values are names, as 0 for off and 2 for held, without a mean."""
+        return isinstance(self.variable, Input) and (self.variable.discrete or self.variable.type != "Real")
+
+    @property
     def lower(self) -> float | None:
         """The bound that a model description states: the minimum, or 0 for a positive parameter."""
         positive = isinstance(self.variable, Parameter) and self.variable.positive

@@ -59,15 +59,32 @@ def start_values(
         typed = _TYPES[scalar(name, components, where).variable.type](value)
         values.setdefault(instance, {})[variable] = typed if typed == value else value
     for instance, chosen in values.items():
-        _check(components[instance], instance, chosen)
+        limits.checked(components[instance], instance, {name: float(v) for name, v in chosen.items()})
     return values
 
 
 def start_value(name: str, text: str | float, components: Mapping[str, Component], where: str) -> float:
     """One start value in its SI unit; its range is not checked. Raises as `start_values`."""
-    declared = scalar(name, components, where).variable
-    difference = declared.unit == "K" and declared.display != "degC"
-    return quantity(text, declared.unit, f"{where}: {name}", difference=difference)
+    return to_si(text, scalar(name, components, where), f"{where}: {name}")
+
+
+def to_si(text: str | float, scalar: Scalar, where: str, difference: bool = False) -> float:
+    """SI value of `"6 W"` or `"22 degC"` for a variable; a bare number is taken for SI.
+
+    Parameters
+    ----------
+    text : a number, or a number and a unit
+    scalar : declaration of the variable that takes it
+    where : what to name in an error
+    difference : whether it is a difference (a noise, an offset) even where the variable is a temperature
+
+    Raises
+    ------
+    InputError
+        Not a quantity, or one of another kind.
+    """
+    difference = difference or not scalar.is_temperature
+    return quantity(text, scalar.variable.unit, where, difference=difference)
 
 
 def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar:
@@ -92,13 +109,6 @@ def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar
 def settable(component: Component) -> dict[str, Scalar]:
     """Inputs and parameters of a component by name: the variables that have a start value."""
     return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
-
-
-def _check(component: Component, instance: str, chosen: Mapping[str, Value]) -> None:
-    starts = {s.name: s.start for s in component.scalars() if s.name in component.p.index}
-    values = [float(chosen.get(name, start or 0.0)) for name, start in starts.items()]
-    for sentence in limits.problems(component, instance, values):
-        raise InputError(sentence)
 
 
 def given_values(given: Mapping[str, str | float] | str | Path) -> dict[str, str | float]:

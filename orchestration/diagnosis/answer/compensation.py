@@ -157,8 +157,8 @@ def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> 
 
 def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, float]) -> Vector:
     """Correction in m at each row of a run."""
-    from warmlink.controllers.design.plant import parameter_vector
     from warmlink.controllers.observer.component import COMPONENT
+    from warmlink.fmus.component import limits
 
     given = by_scalar(parameters)
     step = given["sample_time"]
@@ -167,7 +167,7 @@ def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, fl
     inputs = np.repeat(np.array([[float(v.start or 0.0)] for v in COMPONENT.inputs]), count + 1, axis=1)
     for name, signal in _signals(rig, run, values).items():
         inputs[COMPONENT.u.index[name]] = signal[rows]
-    settled = np.asarray(COMPONENT.settled(parameter_vector(COMPONENT, given, LAW)))
+    settled = np.asarray(COMPONENT.settled(limits.checked(COMPONENT, LAW, given)[0]))
     begin, update = _compiled_law()
     first = begin(inputs[:, 0], settled)
     repeated = np.repeat(settled[:, None], count, axis=1)

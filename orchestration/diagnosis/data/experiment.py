@@ -14,8 +14,8 @@ from warmlink.orchestration.diagnosis.data.columns import Said
 from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.diagnosis.data.table import Column
-from warmlink.orchestration.diagnosis.data.values import to_si
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 

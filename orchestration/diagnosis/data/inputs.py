@@ -13,7 +13,7 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.data.values import is_temperature, to_si
+from warmlink.orchestration.scenarios.overrides import to_si
 
 Vector = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ def _neutral(rig: Rig, name: str) -> tuple[str, str]:
         return OFF, OFF
     scalar = rig.variables[rig.columns.get(name, name)]
     start = float(scalar.start or 0.0)
-    if is_temperature(scalar):
+    if scalar.is_temperature:
         return f"{start - 273.15:g} degC", f'"{start - 273.15:g} degC"'
     unit = "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
     return f"{start:g}{unit}", f"{start:g}"

@@ -16,7 +16,6 @@ from warmlink.orchestration.diagnosis.data.columns import Assignment, Place, Sai
 from warmlink.orchestration.diagnosis.data.headings import TIME
 from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
 from warmlink.orchestration.diagnosis.data.table import Column, held, refuse_undefined, signal
-from warmlink.orchestration.diagnosis.data.values import is_discrete, is_temperature
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -147,10 +146,10 @@ def read_run(
         found = (
             signal(sheet, place, "K", True)
             if scalar is None
-            else signal(sheet, place, scalar.variable.unit, is_temperature(scalar))
+            else signal(sheet, place, scalar.variable.unit, scalar.is_temperature)
         )
         values = found.values
-        if scalar is not None and kind == "input" and is_discrete(scalar):
+        if scalar is not None and kind == "input" and scalar.is_discrete:
             refuse_undefined(sheet, place, values, scalar)
             discrete.append(place.variable)
         if kind != "reading":

@@ -10,8 +10,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import rig
-from warmlink.orchestration.diagnosis.data.values import to_si
-from warmlink.orchestration.scenarios.overrides import start_value
+from warmlink.orchestration.scenarios.overrides import start_value, to_si
 from warmlink.orchestration.scenarios.setup import CELL
 
 
@@ -74,10 +73,9 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     for run in runs:
         known = {**experiment.known, **run.known}
         for instance, component in components.items():
-            starts = {
-                name: experiment.rig.variables[f"{instance}.{name}"].start for name in component.p.names
-            }
-            values = [float(known.get(f"{instance}.{name}", start or 0.0)) for name, start in starts.items()]
-            for sentence in limits.problems(component, instance, values):
-                raise InputError(f"{run.name}: {sentence}")
+            mine = {n.partition(".")[2]: v for n, v in known.items() if n.partition(".")[0] == instance}
+            try:
+                limits.checked(component, instance, mine)
+            except InputError as fault:
+                raise InputError(f"{run.name}: {fault}") from None
     return experiment

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import AT_SENSOR, Rig
-from warmlink.orchestration.diagnosis.data.values import is_discrete
 from warmlink.orchestration.diagnosis.model.equations import OFFSET, PLACE, SCALE
 from warmlink.orchestration.diagnosis.model.instruments import channel_of, logger_of
 
@@ -56,7 +55,7 @@ def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
     for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
         unit = rig.unit(name)
         if not (
-            is_discrete(rig.variables[name])
+            rig.variables[name].is_discrete
             or name.endswith(".ambient_temperature")
             or unit == "1"
             or (unit == "K" and scales)

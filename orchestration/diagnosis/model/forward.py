@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.values import is_discrete
 from warmlink.orchestration.diagnosis.model.equations import SCALE, Equations, Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite
@@ -106,7 +105,7 @@ class Forward:
             if name in index:
                 self._p[index[name]] = value
         self._w, self._rows = input_table(equations, run, known), run.time
-        discrete = np.array([is_discrete(rig.variables[name]) for name in rig.externals], dtype=bool)
+        discrete = np.array([rig.variables[name].is_discrete for name in rig.externals], dtype=bool)
         levels = Levels(run.time, self._w, discrete)
         if isinstance(grid, Forward):
             self.steps: Steps = levels.halved(grid.steps.time)
