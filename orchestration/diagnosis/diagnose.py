@@ -47,29 +47,6 @@ def read(
     return with_inputs(with_nominal(experiment, settings), assumed)
 
 
-def diagnose(
-    *sources: Path | str | pd.DataFrame,
-    assumed: Sequence[str] = (),
-    settings: Mapping[str, str] = MappingProxyType({}),
-    told: Said = NOTHING_SAID,
-    progress: Progress = lambda text: None,
-) -> Diagnosis:
-    """Diagnose an experiment, or measured runs together.
-
-    Parameters
-    ----------
-    sources, assumed, settings, told : as for `read`
-    progress : told in a few words what is being done
-
-    Raises
-    ------
-    InputError
-        A file, or something in it, cannot be used.
-    """
-    progress("reading")
-    return diagnose_experiment(read(sources, assumed, settings, told), progress)
-
-
 def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text: None) -> Diagnosis:
     """Diagnose an experiment that was read or made."""
     refuse_senseless(experiment)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
 Columns = dict[str, np.ndarray]
@@ -20,7 +20,7 @@ def clean() -> Columns:
 def diagnosed(folder: Path, columns: Columns) -> str:
     path = folder / "garbage.csv"
     write_csv(columns, path)
-    return diagnose(path).verdict
+    return diagnose_experiment(read([path])).verdict
 
 
 def test_a_dead_channel_is_refused(tmp_path: Path, clean: Columns) -> None:

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.data.inputs import with_inputs
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.nominal import with_nominal
 from warmlink.orchestration.diagnosis.data.rig import rig
-from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
@@ -81,7 +81,7 @@ def test_a_remark_names_the_runs_that_lack_the_column(tmp_path: Path, whole: Col
 def test_a_run_that_nothing_drives_is_refused(tmp_path: Path, whole: Columns) -> None:
     path = written(tmp_path, without(whole, *INPUTS))
     with pytest.raises(InputError, match="nothing drives the run") as refusal:
-        diagnose(path)
+        diagnose_experiment(read([path]))
     option = str(refusal.value).rpartition("stood still: ")[2]
     still = with_inputs(read_experiment(path), option.replace("--assume ", "").split())
     assert [remark.partition(" column")[0] for remark in still.remarks] == ["no ambient_temperature"]
@@ -182,8 +182,8 @@ def test_another_nominal_is_where_the_diagnosis_starts_from(tmp_path: Path, whol
     """A cell of half the convection, said so, is adequate; and the extended model has it."""
     columns = hide({"still_air_convection": 0.5}, STILL, seed=2)
     path = written(tmp_path, columns)
-    assert diagnose(path).verdict != "adequate"
-    found = diagnose(path, settings={"link.convection_still": "2.275 W/(m2.K)"})
+    assert diagnose_experiment(read([path])).verdict != "adequate"
+    found = diagnose_experiment(read([path], settings={"link.convection_still": "2.275 W/(m2.K)"}))
     assert found.verdict == "adequate"
     files = write_diagnosis(found, tmp_path / "out")
     assert "link.convection_still" in files["extended.ssv"].read_text()

@@ -8,7 +8,7 @@ import pytest
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.answer.words import summary
-from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import Word
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
@@ -50,11 +50,11 @@ def test_an_adequate_model_that_fails_on_the_held_out_rows_says_so(tmp_path: Pat
     columns["tip_temperature [degC]"][late] += 1.5
     spiky = np.flatnonzero(late)[::9]
     write_csv(columns, tmp_path / "run.csv")
-    found = diagnose(tmp_path / "run.csv")
+    found = diagnose_experiment(read([tmp_path / "run.csv"]))
     assert found.verdict == "unknown"
     assert "adequate for the fitted run and does not predict the held-out one" in summary(found)
     assert "tip_temperature" in json_content(found)["prediction"]["because"]
     columns["tip_temperature [degC]"][late] -= 1.5
     columns["tip_temperature [degC]"][spiky] += 9.0
     write_csv(columns, tmp_path / "run.csv")
-    assert diagnose(tmp_path / "run.csv").verdict == "adequate"
+    assert diagnose_experiment(read([tmp_path / "run.csv"])).verdict == "adequate"

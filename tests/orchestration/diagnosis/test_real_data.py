@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.orchestration.diagnosis.answer.entries import json_content
-from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 
 DATA = Path(os.environ.get("WARMLINK_DATA", Path(__file__).parents[4] / "shared" / "data"))
 
@@ -20,7 +20,7 @@ def given(name: str) -> Path:
 
 @pytest.mark.platform
 def test_a_robot_joint_needs_nothing_added() -> None:
-    found = diagnose(given("motor/motor.toml"))
+    found = diagnose_experiment(read([given("motor/motor.toml")]))
     assert found.verdict == "adequate"
     assert json_content(found)["gain"]["runs"]["fit"]["temperature_J3"]["rmse_before"] < 0.05
 
@@ -29,7 +29,7 @@ def test_a_robot_joint_needs_nothing_added() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_a_rod_is_ambiguous_and_some_member_predicts_the_held_out_run() -> None:
-    found = diagnose(given("rod/rod.toml"))
+    found = diagnose_experiment(read([given("rod/rod.toml")]))
     assert found.verdict == "ambiguous"
     members = json_content(found)["gain"]["heldout"]["members"]
     errors = []
@@ -55,6 +55,6 @@ def test_a_rod_is_ambiguous_and_some_member_predicts_the_held_out_run() -> None:
     ],
 )
 def test_a_stranger_s_run_with_the_pad_on_is_named(name: str, cause: str) -> None:
-    found = diagnose(given(f"strangers/{name}.csv"))
+    found = diagnose_experiment(read([given(f"strangers/{name}.csv")]))
     assert found.verdict == "named"
     assert [item.title for item in found.causes] == [cause]

@@ -11,7 +11,7 @@ from tests.pages import plots
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
-from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose
+from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import (
@@ -71,7 +71,7 @@ def test_a_hidden_cause_is_named_and_sized(tmp_path: Path, name: str, seed: int)
 
 
 def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Path) -> None:
-    found = diagnose(file_with(tmp_path, sized("expansion_coefficient"), seed=12))
+    found = diagnose_experiment(read([file_with(tmp_path, sized("expansion_coefficient"), seed=12)]))
     assert found.verdict == "ambiguous"
     assert [set(names) for names in found.ambiguous] == [TWINS]
     assert found.proposed is not None
@@ -156,7 +156,9 @@ def test_missing_columns_and_gaps(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def named(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
-    return diagnose(file_with(tmp_path_factory.mktemp("named"), sized("radiation"), seed=20))
+    return diagnose_experiment(
+        read([file_with(tmp_path_factory.mktemp("named"), sized("radiation"), seed=20)])
+    )
 
 
 def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:

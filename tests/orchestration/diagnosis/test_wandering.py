@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, together
-from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -70,7 +70,7 @@ def test_each_of_several_runs_has_a_course_of_its_own(tmp_path: Path) -> None:
 def test_where_no_cause_is_established_the_page_tells_when_heat_is_missing(tmp_path: Path) -> None:
     columns = hide({"brake_heat": 12.0}, interval=20.0, seed=4)
     write_csv(columns, tmp_path / "run.csv")
-    found = diagnose(tmp_path / "run.csv")
+    found = diagnose_experiment(read([tmp_path / "run.csv"]))
     assert found.verdict in ("unknown", "empirical")
     (course,) = found.missing_heat
     share = course.time / columns["time [s]"][-1]
