@@ -22,6 +22,7 @@ from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.inverse import joint_angles
 from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.scenarios.drive import Drive
 from warmlink.orchestration.scenarios.duties.duty import Duty, Segment, check_segments
 from warmlink.orchestration.scenarios.duties.duty_files import MOST_SEED, SHORTEST_DRAWN
 from warmlink.orchestration.scenarios.entries import Flag, Quantities, Quantity, Text, Whole
@@ -48,7 +49,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Program:
+class Program(Drive):
     """A program of the arm.
 
     Attributes
@@ -58,22 +59,9 @@ class Program:
     axes : number of axes that the arm has; beyond six the duty cycles begin again
     """
 
-    name: str
-    title: str
-    reason: str
-    stop_time: float
     duties: tuple[Duty, ...]
     poses: tuple[Pose, ...]
     axes: int = AXES
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What was taken for granted where a file did not say it."""
-        return tuple(remark for duty in self.duties for remark in duty.remarks)
-
-    def until(self, stop_time: float) -> Program:
-        """The same with another stop time in s."""
-        return replace(self, stop_time=stop_time)
 
     def start_values(self) -> dict[str, dict[str, Value]]:
         """Start values of the duty cycles and of the poses, by instance."""

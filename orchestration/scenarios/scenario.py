@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios.drive import Drive, StartValues
 from warmlink.orchestration.scenarios.overrides import start_values
-from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, StartValues, merged
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.shipped import Blueprint
 
@@ -28,36 +28,6 @@ LONGEST = 365 * 86400.0
 
 MOST_POINTS = 1_000_000
 """Most communication points that a run may keep in memory: eleven days in steps of 1 s."""
-
-
-class Drive(Protocol):
-    """What drives a system: a duty cycle, or a program of an arm."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-
-    @property
-    def title(self) -> str:
-        """Its title, a few words."""
-
-    @property
-    def reason(self) -> str:
-        """Why it was chosen so."""
-
-    @property
-    def stop_time(self) -> float:
-        """Stop time in s."""
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What was assumed because the file did not say it."""
-
-    def until(self, stop_time: float) -> Drive:
-        """The same with another stop time in s."""
-
-    def start_values(self) -> StartValues:
-        """Start values of the instances that drive the others."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +67,7 @@ class Scenario:
     @property
     def in_use(self) -> Sensors:
         """Thermometers that the controllers use."""
-        mine, theirs = self.sensors, self.setup.sensors
-        return Sensors(
-            theirs.noise if mine.noise is None else mine.noise,
-            theirs.used if mine.used is None else mine.used,
-        )
+        return self.sensors.or_else(self.setup.sensors)
 
     @property
     def design(self) -> StartValues | None:

@@ -8,16 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.controllers.interface import SENSED
 from warmlink.orchestration.own_law import controller_named
-from warmlink.orchestration.scenarios.entries import Entry, Names, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.entries import Entry, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import CELL, Sensors
-from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors
 from warmlink.orchestration.text_files import read_toml
-
-TEMPERATURES = tuple(each.removesuffix("_temperature") for each in SENSED)
-
 
 MATERIALS = Path(__file__).parent / "materials.toml"
 _WORDS = ("about", "source")
@@ -40,16 +35,6 @@ class Material(Entry):
         return OneOf(list(materials()))._schema()
 
 
-@dataclass(frozen=True)
-class SensorsTable:
-    """What the controllers go by: noise of a reading (1 sigma), and which temperatures."""
-
-    __pydantic_config__ = TABLE
-
-    noise: Annotated[float | None, Quantity("K", least=0, difference=True)] = None
-    used: Annotated[tuple[str, ...] | None, Names("base", TEMPERATURES)] = None
-
-
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """What any scenario file may say."""
@@ -63,7 +48,7 @@ class Settings:
     tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
     materials: Mapping[str, Annotated[str, Material()]] = field(default_factory=dict)
     parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
-    sensors: SensorsTable = SensorsTable()
+    sensors: Sensors = AS_THEY_ARE
 
     def applied(self, default: Scenario) -> Scenario:
         """The scenario changed as the file says; what the file leaves out stays.
@@ -82,7 +67,7 @@ class Settings:
             controller=default.controller if self.controller is None else controller_named(self.controller),
             tolerance=self.tolerance or default.tolerance,
             parameters={**self._of_materials(), **self.parameters},
-            sensors=Sensors(self.sensors.noise, self.sensors.used),
+            sensors=self.sensors,
         )
 
     def _of_materials(self) -> dict[str, str | float]:

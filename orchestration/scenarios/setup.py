@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.scenarios.drive import StartValues
+from warmlink.orchestration.scenarios.entries import Names, Quantity
 from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Result
 
-StartValues = Mapping[str, Mapping[str, Value]]
-"""Start values in SI units by instance and variable."""
-
+TEMPERATURES = tuple(each.removesuffix("_temperature") for each in SENSED)
 THERMOMETERS, CHANNELS = "TemperatureSensors", 8
 
 
@@ -46,10 +48,17 @@ class Roles:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Thermometers that controllers use: noise (1 sigma) in K, and which ones; None: the system's own."""
+    """Thermometers that controllers use: noise (1 sigma), and which; None: as the system has them."""
 
-    noise: float | None = None
-    used: tuple[str, ...] | None = None
+    __pydantic_config__ = TABLE
+
+    noise: Annotated[float | None, Quantity("K", least=0, difference=True)] = None
+    used: Annotated[tuple[str, ...] | None, Names("base", TEMPERATURES)] = None
+
+    def or_else(self, usual: Sensors) -> Sensors:
+        """The same, where it does not say something as `usual` does."""
+        noise = usual.noise if self.noise is None else self.noise
+        return Sensors(noise, usual.used if self.used is None else self.used)
 
 
 AS_THEY_ARE = Sensors()

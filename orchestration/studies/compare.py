@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -199,13 +198,7 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) 
 
 def write_csv(comparison: Comparison, path: Path) -> None:
     """Write `compare.csv`, one row for each run; unknown values are left empty."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for record in comparison.records():
-            figures = (record[name] for name in COLUMNS[3:])
-            known = ("" if each is None else repr(round(each, 6)) for each in figures)
-            writer.writerow([*(record[name] for name in COLUMNS[:3]), *known])
+    comparison.to_frame()[[*COLUMNS]].round(6).to_csv(path, index=False, lineterminator="\n")
 
 
 def _row(case: Case, outcome: Outcome, without: Outcome, budget: Outcome) -> Row:

@@ -12,6 +12,7 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.drive import Drive
 
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
 """Values of `pad_mode`."""
@@ -82,33 +83,21 @@ def demands_at(segments: Sequence[Segment], times: NDArray[np.float64]) -> dict[
 
 
 @dataclass(frozen=True)
-class Duty:
+class Duty(Drive):
     """A duty cycle.
 
     Attributes
     ----------
-    name, title, reason : what it is called, in short and in a line, and why it is as it is
-    stop_time : in s
     segments : one after the other; the last one holds, or all begin again where `repeat` is set
-    remarks : what was taken for granted where a file did not say it
     """
 
-    name: str
-    title: str
-    reason: str
-    stop_time: float
     segments: tuple[Segment, ...]
     repeat: bool = False
-    remarks: tuple[str, ...] = ()
 
     @property
     def fits_component(self) -> bool:
         """Whether the DutyCycle component can hold it; a finer one is fed by the master as a table."""
         return len(self.segments) <= SEGMENTS
-
-    def until(self, stop_time: float) -> Duty:
-        """The same with another stop time in s."""
-        return replace(self, stop_time=stop_time)
 
     def unrolled(self) -> tuple[Segment, ...]:
         """Segments up to the stop time, repeated as in a run; raises InputError where they are too many."""
