@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.report.figures import Line, time_plot
 from warmlink.orchestration.scenarios.quantity import heading
@@ -58,8 +58,11 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:
-    """Draw the lines of a plot into a file of a kind: svg, png or pdf."""
-    from matplotlib.figure import Figure
+    """Draw the lines of a plot into a file of a kind: svg, png or pdf; InputError without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtraError("a picture", "studies") from None
 
     styles = {"solid": "-", "dash": "--", "dot": ":"}
     drawn = Figure(figsize=(8, 4), layout="constrained")

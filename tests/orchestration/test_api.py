@@ -173,4 +173,8 @@ def test_results_are_plotted_as_page_and_picture(
         code, told = plotted(*arguments)
         assert code == 2
         assert sentence in told
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)  # as where it is not installed
+    code, told = plotted("a", "link.a", "--out", "other.svg")
+    assert code == 2
+    assert 'a picture needs an optional part: pip install "warmlink[studies]"' in told
     assert sorted(path.name for path in Path().iterdir()) == ["a", "b", "plot.html", "plot.svg"]
