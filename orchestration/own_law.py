@@ -208,9 +208,8 @@ def _check_symbolic(component: Component) -> None:
     import casadi as ca
     import numpy as np
 
-    starts = [s.start if s.start is not None else 0.0 for s in component.scalars()]
-    p = np.array(starts[: component.p.size])
-    u = 1.1 * np.array(starts[component.p.size :][: component.u.size]) + 0.1
+    p, u = component.start_values()
+    u = 1.1 * u + 0.1
     d = component.settled(p)
     x = component.states_at_start(u, d)
 
