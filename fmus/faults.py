@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from warmlink.fmus.component import Parameter
 from warmlink.fmus.component.arithmetic import Number, where
 
 STUCK, JUMP, DRIFT, DROPOUT = 1, 2, 3, 4
@@ -16,6 +17,62 @@ KINDS = "0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)"
 
 _EARLY = -1e-9
 """Tolerance in s: a sample that rounding puts this little before a fault already has the fault."""
+
+
+def parameters(
+    unit: str, display: str, jump: float, drift: float, size: int | None = None
+) -> tuple[Parameter, ...]:
+    """Parameters that give an instrument its faults.
+
+    Parameters
+    ----------
+    unit, display : of what is measured, in SI and as people read it
+    jump, drift : ordinary sizes of a jump in the SI unit, and of a drift per second
+    size : number of channels; None for an instrument of one
+    """
+    shown = None if display == unit else display
+    return (
+        Parameter(
+            "fault_kind",
+            "1",
+            0,
+            f"fault: {KINDS}",
+            size=size,
+            type="Integer",
+            minimum=0,
+            maximum=DROPOUT,
+            tunable=True,
+        ),
+        Parameter(
+            "fault_time",
+            "s",
+            0,
+            "simulation time at which the fault begins",
+            size=size,
+            nominal=3600,
+            tunable=True,
+        ),
+        Parameter(
+            "fault_size",
+            unit,
+            0,
+            "what a jump adds (fault 2)",
+            size=size,
+            display=shown,
+            nominal=jump,
+            tunable=True,
+        ),
+        Parameter(
+            "fault_rate",
+            f"{unit}/s",
+            0,
+            "error that a drift adds per second (fault 3)",
+            size=size,
+            display=f"{display}/h",
+            nominal=drift,
+            tunable=True,
+        ),
+    )
 
 
 def shift(kind: Number, size: Number, rate: Number, since: Number) -> Number:

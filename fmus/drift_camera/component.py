@@ -49,27 +49,7 @@ _PARAMETERS = (
         tunable=True,
     ),
     Parameter("delay", "s", 0, "time from a picture to its reading", minimum=0),
-    Parameter(
-        "fault_kind",
-        "1",
-        0,
-        f"fault: {faults.KINDS}",
-        type="Integer",
-        minimum=0,
-        maximum=faults.DROPOUT,
-        tunable=True,
-    ),
-    Parameter("fault_time", "s", 0, "simulation time at which the fault begins", nominal=3600, tunable=True),
-    Parameter("fault_size", "m", 0, "what a jump adds (fault 2)", display="um", nominal=1e-5, tunable=True),
-    Parameter(
-        "fault_rate",
-        "m/s",
-        0,
-        "error that a drift adds per second (fault 3)",
-        display="um/h",
-        nominal=1e-9,
-        tunable=True,
-    ),
+    *faults.parameters("m", "um", 1e-5, 1e-9),
     Parameter("seed", "1", 1, "seed of noise and dropouts", type="Integer", minimum=0),
 )
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.component import Check, Component, Derived, Output, Parameter
-from warmlink.fmus.component.arithmetic import total
+from warmlink.fmus.component import Component, Output, Parameter
+from warmlink.fmus.duty_cycle.component import TIMES, durations, lasting
 from warmlink.fmus.pose_sequence import equations
 
 POSES, AXES = equations.POSES, equations.AXES
@@ -12,17 +12,7 @@ COMPONENT = Component(
     name="PoseSequence",
     description="Up to 32 poses of a six-axis arm, each held for a time; all begin again, or the last holds",
     parameters=(
-        Parameter(
-            "duration",
-            "s",
-            0,
-            "how long each pose is held; 0: not used",
-            size=POSES,
-            starts=(60.0, *(0.0,) * (POSES - 1)),
-            minimum=0,
-            maximum=equations.LONGEST,
-            nominal=60,
-        ),
+        durations("how long each pose is held", 60.0, 60),
         *(
             Parameter(
                 f"joint_{axis}",
@@ -37,18 +27,9 @@ COMPONENT = Component(
         ),
         Parameter("repeat", "1", 1, "whether the poses begin again after the last", type="Boolean"),
     ),
-    derived=(
-        Derived("segment_begin", "s", size=POSES),
-        Derived("length", "s"),
-    ),
+    derived=TIMES,
     outputs=(Output("angle", "rad", "angle of each joint", size=AXES, display="deg", nominal=1),),
     derive=equations.derive,
     observe=equations.outputs,
-    checks=(
-        Check(
-            lambda p: total(p.duration) - 1e-3,
-            "duration[1]: {duration[1]} s, and no other pose is held longer; "
-            "give at least one pose 0.001 s or more",
-        ),
-    ),
+    checks=(lasting("pose", "is held"),),
 )

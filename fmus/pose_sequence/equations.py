@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, stack, total
-from warmlink.fmus.duty_cycle.equations import LONGEST, SEGMENTS, active_segment, derive
+from warmlink.fmus.duty_cycle.equations import SEGMENTS, active_segment, derive
 
 POSES = SEGMENTS
 AXES = 6
 
-__all__ = ["AXES", "LONGEST", "POSES", "derive", "outputs"]
+__all__ = ["AXES", "POSES", "derive", "outputs"]
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
