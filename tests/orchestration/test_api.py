@@ -151,6 +151,7 @@ def test_results_are_plotted_as_page_and_picture(
     monkeypatch.chdir(tmp_path)
     time = np.arange(5.0)
     frame = pandas.DataFrame({"time [s]": time, "link.elongation [m]": 1e-6 * time, "link.a [K]": time})
+    frame["link.part[2] [K]"] = time
     for name in ("a", "b"):
         Path(name).mkdir()
         frame.to_csv(f"{name}/results.csv", index=False)
@@ -165,6 +166,8 @@ def test_results_are_plotted_as_page_and_picture(
     assert "<svg" in Path("plot.svg").read_text("utf-8")
     assert plotted("a/results.csv", "link.a") == (0, "")
     assert "link.a [K]" in plots(Path("plot.html"))
+    assert plotted("a", "link.part[2]") == (0, "")
+    assert "link.part[2] [K]" in plots(Path("plot.html"))
     for arguments, sentence in (
         (("a", "link.b"), "link.b: no such variable in the results; did you mean link.a?"),
         (("a", "link.a", "--out", "plot.txt"), "is no page or picture"),

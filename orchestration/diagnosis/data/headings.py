@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.quantity import converter
+from warmlink.orchestration.scenarios.quantity import converter, heading
 from warmlink.orchestration.system.units import Conversion, parse_unit
 
 TIME = "time"
@@ -15,7 +15,6 @@ TIMES = (TIME, "timestamp", "time_stamp", "datetime", "date_time", "date", "elap
 """Names of a column of times, the first of them before the others."""
 
 _FORMS = (
-    re.compile(r"(.+?)\s*\[([^\[\]]*)\]"),
     re.compile(r"(.+?)\s*\((.*)\)"),
     re.compile(r"(.+?)\s+(?:/|in)\s+(\S+)"),
 )
@@ -50,11 +49,12 @@ def plain(name: str) -> str:
 
 def name_and_unit(header: str) -> tuple[str, str | None]:
     """Name and unit of a header; None where it has no unit, in brackets or behind `/` or `in`."""
-    for i, form in enumerate(_FORMS):
-        found = form.fullmatch(header.strip())
-        if found and (i == 0 or is_unit(found[2])):
+    name, unit = heading(header)
+    for form in _FORMS if unit is None else ():
+        found = form.fullmatch(name)
+        if found and is_unit(found[2]):
             return found[1].strip(), found[2].strip()
-    return header.strip(), None
+    return name, unit
 
 
 def is_unit(text: str) -> bool:
