@@ -10,7 +10,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.profile import profiles_of
 from warmlink.orchestration.diagnosis.answer.words import summary
-from warmlink.orchestration.diagnosis.diagnose import diagnose
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties import duty_files
@@ -21,7 +21,7 @@ def loose(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     """A joint that clamps badly."""
     path = tmp_path_factory.mktemp("loose") / "run.csv"
     write_csv(hide({"joint_resistance": 0.5}, interval=60.0, seed=12), path)
-    return diagnose(path)
+    return diagnose_experiment(read([path]))
 
 
 def test_the_growth_in_other_duty_cycles_lies_in_its_band(loose: Diagnosis) -> None:
