@@ -42,14 +42,14 @@ def live(
     It needs a compiler for browsers once: `pip install "warmlink[live]"`.
     """
     from warmlink.fmus.errors import InputError
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.closed_loop.outcome import judged
+    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.console import spinner
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.own_law import controller_named
     from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import write_live_page
-    from warmlink.orchestration.scenarios.closed_loop import judged
-    from warmlink.orchestration.scenarios.load import load_scenario
-    from warmlink.orchestration.scenarios.run import changed
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")

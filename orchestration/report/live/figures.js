@@ -1,4 +1,4 @@
-// The figures of an error, as orchestration/scenarios/metrics.py computes them, and how they are written.
+// The figures of an error, as orchestration/closed_loop/metrics.py computes them, and how they are written.
 
 const SMALLEST_SHOWN = 0.05; // um; below it an error is printed as 0.0, so that a share of it means nothing
 

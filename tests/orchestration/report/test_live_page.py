@@ -13,13 +13,13 @@ from tests.browser import browse
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.metrics import error_metrics
+from warmlink.orchestration.closed_loop.run import changed, run
 from warmlink.orchestration.command_line.live import live
 from warmlink.orchestration.command_line.options import settings_given
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.load import load_scenario
-from warmlink.orchestration.scenarios.metrics import error_metrics
 from warmlink.orchestration.scenarios.overrides import parameters_of
-from warmlink.orchestration.scenarios.run import changed, run
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
