@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser import browse
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
+from warmlink.orchestration.closed_loop.run import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -161,3 +163,31 @@ def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:
 def test_roles_that_do_not_fit_are_refused(warmlink: Warmlink, old: str, new: str, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         read_scenario("chain", ROLES.replace(old, new, 1))
+
+
+@pytest.mark.slow
+@pytest.mark.platform
+def test_the_chain_runs_on_a_page(warmlink: Warmlink, tmp_path: Path) -> None:
+    """Its figures are those of the command, within the coupling error that the command states."""
+    pytest.importorskip("ziglang", reason='ziglang is not installed: pip install "warmlink[live]"')
+    assert warmlink("live", "chain.toml", "--controller", "lag") == 0
+    figures = (
+        "const result = Object.fromEntries(results(model).figures.map(([law, of]) => [law, of.largest]));"
+    )
+    shown = browse(Path("chain.html"), figures, tmp_path)
+    outcome = run_("chain.toml")
+    bound = outcome.coupling_error_um
+    assert bound is not None
+    assert abs(shown["none"] - outcome.uncompensated.max_abs_um) <= 2 * bound  # of two links
+    assert abs(shown["lag"] - outcome.metrics.max_abs_um) <= 2 * bound
+
+
+def test_a_page_of_foreign_fmus_is_refused(
+    warmlink: Warmlink, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, declared: False)
+    assert warmlink("live", "chain.toml", "--controller", "lag") == 2
+    told = capsys.readouterr().err
+    assert "Chain: contains foreign FMUs (motor1 of Chain" in told
+    assert "whose equations are not known; run it with a master instead" in told
+    assert not list(Path().glob("*.html"))
