@@ -107,7 +107,7 @@ def _look() -> Any:
     sensed = ca.SX.sym("sensed", len(SENSED))
     after = OBSERVER.x.read(now)
     told = Told(after.believed_speed, after.believed_torque, after.believed_ambient)
-    belief = law.predict(filters_of(OBSERVER.x.read(before), model.STATES), told, p).quiet
+    belief = law.predict(filters_of(OBSERVER.x.read(before)), told, p).quiet
     series = []
     for sensor in _used():
         variance = float(p.sensor_std[sensor]) ** 2

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
-from warmlink.fmus.packaging.native.codegen import Symbols, micro_step
+from warmlink.fmus.packaging.native.codegen import micro_step
+from warmlink.fmus.packaging.native.symbols import Symbols
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 Array = NDArray[np.float64]

@@ -246,7 +246,6 @@ class Judgement(NamedTuple):
 
 def judged(
     trust: Trust,
-    i: int,
     news: Number,
     innovation: Number,
     variance: Number,
@@ -258,7 +257,7 @@ def judged(
 
     Parameters
     ----------
-    trust, i : memory of all signals, and the signal's index in it
+    trust : memory of this signal
     news : 1 if the reading is present and new, else 0
     innovation : reading minus prediction
     variance : largest variance of a sound signal's innovation, with unknown heat acting
@@ -270,7 +269,7 @@ def judged(
     size = innovation / variance**0.5
     share = 1.0 - exp(-step / gates.mean_time)
     bounded = clip(size, -gates.gate, gates.gate)
-    mean = where(news > 0, trust.mean[i] + share * (bounded - trust.mean[i]), trust.mean[i])
+    mean = where(news > 0, trust.mean + share * (bounded - trust.mean), trust.mean)
     near = absolute(innovation) < RETURN_GATE * sure_variance**0.5
     there = present(innovation)
     jumped = where(absolute(size) > gates.gate, there, 0.0)
@@ -280,7 +279,7 @@ def judged(
 
     small = where(near, news, 0.0)
     settled = where(absolute(mean) < 0.5 * gates.mean_gate, small, 0.0)
-    calm_for = where(settled > 0, trust.calm_for[i] + step, 0.0)
+    calm_for = where(settled > 0, trust.calm_for + step, 0.0)
     back = where(calm_for >= gates.return_time, 1.0, 0.0)
-    out = where(trust.out[i] > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
+    out = where(trust.out > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
     return Judgement(news * (1.0 - out), mean, calm_for, out)

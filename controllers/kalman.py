@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.matrices import dot, outer, product, symmetrised
+from warmlink.controllers.matrices import dot, outer, product, symmetric, upper
 from warmlink.fmus.component.arithmetic import Number, maximum, where
+from warmlink.fmus.component.calls import kept_whole
 
 
 class Belief(NamedTuple):
-    """An estimate and its two covariances, shapes (n,), (n, n), (n, n)."""
+    """An estimate, shape (n,), and its two covariances, each as the rows of its upper triangle."""
 
     mean: Number
     spread: Number
@@ -29,15 +30,19 @@ def carried(belief: Belief, transition: Number, mean: Number, disturbance: Numbe
     ----------
     transition : matrix by which errors are carried over, shape (n, n)
     mean : the estimate one step later
-    disturbance : covariance that unknown heat adds in the step
+    disturbance : covariance that unknown heat adds in the step, as the rows of its upper triangle
     """
-    spread, noise_spread = (
-        symmetrised(product(product(transition, covariance), transition.T))
-        for covariance in (belief.spread, belief.noise_spread)
-    )
-    return Belief(mean, spread + disturbance, noise_spread)
+    spread = _carried_over(belief.spread, transition)
+    return Belief(mean, spread + disturbance, _carried_over(belief.noise_spread, transition))
 
 
+@kept_whole
+def _carried_over(packed: Number, transition: Number) -> Number:
+    covariance = symmetric(packed, transition.shape[0])
+    return upper(product(product(transition, covariance), transition.T))
+
+
+@kept_whole
 def corrected(
     belief: Belief,
     row: Number,
@@ -57,10 +62,11 @@ def corrected(
     teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,);
         all of them where it is not given
     """
-    across = product(belief.spread, row)
+    covariance = symmetric(belief.spread, row.shape[0])
+    across = product(covariance, row)
     gain = across * (use / (maximum(dot(row, across), 0.0) + variance))
     if teaches is None:  # the gain is the best there is for this covariance, and Joseph's form is simple
-        spread = symmetrised(belief.spread - outer(gain, across))
+        spread = upper(covariance - outer(gain, across))
     else:
         gain = teaches * gain
         spread = _after(belief.spread, row, gain, variance)
@@ -71,18 +77,21 @@ def corrected(
     )
 
 
+@kept_whole
 def either(which: Number, one: Belief, other: Belief) -> Belief:
     """The one belief where `which` is 1, the other where it is 0, without a branch for each number."""
     return Belief(*(which * a + (1.0 - which) * b for a, b in zip(one, other, strict=True)))
 
 
-def variance_along(covariance: Number, row: Number) -> Number:
+@kept_whole
+def variance_along(packed: Number, row: Number) -> Number:
     """Variance of a quantity whose derivative by the state is `row`; rounding leaves none below 0."""
-    return maximum(dot(row, product(covariance, row)), 0.0)
+    return maximum(dot(row, product(symmetric(packed, row.shape[0]), row)), 0.0)
 
 
-def _after(covariance: Number, row: Number, gain: Number, variance: Number) -> Number:
+def _after(packed: Number, row: Number, gain: Number, variance: Number) -> Number:
     """Covariance after a scalar measurement taken with any gain: Joseph's form, multiplied out."""
+    covariance = symmetric(packed, row.shape[0])
     across = product(covariance, row)
     change = outer(gain, across)
-    return symmetrised(covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain))
+    return upper(covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain))

@@ -45,15 +45,13 @@ def upper(square: Number) -> Number:
     """Rows of a square matrix's upper triangle, in one vector."""
     rows, columns = np.triu_indices(square.shape[0])
     if symbolic(square):
-        import casadi
-
-        return casadi.vertcat(*(square[int(i), int(j)] for i, j in zip(rows, columns, strict=True)))
+        return square[[int(place) for place in rows + columns * square.shape[0]]]
     return square[rows, columns]
 
 
-def symmetrised(square: Number) -> Number:
-    """Symmetric matrix with a square one's upper triangle: exactly symmetric, and half the expressions."""
-    return symmetric(upper(square), square.shape[0])
+def upper_diagonal(packed: Number, size: int) -> Number:
+    """Diagonal of a symmetric matrix from the rows of its upper triangle."""
+    return packed[[int(place) for place in np.diagonal(_places(size))]]
 
 
 def diagonal(vector: Number) -> Number:
@@ -102,8 +100,8 @@ def blocks(upper_left: Number, upper_right: Number, lower_right: Number) -> Numb
     if symbolic(upper_left, upper_right, lower_right):
         import casadi
 
-        empty = casadi.SX(lower_right.shape[0], upper_left.shape[1])
-        return casadi.blockcat(upper_left, upper_right, empty, lower_right)
+        empty = casadi.DM(lower_right.shape[0], upper_left.shape[1])
+        return casadi.vertcat(casadi.horzcat(upper_left, upper_right), casadi.horzcat(empty, lower_right))
     zero = np.zeros((lower_right.shape[0], upper_left.shape[1]))
     return np.block([[upper_left, upper_right], [zero, lower_right]])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
-from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, outer, symmetric
+from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import (
     HEATS,
@@ -17,11 +17,13 @@ from warmlink.controllers.observer.model import (
 from warmlink.controllers.observer.told import Told
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
+from warmlink.fmus.component.calls import kept_whole
 
 WILD = 2000.0
 """K; modes whose sizes add up to more are no estimate."""
 
 
+@kept_whole
 def tamed(filters: Filters, duty_modes: Number, told: Told, p: Record) -> tuple[Number, Number]:
     """1 where an estimate is none, so that all begins again; and the duty's modes, cold if they are none."""
     lost = where(total(absolute(duty_modes)) <= WILD, 0.0, 1.0)
@@ -32,6 +34,7 @@ def tamed(filters: Filters, duty_modes: Number, told: Told, p: Record) -> tuple[
     return wild, where(lost > 0, cold, duty_modes)
 
 
+@kept_whole
 def reconciled(
     belief: Belief,
     trust: fail_safe.Trust,
@@ -51,7 +54,8 @@ def reconciled(
     again from the duty. It also does so where it is not a possible state.
     """
     in_link = belief.mean[MODES + 1]
-    noise = maximum(belief.noise_spread[MODES + 1, MODES + 1], 0.0) ** 0.5
+    variances = upper_diagonal(belief.noise_spread, belief.mean.shape[0])
+    noise = maximum(variances[MODES + 1], 0.0) ** 0.5
     too_much = absolute(in_link) - 4.0 * noise > plausible
 
     deviation, strangeness = [], []
@@ -91,16 +95,17 @@ def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) 
     )
     zero = [0.0] * HEATS
     nothing = outer(p.uniform_profile, belief.mean[MODES:]) * 0.0
-    kept = [diagonal_of(each)[STATES:] for each in (belief.spread, belief.noise_spread)]
+    kept = [upper_diagonal(each, STATES + taught)[STATES:] for each in (belief.spread, belief.noise_spread)]
     heats = p.disturbance_std[:HEATS] ** 2
     mean = stack(duty_modes, *zero, *([belief.mean[STATES:]] if taught else []))
     return Belief(
         mean,
-        blocks(doubt, nothing, diagonal(stack(heats, *([kept[0]] if taught else [])))),
-        blocks(doubt, nothing, diagonal(stack(*zero, *([kept[1]] if taught else [])))),
+        upper(blocks(doubt, nothing, diagonal(stack(heats, *([kept[0]] if taught else []))))),
+        upper(blocks(doubt, nothing, diagonal(stack(*zero, *([kept[1]] if taught else []))))),
     )
 
 
+@kept_whole
 def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record) -> Number:
     """Unknown heat in W in the link that a wrong model may explain: shares of what it loses and receives.
 

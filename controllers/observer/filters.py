@@ -13,10 +13,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.kalman import Belief, either
-from warmlink.controllers.matrices import diagonal_of, outer, packed_size, symmetric, upper
+from warmlink.controllers.matrices import outer, packed_size, upper, upper_diagonal
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import Number, clip, exp, maximum, minimum, stack, total, where
+from warmlink.fmus.component.calls import kept_whole
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations of its noise beyond which an estimated disturbance counts as detected."""
@@ -51,17 +52,16 @@ def filter_states(size: int) -> tuple[State, ...]:
     )
 
 
-def filters_of(x: Record, size: int) -> Filters:
+def filters_of(x: Record) -> Filters:
     """Both beliefs as they lie in a law's states."""
-    return Filters(*(_belief_of(x, prefix, size) for prefix in _PREFIXES))
+    return Filters(*(Belief(*(getattr(x, name) for name in _names(prefix))) for prefix in _PREFIXES))
 
 
 def filters_named(filters: Filters) -> dict[str, Number]:
     """Both beliefs under the names of a law's states."""
     named: dict[str, Number] = {}
     for prefix, belief in zip(_PREFIXES, filters, strict=True):
-        flat = (belief.mean, upper(belief.spread), upper(belief.noise_spread))
-        named.update(zip(_names(prefix), flat, strict=True))
+        named.update(zip(_names(prefix), belief, strict=True))
     return named
 
 
@@ -81,9 +81,10 @@ def quieted(alert: Belief, p: Record) -> Belief:
     """
     others = alert.mean.shape[0] - STATES
     share = stack(*[1.0] * MODES, *[p.quiet_share] * HEATS, *[1.0] * others)
-    return alert._replace(spread=outer(share, share) * alert.spread)
+    return alert._replace(spread=upper(outer(share, share)) * alert.spread)
 
 
+@kept_whole
 def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
     """The filters after it is decided which of them leads.
 
@@ -94,7 +95,7 @@ def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filte
     """
     alert, quiet = filters
     heats = alert.mean[MODES:STATES]
-    noise = diagonal_of(alert.noise_spread)[MODES:STATES]
+    noise = upper_diagonal(alert.noise_spread, alert.mean.shape[0])[MODES:STATES]
     certain = total(where(heats**2 > CERTAIN_SIGMAS**2 * noise, 1.0, 0.0))
     by_noise = noise / p.disturbance_std[:HEATS] ** 2
     least = (CERTAIN_SIGMAS**2 - EVIDENCE_SIGMAS**2) * maximum(by_noise[0], by_noise[1])
@@ -103,7 +104,8 @@ def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filte
     return Filters(alert, either(alert_leads, quieted(alert, p), quiet))
 
 
-def evidence(before: Number, belief: Belief, of: slice, p: Record, elapsed: Number) -> Number:
+@kept_whole
+def evidence(before: Number, belief: Belief, of: tuple[int, int], p: Record, elapsed: Number) -> Number:
     """How strong disturbances are seen to be: squared, relative to those designed for.
 
     An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
@@ -112,11 +114,12 @@ def evidence(before: Number, belief: Belief, of: slice, p: Record, elapsed: Numb
     Parameters
     ----------
     before : the evidence so far
-    of : which of the disturbances
+    of : first of the disturbances, and the one after the last
     elapsed : time in s over which what is remembered fades
     """
-    doubt = diagonal_of(belief.noise_spread)[MODES:][of]
-    excess = (belief.mean[MODES:][of] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[of] ** 2
+    asked = slice(*of)
+    doubt = upper_diagonal(belief.noise_spread, belief.mean.shape[0])[MODES:][asked]
+    excess = (belief.mean[MODES:][asked] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[asked] ** 2
     seen: Number = before * exp(-elapsed / p.disturbance_time[0])
     for i in range(excess.shape[0]):
         seen = maximum(seen, excess[i])
@@ -130,16 +133,11 @@ def believed_spread(belief: Belief, alert: Belief, seen: Number, taught: Number 
     camera has taught in the elements after them, and by the weaker evidence of the two between them.
     """
     added = alert.spread - alert.noise_spread
-    own = stack(*[1.0] * STATES, *[0.0] * (added.shape[0] - STATES))
+    own = stack(*[1.0] * STATES, *[0.0] * (belief.mean.shape[0] - STATES))
     both = minimum(seen, taught)
     share = both + (seen - both) * outer(own, own) + (taught - both) * outer(1.0 - own, 1.0 - own)
-    return belief.noise_spread + share * added
+    return belief.noise_spread + upper(share) * added
 
 
 def _names(prefix: str) -> tuple[str, ...]:
     return tuple(f"{prefix}{name}" for name in ("estimate", "spread", "noise_spread"))
-
-
-def _belief_of(x: Record, prefix: str, size: int) -> Belief:
-    mean, spread, noise_spread = (getattr(x, name) for name in _names(prefix))
-    return Belief(mean, symmetric(spread, size), symmetric(noise_spread, size))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
-from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric
+from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, dot, matrix, outer, symmetric, upper
 from warmlink.controllers.observer import retained, witnesses
 from warmlink.controllers.observer.contradiction import plausible_link_heat, reconciled, tamed
 from warmlink.controllers.observer.filters import (
@@ -56,9 +56,10 @@ from warmlink.fmus.component.arithmetic import (
     stack,
     where,
 )
+from warmlink.fmus.component.calls import kept_whole
 
-HEAT = slice(0, HEATS)
-"""Places of the unknown heats among the disturbances."""
+HEAT = (0, HEATS)
+"""Places of the unknown heats among the disturbances: the first, and the one after the last."""
 
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
@@ -122,7 +123,7 @@ class Sample(NamedTuple):
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     """Filters and memory after the inputs of a sample: duty, ambient temperature and thermometers."""
     told, idle, doubted = believed(x, u, p, step)
-    filters = predict(filters_of(x, size), told, p)
+    filters = predict(filters_of(x), told, p)
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
@@ -188,7 +189,7 @@ def derive(p: Record) -> Mapping[str, Number]:
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
     row = stack(p.elongation_row, *[0.0] * HEATS)
-    return reported(x, filters_of(x, STATES), row, p)
+    return reported(x, filters_of(x), row, p)
 
 
 def sensed(u: Record) -> Number:
@@ -232,31 +233,53 @@ def first_belief(recalled: retained.Recalled, told: Told, readings: Number, p: R
     mean = stack(modes, *[0.0] * HEATS, *taught)
     return Belief(
         mean,
-        blocks(uniform + warm + profile, none, doubt),
-        blocks(uniform + warm, none, 0.0 * doubt),
+        upper(blocks(uniform + warm + profile, none, doubt)),
+        upper(blocks(uniform + warm, none, 0.0 * doubt)),
     )
 
 
 def predict(filters: Filters, u: Told, p: Record) -> Filters:
     """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
+    step = errors_carried(u.speed, p)
+
+    def later(belief: Belief, disturbance: Number) -> Belief:
+        return carried(belief, step.transition, carried_mean(belief.mean, u, p), disturbance)
+
+    return Filters(later(filters.alert, step.alert), later(filters.quiet, step.quiet))
+
+
+@kept_whole
+def carried_mean(mean: Number, u: Told, p: Record) -> Number:
+    """The estimate one sample later."""
+    modes, disturbances = mean[:MODES], mean[MODES:]
+    unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
+    drive = known_heat(modes, u, p) + unknown_heat
+    return stack(p.decay * modes + p.reach * drive, p.fade * disturbances)
+
+
+class ErrorStep(NamedTuple):
+    """What a sample does to the errors: their transition, and what each filter adds to its covariance."""
+
+    transition: Number
+    alert: Number
+    quiet: Number
+
+
+@kept_whole
+def errors_carried(speed: Number, p: Record) -> ErrorStep:
+    """What a sample does to the errors of modes and disturbances."""
     decay, reach, fade = p.decay, p.reach, p.fade
     extra = fade.shape[0] - HEATS
     by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
         reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
     )
     # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
-    own = decay + reach * absolute(u.speed) * diagonal_of(matrix(p.convection, MODES))
-    transition = blocks(diagonal(own), by_heat, diagonal(fade))
+    own = decay + reach * absolute(speed) * diagonal_of(matrix(p.convection, MODES))
     designed = stack(p.profile_std**2 * (1.0 - decay**2), p.disturbance_std**2 * (1.0 - fade**2))
-
-    def later(belief: Belief, share: Number) -> Belief:
-        modes, disturbances = belief.mean[:MODES], belief.mean[MODES:]
-        unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
-        drive = known_heat(modes, u, p) + unknown_heat
-        mean = stack(decay * modes + reach * drive, fade * disturbances)
-        return carried(belief, transition, mean, diagonal(allowed_for(designed, share)))
-
-    return Filters(later(filters.alert, 1.0), later(filters.quiet, p.quiet_share))
+    return ErrorStep(
+        blocks(diagonal(own), by_heat, diagonal(fade)),
+        *(upper(diagonal(allowed_for(designed, share))) for share in (1.0, p.quiet_share)),
+    )
 
 
 def sense(
@@ -269,30 +292,58 @@ def sense(
     step: Number,
 ) -> tuple[Filters, fail_safe.Trust]:
     """Beliefs and trust after the readings, taken one after the other; the alert filter judges them."""
-    extra = filters.alert.mean.shape[0] - MODES
     gates = fail_safe.gates_of(p)
     means, calm, out = [], [], []
     for i in range(SENSORS):
-        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
-        variance = where(used > 0, p.sensor_std[i] ** 2, 1.0)
-        row = stack(sensor_row(i, p), *[0.0] * extra)
-        innovations = Filters(*(readings[i] - temperature(i, each.mean[:MODES], p) for each in filters))
-        widest = variance_along(filters.alert.spread, row)
-        sure = variance_along(believed_spread(filters.alert, filters.alert, seen), row)
-        news_here = used * news[i]
-        verdict = fail_safe.judged(
-            trust, i, news_here, innovations.alert, widest + variance, sure + variance, gates, step
+        row = stack(sensor_row(i, p), *[0.0] * (filters.alert.mean.shape[0] - MODES))
+        signal = fail_safe.Trust(*(each[i] for each in trust))
+        relative = readings[i] - p.linearisation_temperature
+        variance, verdict = judge(
+            filters.alert, signal, row, relative, p.sensor_std[i], news[i], seen, gates, step
         )
-        filters = Filters(
-            *(
-                corrected(belief, row, innovation, variance, verdict.use)
-                for belief, innovation in zip(filters, innovations, strict=True)
-            )
-        )
+        filters = Filters(*(take(belief, row, relative, variance, verdict.use) for belief in filters))
         means.append(verdict.mean)
         calm.append(verdict.calm_for)
-        out.append(used * verdict.out)
+        out.append(verdict.out)
     return filters, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+
+
+@kept_whole
+def judge(
+    alert: Belief,
+    trust: fail_safe.Trust,
+    row: Number,
+    reading: Number,
+    std: Number,
+    news: Number,
+    seen: Number,
+    gates: fail_safe.Gates,
+    step: Number,
+) -> tuple[Number, fail_safe.Judgement]:
+    """The variance of a reading's noise in K2, and the verdict on it.
+
+    Parameters
+    ----------
+    alert : belief of the alert filter
+    trust : memory of this sensor
+    row : derivative of the reading by the state, shape (n,)
+    reading : in K above the temperature of linearisation
+    std : standard deviation of its noise in K; 0 where the sensor is not in use
+    news : 1 if the reading is present and new, else 0
+    """
+    used = where(std > 0, 1.0, 0.0)
+    variance = where(used > 0, std**2, 1.0)
+    widest = variance_along(alert.spread, row) + variance
+    sure = variance_along(believed_spread(alert, alert, seen), row) + variance
+    innovation = reading - dot(row, alert.mean)
+    verdict = fail_safe.judged(trust, used * news, innovation, widest, sure, gates, step)
+    return variance, verdict._replace(out=used * verdict.out)
+
+
+@kept_whole
+def take(belief: Belief, row: Number, reading: Number, variance: Number, use: Number) -> Belief:
+    """Belief after a reading in K above the temperature of linearisation."""
+    return corrected(belief, row, reading - dot(row, belief.mean), variance, use)
 
 
 def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:

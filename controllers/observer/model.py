@@ -11,9 +11,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.matrices import diagonal_of, matrix, product
+from warmlink.controllers.matrices import diagonal_of, dot, matrix, product
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum, total
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum
+from warmlink.fmus.component.calls import kept_whole
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 MODES = 7
@@ -67,6 +68,7 @@ def stability_margin(p: Record) -> Number:
     return least
 
 
+@kept_whole
 def by_duty(modes: Number, u: Record, p: Record) -> Number:
     """Modes a sample later by duty signals and surroundings alone."""
     return p.decay * modes + p.reach * known_heat(modes, u, p)
@@ -94,7 +96,7 @@ def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
 
 def temperature(sensor: int, modes: Number, p: Record) -> Number:
     """Temperature in K at a sensor."""
-    return total(sensor_row(sensor, p) * modes) + p.linearisation_temperature
+    return dot(sensor_row(sensor, p), modes) + p.linearisation_temperature
 
 
 def sensor_row(sensor: int, p: Record) -> Number:
@@ -105,4 +107,4 @@ def sensor_row(sensor: int, p: Record) -> Number:
 def elongation(mean: Number, p: Record) -> Number:
     """Elongation in m that the modes make."""
     shift = p.elongation_per_kelvin * (p.reference_temperature - p.linearisation_temperature)
-    return total(p.elongation_row * mean[:MODES]) - shift
+    return dot(p.elongation_row, mean[:MODES]) - shift

@@ -27,6 +27,7 @@ from warmlink.fmus.component.arithmetic import (
     total,
     where,
 )
+from warmlink.fmus.component.calls import kept_whole
 
 STATES = (
     State("seen", "K", size=SENSORS),
@@ -149,6 +150,7 @@ class Verdict(NamedTuple):
     disagree: Number
 
 
+@kept_whole
 def heard(
     x: Record,
     estimate: Number,

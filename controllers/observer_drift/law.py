@@ -24,6 +24,7 @@ from warmlink.controllers.observer.filters import Filters, evidence, filters_of,
 from warmlink.controllers.observer.witnesses import Look
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
+from warmlink.fmus.component.calls import kept_whole
 
 DISTURBANCES = model.HEATS + 2
 """Unknown heats, then the relative error of the expansion coefficient and the offset."""
@@ -35,7 +36,7 @@ _SCALE, _OFFSET = STATES - 2, STATES - 1
 _TEACHES = (0.0,) * (STATES - 2) + (1.0, 1.0)
 """What a reading of the camera may change: scale and offset."""
 
-_TAUGHT = slice(model.HEATS, DISTURBANCES)
+_TAUGHT = (model.HEATS, DISTURBANCES)
 """Which of the disturbances these are."""
 
 _AT_BOUND = 1.0 - 1e-6
@@ -107,10 +108,11 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m."""
-    filters = filters_of(x, STATES)
+    filters = filters_of(x)
     return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p, x.camera_evidence)
 
 
+@kept_whole
 def update_from_camera(
     filters: Filters, x: Record, u: Record, p: Record, step: Number
 ) -> tuple[Filters, Camera]:
@@ -126,15 +128,14 @@ def update_from_camera(
     rows = Filters(*(elongation_row(each.mean, p) for each in filters))
     variance = p.camera_std**2
     measured = u.measured_drift + x.correction
-    innovations = Filters(*(measured - elongation(each.mean, p) for each in filters_of(x, STATES)))
+    innovations = Filters(*(measured - elongation(each.mean, p) for each in filters_of(x)))
     # A leap within the camera's authority is harmless, so it is believed.
     expected = (
         variance_along(filters.alert.spread, rows.alert) + variance + (p.camera_authority / p.gate) ** 2
     )
-    trust = fail_safe.Trust(*(stack(value) for value in (0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)))
+    trust = fail_safe.Trust(0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)
     verdict = fail_safe.judged(
         trust,
-        0,
         news,
         innovations.quiet,
         expected,

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
-from warmlink.controllers.matrices import diagonal, symmetric, upper
+from warmlink.controllers.matrices import diagonal, upper_diagonal
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, where
 
@@ -35,8 +35,7 @@ LARGEST_GROWTH = 2e-3
 
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: what the first readings say."""
-    moments = symmetric(p.moments, STATES)
-    belief = Belief(stack(*[0.0] * STATES), moments, moments)
+    belief = Belief(stack(*[0.0] * STATES), p.moments, p.moments)
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
     return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0}
@@ -44,12 +43,11 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample."""
-    moments = symmetric(p.moments, STATES)
+    moments = p.moments
     decay = exp(-step / p.memory_time)
-    spread = symmetric(x.spread, STATES)
     transition = diagonal(stack(*[decay] * STATES))
     belief = carried(
-        Belief(x.estimate, spread, spread), transition, decay * x.estimate, moments * (1.0 - decay**2)
+        Belief(x.estimate, x.spread, x.spread), transition, decay * x.estimate, moments * (1.0 - decay**2)
     )
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
@@ -67,8 +65,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Correction and its uncertainty in m: what the run that taught it left, and the sensors' noise."""
-    spread = symmetric(x.spread, STATES)
-    variance = LENGTH**2 * maximum(spread[SENSORS, SENSORS], 0.0)
+    variance = LENGTH**2 * maximum(upper_diagonal(x.spread, STATES)[SENSORS], 0.0)
     doubt = maximum(x.distrusted, x.wild)
     told = fail_safe.reported(x, (variance + p.residual_std**2) ** 0.5, p, doubt)
     return told | {"ready": told["ready"] * (1.0 - doubt), "warning": maximum(told["warning"], x.wild)}
@@ -91,7 +88,8 @@ def sense(
         row = placed(1.0, i, STATES)
         innovation = readings[i] - p.reference_temperature - belief.mean[i]
         variance = variance_along(belief.spread, row) + noise
-        verdict = fail_safe.judged(trust, i, used * news[i], innovation, variance, variance, gates, step)
+        signal = fail_safe.Trust(*(each[i] for each in trust))
+        verdict = fail_safe.judged(signal, used * news[i], innovation, variance, variance, gates, step)
         belief = corrected(belief, row, innovation, noise, verdict.use)
         means.append(verdict.mean)
         calm.append(verdict.calm_for)
@@ -104,7 +102,7 @@ def _named(
 ) -> dict[str, Number]:
     return {
         "estimate": belief.mean,
-        "spread": upper(belief.spread),
+        "spread": belief.spread,
         **fail_safe.trust_named(trust),
         "correction": correction,
         "elongation": LENGTH * belief.mean[SENSORS],

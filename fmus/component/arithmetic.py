@@ -155,9 +155,7 @@ def stack(*parts: Number) -> Number:
 def placed(value: Number, index: int, size: int) -> Number:
     """Vector of a size that is zero but for one element."""
     if symbolic(value):
-        import casadi
-
-        result: Number = casadi.SX.zeros(size)
+        result: Number = type(value).zeros(size)
     else:
         result = np.zeros(size, dtype=np.result_type(value, float))
     result[index] = value

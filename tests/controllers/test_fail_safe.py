@@ -60,7 +60,9 @@ def test_a_missing_reading_is_no_news_and_the_last_is_kept() -> None:
 
 
 def judge(trust: fail_safe.Trust, innovation: float, news: float = 1.0) -> fail_safe.Judgement:
-    return fail_safe.judged(trust, 0, news, innovation, 1.0, 1.0, GATES, 1.0)
+    return fail_safe.judged(
+        fail_safe.Trust(*(each[0] for each in trust)), news, innovation, 1.0, 1.0, GATES, 1.0
+    )
 
 
 def kept(trust: fail_safe.Trust, verdict: fail_safe.Judgement) -> fail_safe.Trust:

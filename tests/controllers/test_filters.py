@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from warmlink.controllers.kalman import Belief, variance_along
+from warmlink.controllers.matrices import symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.filters import Filters, allowed_for, led, quieted
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
 
@@ -21,7 +22,7 @@ def belief(size: int, seed: int, heat: float = 0.0) -> Belief:
     noise, more = (root @ root.T for root in roots)
     mean = draw.normal(size=size)
     mean[MODES : MODES + HEATS] = heat * noise[MODES, MODES] ** 0.5, 0.0
-    return Belief(mean, noise + more, noise)
+    return Belief(mean, upper(noise + more), upper(noise))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -29,10 +30,11 @@ def test_a_quieted_belief_expects_less_heat_and_is_as_sure_of_all_else(size: int
     alert = belief(size, 1)
     quiet = quieted(alert, P)
     heats = slice(MODES, MODES + HEATS)
-    assert np.linalg.eigvalsh(quiet.spread).min() > 0
-    assert np.diag(quiet.spread)[heats] == pytest.approx(0.01 * np.diag(alert.spread)[heats])
+    before, after = (symmetric(each.spread, size) for each in (alert, quiet))
+    assert np.linalg.eigvalsh(after).min() > 0
+    assert np.diag(after)[heats] == pytest.approx(0.01 * np.diag(before)[heats])
     others = np.r_[:MODES, MODES + HEATS : size]
-    assert np.array_equal(quiet.spread[np.ix_(others, others)], alert.spread[np.ix_(others, others)])
+    assert np.array_equal(after[np.ix_(others, others)], before[np.ix_(others, others)])
     row = np.r_[np.ones(MODES), np.zeros(size - MODES)]
     assert variance_along(quiet.spread, row) == pytest.approx(variance_along(alert.spread, row))
     assert np.array_equal(quiet.mean, alert.mean)
@@ -65,7 +67,7 @@ def test_who_leads(heat: float, seen: float, begun_again: float, alert_leads: bo
     """
     for size in SIZES:
         alert, quiet = belief(size, 2, heat), belief(size, 3)
-        noise = np.diag(alert.noise_spread)[MODES:STATES]
+        noise = upper_diagonal(alert.noise_spread, size)[MODES:STATES]
         p = SimpleNamespace(quiet_share=0.1, disturbance_std=np.ones(size - MODES))
         filters = led(Filters(alert, quiet), seen * noise.max(), begun_again, p)
         assert filters.alert is alert

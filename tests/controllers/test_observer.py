@@ -12,7 +12,6 @@ import pytest
 from warmlink.controllers import interface
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
-from warmlink.controllers.observer_drift import law as drift_law
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.fmus.component import Component
@@ -215,7 +214,7 @@ def test_a_constant_error_that_only_the_camera_sees_vanishes() -> None:
     assert taught.get("correction") - 2e-6 == pytest.approx(0.0, abs=0.1e-6)
     assert alone.get("correction") == pytest.approx(0.0, abs=0.3e-6)
     states = DRIFT.x.read(np.array(taught.snapshot().states))
-    offset = filters_of(states, drift_law.STATES).quiet.mean[-1]
+    offset = filters_of(states).quiet.mean[-1]
     assert offset + alone.get("correction") == pytest.approx(2e-6, abs=0.06e-6)
 
 
@@ -239,10 +238,7 @@ def test_a_camera_that_leaps_is_left_out() -> None:
 @pytest.mark.parametrize("drift", [2e-6, 3e-6, -2e-6])
 def test_the_camera_does_not_move_the_temperatures(drift: float) -> None:
     taught, alone = with_camera(drift, seconds=300), with_camera(drift, valid=0.0, seconds=300)
-    filters = [
-        filters_of(DRIFT.x.read(np.array(each.snapshot().states)), drift_law.STATES)
-        for each in (taught, alone)
-    ]
+    filters = [filters_of(DRIFT.x.read(np.array(each.snapshot().states))) for each in (taught, alone)]
     for one, other in zip(*filters, strict=True):
         assert np.array_equal(one.mean[:-2], other.mean[:-2])
         assert not np.array_equal(one.mean[-2:], other.mean[-2:])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
 from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.packaging.exchange import exchanged_states
+from warmlink.fmus.packaging.native.casadi_code import function, functions_file
 from warmlink.fmus.packaging.native.elimination import Factorisation
 from warmlink.fmus.packaging.native.joint_code import (
     running_parts,
@@ -17,34 +17,7 @@ from warmlink.fmus.packaging.native.joint_code import (
     starting_parts,
 )
 from warmlink.fmus.packaging.native.output_groups import output_groups
-
-Expression = Any
-"""A CasADi SX."""
-
-
-DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
-"""Functions that `model.h` declares; others are for the generated file alone."""
-
-
-@dataclass(frozen=True)
-class Symbols:
-    """What the functions of a component depend on, flat, as CasADi symbols."""
-
-    x: Expression
-    u: Expression
-    p: Expression
-    d: Expression
-    time: Expression
-    step: Expression
-
-    @classmethod
-    def of(cls, component: Component) -> Symbols:
-        """Fresh symbols for a component; `d` are the parameters and what they settle."""
-        import casadi
-
-        sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "d": component.d.size}
-        vectors = {name: casadi.SX.sym(name, size) for name, size in sizes.items()}
-        return cls(**vectors, time=casadi.SX.sym("time"), step=casadi.SX.sym("step"))
+from warmlink.fmus.packaging.native.symbols import Expression, Symbols, beginning, sampling
 
 
 def generate(component: Component) -> dict[str, str]:
@@ -58,8 +31,8 @@ def generate(component: Component) -> dict[str, str]:
     """
     groups = output_groups(component)
     name = component.name
-    starting = _functions_file(f"{name}_starting", starting_functions(component))
-    running = _functions_file(f"{name}_running", running_functions(component, groups))
+    starting = functions_file(f"{name}_starting", starting_functions(component))
+    running = functions_file(f"{name}_running", running_functions(component, groups))
     if component.joint is not None:
         starting += starting_glue(component, component.joint)
         running += sample_glue(component, component.joint)
@@ -123,16 +96,14 @@ def starting_functions(component: Component) -> Iterator[Any]:
 
     s = Symbols.of(component)
     margins = [check.margin(component.p.read(s.p)) for check in component.checks]
-    yield _function("margins", [s.p], casadi.vertcat(*margins))
+    yield function("margins", [s.p], casadi.vertcat(*margins))
     if component.joint is not None:
         for part in starting_parts(component, component.joint, [s.x, s.u, s.d, s.time]):
-            yield _function(*part)
+            yield function(*part)
         return
-    yield _function("settle", [s.p], component.settled(s.p))
-    if component.states:
-        begun = component.states_at_start(s.u, s.d)
-        yield _function("begin", [s.u, s.d], begun)
-        yield _function("begin_tangent", [s.u, s.d, along := _like(s.u)], casadi.jtimes(begun, s.u, along))
+    yield function("settle", [s.p], component.settled(s.p))
+    for part in beginning(component):
+        yield function(*part)
 
 
 def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
@@ -142,21 +113,20 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
     s = Symbols.of(component)
     now = [s.x, s.u, s.d, s.time]
     if component.joint is not None:
-        for part in running_parts(component, component.joint, now, s.step):
-            yield _function(*part)
+        for part in running_parts(component, component.joint, now):
+            yield function(*part)
     else:
-        for number, clock in enumerate(component.clocks):
-            updated = component.updated(s.x, s.u, s.d, s.time, s.step, clock)
-            yield _function(f"sample_{number}", [*now, s.step], updated)
+        for number in range(len(component.clocks)):
+            yield function(*sampling(component, number))
     if component.continuous.size:
         later = _like(s.u)
-        yield _function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
+        yield function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
         if not component.sampled:  # what samples gives no output derivatives
             yield from _with_tangent("rates", s, component.rates_of(*now))
 
     y = casadi.SX(component.outputs_of(*now))
     for number, group in enumerate(groups):
-        yield _function(f"outputs_{number}", now, y[group])
+        yield function(f"outputs_{number}", now, y[group])
     yield list(_with_tangent("", s, y))[1]
 
 
@@ -169,8 +139,8 @@ def _with_tangent(name: str, s: Symbols, expression: Expression) -> Iterator[Any
     expression = casadi.SX(expression)
     slope = casadi.jtimes(expression, casadi.vertcat(*moving), casadi.vertcat(*along))
     now = [s.x, s.u, s.d, s.time]
-    yield _function(name or "values", now, expression)
-    yield _function(f"{name}_tangent".lstrip("_"), [*now, *along], slope)
+    yield function(name or "values", now, expression)
+    yield function(f"{name}_tangent".lstrip("_"), [*now, *along], slope)
 
 
 def micro_step(component: Component, s: Symbols, later: Expression) -> Expression:
@@ -199,37 +169,6 @@ def _like(symbols: Expression) -> Expression:
     import casadi
 
     return casadi.SX.sym("also", symbols.numel())
-
-
-def _function(name: str, arguments: list[Expression], result: Expression) -> Any:
-    import casadi
-
-    return casadi.Function(name, arguments, [casadi.cse(casadi.densify(casadi.SX(result)))])
-
-
-def _functions_file(prefix: str, functions: Iterable[Any]) -> str:
-    import casadi
-
-    # CasADi takes the names of its helper functions from the file's.
-    generator = casadi.CodeGenerator(f"{prefix}.c", {"with_header": False, "verbose": False})
-    wrappers = []
-    for function in functions:
-        generator.add(function, False)
-        wrappers.append(_wrapper(function.name(), function.n_in()))
-    head = '#include "model.h"\n\n#define CASADI_SYMBOL_EXPORT static\n\n'
-    return head + generator.dump() + "".join(wrappers)
-
-
-def _wrapper(name: str, inputs: int) -> str:
-    parameters = ", ".join(f"const double *a{i}" for i in range(inputs))
-    listed = ", ".join(f"a{i}" for i in range(inputs))
-    called = f"WL({name})" if name in DECLARED else f"{name}_of"
-    linkage = "" if name in DECLARED else "static "
-    return (
-        f"\n{linkage}void {called}({parameters}, double *result)\n{{\n"
-        f"    const double *arguments[] = {{{listed}}};\n    double *results[] = {{result}};\n"
-        f"    {name}(arguments, results, 0, 0, 0);\n}}\n"
-    )
 
 
 def _dispatcher(name: str, chosen: str, arguments: Sequence[str], count: int) -> str:

@@ -7,15 +7,9 @@ once, and called with the place of each part in the vectors of the whole.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from warmlink.fmus.component import Component, Joint
-
-Expression = Any
-"""A CasADi SX."""
-
-Function = tuple[str, list[Expression], Expression]
-"""Name, arguments and result of a function that CasADi writes."""
+from warmlink.fmus.packaging.native.symbols import Expression, Function, beginning, sampling
 
 
 def starting_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:
@@ -29,20 +23,9 @@ def starting_parts(component: Component, joint: Joint, now: list[Expression]) ->
     import casadi
 
     for kind in kinds(joint).values():
-        p, u, d, du = (
-            casadi.SX.sym(name, size)
-            for name, size in (
-                ("p", kind.p.size),
-                ("u", kind.u.size),
-                ("d", kind.d.size),
-                ("du", kind.u.size),
-            )
-        )
+        p = casadi.SX.sym("p", kind.p.size)
         yield f"settle_{kind.name}", [p], kind.settled(p)
-        if kind.states:
-            begun = kind.states_at_start(u, d)
-            yield f"begin_{kind.name}", [u, d], begun
-            yield f"begin_tangent_{kind.name}", [u, d, du], casadi.jtimes(begun, u, du)
+        yield from beginning(kind, f"_{kind.name}")
     x, u = now[0], now[1]
     dx, du = casadi.SX.sym("dx", x.numel()), casadi.SX.sym("du", u.numel())
     for number, (key, part) in enumerate(joint.parts.items()):
@@ -53,20 +36,11 @@ def starting_parts(component: Component, joint: Joint, now: list[Expression]) ->
             yield f"inputs_tangent_{number}", [*now, dx, du], slope
 
 
-def running_parts(
-    component: Component, joint: Joint, now: list[Expression], step: Expression
-) -> Iterator[Function]:
+def running_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:
     """Yield what the sampled parts need: the sample of each kind, the inputs of each part."""
-    import casadi
-
     for kind in kinds(joint).values():
-        x, u, d = (
-            casadi.SX.sym(name, size)
-            for name, size in (("x", kind.x.size), ("u", kind.u.size), ("d", kind.d.size))
-        )
-        for clock in kind.clocks:
-            sampled = kind.updated(x, u, d, now[3], step, clock)
-            yield f"update_{kind.name}", [x, u, d, now[3], step], sampled
+        for clock in range(len(kind.clocks)):
+            yield sampling(kind, clock, f"update_{kind.name}")
     for number, (key, part) in enumerate(joint.parts.items()):
         if part.sampled:
             yield f"inputs_{number}", now, _inputs(component, joint, key, now)
@@ -109,7 +83,7 @@ def sample_glue(component: Component, joint: Joint) -> str:
             f"\nstatic void sample_{len(parts)}_of(const double *x, const double *u, const double *d,"
             f" const double *time, const double *step, double *result)\n{{\n"
             f"    double v[{max(part.u.size, 1)}];\n    inputs_{number}_of(x, u, d, time, v);\n"
-            f"    update_{part.name}_of(x + {x}, v, d + {d}, time, step, result);\n}}\n"
+            f"    update_{part.name}_0_of(x + {x}, v, d + {d}, time, step, result);\n}}\n"
         )
     return "".join(parts)
 

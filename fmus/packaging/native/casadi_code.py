@@ -1,0 +1,71 @@
+"""CasADi's functions as C: their text, cut down to what is called, and wrapped for `model.h`."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from warmlink.fmus.packaging.native.symbols import Expression
+
+DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
+"""Functions that `model.h` declares; others are for the generated file alone."""
+
+_TABLE = re.compile(r"static const casadi_int (casadi_s\d+)\[\d+\] =.*?;\n", re.DOTALL)
+"""A table of indices."""
+
+
+def function(name: str, arguments: list[Expression], result: Expression) -> Any:
+    """CasADi function of one result, in the kind of expression that its arguments are."""
+    import casadi
+
+    kind = type(arguments[0])
+    return casadi.Function(name, arguments, [casadi.cse(casadi.densify(kind(result)))])
+
+
+def functions_file(prefix: str, functions: Iterable[Any]) -> str:
+    """C file with functions from `function`, each as `void NAME(const double *a0, ..., double *result)`."""
+    import casadi
+
+    # CasADi takes the names of its helper functions from the file's.
+    options: dict[str, Any] = {"with_header": False, "verbose": False, "casadi_int": "int"}
+    generator = casadi.CodeGenerator(f"{prefix}.c", options)
+    wrappers = []
+    for each in functions:
+        generator.add(each, False)
+        wrappers.append(_wrapper(each))
+    head = '#include "model.h"\n\n#define CASADI_SYMBOL_EXPORT static\n\n'
+    return head + _trimmed(generator.dump()) + "".join(wrappers)
+
+
+def _trimmed(text: str) -> str:
+    """CasADi's C without what nobody calls, nor asks whether arguments are given, which all are."""
+    kept, dropping = [], False
+    for line in text.splitlines(keepends=True):
+        described = line.startswith("CASADI_SYMBOL_EXPORT") and "(const casadi_real** arg" not in line
+        if not (dropping or described):
+            kept.append(line)
+        ends = line == "}\n" or (described and line.endswith("}\n"))
+        dropping = (dropping or described) and not ends
+    text = re.sub(r"(arg\[\d+\]) ?\? \1(\[\d+\]) : 0", r"\1\2", "".join(kept))
+    named = Counter(re.findall(r"casadi_s\d+", text))  # where prefixed and where defined, at least
+    return _TABLE.sub(lambda table: table[0] if named[table[1]] > 2 else "", text)
+
+
+def _wrapper(function: Any) -> str:
+    name, inputs = function.name(), function.n_in()
+    parameters = ", ".join(f"const double *a{i}" for i in range(inputs))
+    listed = ", ".join(f"a{i}" for i in range(inputs))
+    called = f"WL({name})" if name in DECLARED else f"{name}_of"
+    linkage = "" if name in DECLARED else "static "
+    scratch, given = "", "0, 0"
+    if function.is_a("MXFunction"):
+        scratch = f"    int places[{function.sz_iw() + 1}];\n    double work[{function.sz_w() + 1}];\n"
+        given = "places, work"
+    return (
+        f"\n{linkage}void {called}({parameters}, double *result)\n{{\n"
+        f"    const double *arguments[{function.sz_arg()}] = {{{listed}}};\n"
+        f"    double *results[{function.sz_res()}] = {{result}};\n{scratch}"
+        f"    {name}(arguments, results, {given}, 0);\n}}\n"
+    )

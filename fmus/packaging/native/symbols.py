@@ -1,0 +1,72 @@
+"""What a component does when it begins and when it samples, as CasADi expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from warmlink.fmus.component import Component
+
+Expression = Any
+"""A CasADi SX or MX."""
+
+Function = tuple[str, list[Expression], Expression]
+"""Name, arguments and result of a function that CasADi writes."""
+
+
+_MANY_STATES = 100
+"""States from which on the code of a component that samples is shorter, and no slower, with calls."""
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """What the functions of a component depend on, flat, as CasADi symbols."""
+
+    x: Expression
+    u: Expression
+    p: Expression
+    d: Expression
+    time: Expression
+    step: Expression
+
+    @classmethod
+    def of(cls, component: Component, calls: bool = False) -> Symbols:
+        """Fresh symbols for a component; `d` are the parameters and what they settle.
+
+        Parameters
+        ----------
+        calls : whether functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
+            written out number by number (SX)
+        """
+        import casadi
+
+        kind = casadi.MX if calls else casadi.SX
+        sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "d": component.d.size}
+        vectors = {name: kind.sym(name, size) for name, size in sizes.items()}
+        return cls(**vectors, time=kind.sym("time"), step=kind.sym("step"))
+
+
+def sampling_symbols(component: Component) -> Symbols:
+    """Symbols for what runs when a component begins and samples."""
+    return Symbols.of(component, calls=component.sampled and component.x.size >= _MANY_STATES)
+
+
+def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
+    """Yield `begin`, the states at the start, and `begin_tangent`, their derivative along inputs."""
+    import casadi
+
+    if not component.states:
+        return
+    s = sampling_symbols(component)
+    yield f"begin{suffix}", [s.u, s.d], component.states_at_start(s.u, s.d)
+    s = Symbols.of(component)
+    begun, along = component.states_at_start(s.u, s.d), casadi.SX.sym("also", component.u.size)
+    yield f"begin_tangent{suffix}", [s.u, s.d, along], casadi.jtimes(begun, s.u, along)
+
+
+def sampling(component: Component, clock: int, name: str = "sample") -> Function:
+    """States of a clock after a sample; the function's name ends with the clock's number."""
+    s = sampling_symbols(component)
+    updated = component.updated(s.x, s.u, s.d, s.time, s.step, component.clocks[clock])
+    return f"{name}_{clock}", [s.x, s.u, s.d, s.time, s.step], updated
