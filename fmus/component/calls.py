@@ -84,12 +84,13 @@ def _shape(value: Any) -> Any:
 
 
 def _as_graphs(value: Any) -> Any:
-    """The same with expressions for its numbers, integers aside: such calls share one function."""
+    """The same with expressions for its numbers, integers aside, and dense vectors: such calls share C."""
     import casadi
 
     if isinstance(value, tuple):
         return _like(value, [_as_graphs(each) for each in value])
-    return casadi.MX(value) if isinstance(value, float | np.ndarray) else value
+    graph = casadi.MX(value) if isinstance(value, float | np.ndarray) else value
+    return casadi.densify(graph) if _is_graph(graph) and graph.shape[1] == 1 else graph
 
 
 def _leaves(value: Any) -> Iterator[Any]:

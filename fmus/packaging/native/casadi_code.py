@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from warmlink.fmus.packaging.native.symbols import Expression
@@ -25,7 +25,18 @@ def function(name: str, arguments: list[Expression], result: Expression) -> Any:
 
 
 def functions_file(prefix: str, functions: Iterable[Any]) -> str:
-    """C file with functions from `function`, each as `void NAME(const double *a0, ..., double *result)`."""
+    """C file with functions from `function` for `model.h`."""
+    return '#include "model.h"\n\n' + functions_text(prefix, functions)
+
+
+def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[str] = DECLARED) -> str:
+    """C functions from `function`, each as `void NAME(const double *a0, ..., double *result)`.
+
+    Parameters
+    ----------
+    prefix : of the names of CasADi's own helpers
+    declared : those that a header declares under `WL(NAME)`; the others are `static`, as `NAME_of`
+    """
     import casadi
 
     # CasADi takes the names of its helper functions from the file's.
@@ -34,9 +45,8 @@ def functions_file(prefix: str, functions: Iterable[Any]) -> str:
     wrappers = []
     for each in functions:
         generator.add(each, False)
-        wrappers.append(_wrapper(each))
-    head = '#include "model.h"\n\n#define CASADI_SYMBOL_EXPORT static\n\n'
-    return head + _trimmed(generator.dump()) + "".join(wrappers)
+        wrappers.append(_wrapper(each, declared))
+    return "#define CASADI_SYMBOL_EXPORT static\n\n" + _trimmed(generator.dump()) + "".join(wrappers)
 
 
 def _trimmed(text: str) -> str:
@@ -53,12 +63,12 @@ def _trimmed(text: str) -> str:
     return _TABLE.sub(lambda table: table[0] if named[table[1]] > 2 else "", text)
 
 
-def _wrapper(function: Any) -> str:
+def _wrapper(function: Any, declared: Collection[str]) -> str:
     name, inputs = function.name(), function.n_in()
     parameters = ", ".join(f"const double *a{i}" for i in range(inputs))
     listed = ", ".join(f"a{i}" for i in range(inputs))
-    called = f"WL({name})" if name in DECLARED else f"{name}_of"
-    linkage = "" if name in DECLARED else "static "
+    called = f"WL({name})" if name in declared else f"{name}_of"
+    linkage = "" if name in declared else "static "
     scratch, given = "", "0, 0"
     if function.is_a("MXFunction"):
         scratch = f"    int places[{function.sz_iw() + 1}];\n    double work[{function.sz_w() + 1}];\n"

@@ -1,0 +1,54 @@
+"""A law as plain C: the numbers of its other forms, and C that strict compilers take."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from warmlink.controllers.export.core import Core, Precision, designed
+from warmlink.controllers.export.folder import export_files
+from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+from warmlink.orchestration.catalogue import controllers
+
+LAWS = sorted(name for name, component in controllers().items() if component.states)
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wdouble-promotion")
+
+
+def written(core: Core, folder: Path) -> Path:
+    for name, text in export_files(core).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def run(folder: Path, law: str, *flags: str) -> str:
+    """What the test program prints; it fails unless the test vectors are met."""
+    (compiler,) = compilers(platforms_named(None))
+    command = [*compiler.command, *STRICT, "-ffp-contract=off", *flags, f"{law}_test.c", f"{law}.c"]
+    subprocess.run([*command, "-o", "test", "-lm"], cwd=folder, check=True)
+    return subprocess.run(["./test"], cwd=folder, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("law", LAWS)
+def test_it_meets_its_test_vectors(law: str, precision: Precision, tmp_path: Path) -> None:
+    core = Core(controllers()[law], law, precision)
+    assert "largest difference" in run(
+        written(core, tmp_path), law, "-O0", "-fsanitize=undefined", "-fno-sanitize-recover"
+    )
+
+
+def test_another_design_fails_the_test_vectors(tmp_path: Path) -> None:
+    folder = written(Core(controllers()["lag"], "lag", "double"), tmp_path)
+    other = designed(controllers()["lag"], {"time_constant": 500.0})
+    (folder / "lag.c").write_text(Core(other, "lag", "double").source(), encoding="utf-8")
+    with pytest.raises(subprocess.CalledProcessError):
+        run(folder, "lag", "-O0")
+
+
+def test_it_has_no_variables_of_its_own_and_needs_the_mathematics_alone() -> None:
+    source = Core(controllers()["observer"], "observer", "single").source()
+    assert set(re.findall(r"#include\W+(\S+)[\">]", source)) == {"observer.h", "math.h"}
+    assert not re.search(r"^static (?!const)[^()]*;", source, re.MULTILINE)
+    assert not re.search(r"\b(malloc|calloc|free|printf|double)\b", source)
