@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.matrices import dot, outer, product, symmetric, upper
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component.arithmetic import Number, maximum, where
-from warmlink.fmus.component.calls import kept_whole
 
 
 class Belief(NamedTuple):

@@ -15,9 +15,9 @@ from warmlink.controllers.observer.model import (
     temperature,
 )
 from warmlink.controllers.observer.told import Told
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
-from warmlink.fmus.component.calls import kept_whole
 
 WILD = 2000.0
 """K; modes whose sizes add up to more are no estimate."""

@@ -15,9 +15,9 @@ from typing import NamedTuple
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import outer, packed_size, upper, upper_diagonal
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import Number, clip, exp, maximum, minimum, stack, total, where
-from warmlink.fmus.component.calls import kept_whole
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations of its noise beyond which an estimated disturbance counts as detected."""

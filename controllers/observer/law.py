@@ -43,6 +43,7 @@ from warmlink.controllers.observer.model import (
 from warmlink.controllers.observer.readings import sense
 from warmlink.controllers.observer.told import Told, believed, first_believed
 from warmlink.controllers.observer.told import named as told_named
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -56,7 +57,6 @@ from warmlink.fmus.component.arithmetic import (
     stack,
     where,
 )
-from warmlink.fmus.component.calls import kept_whole
 
 HEAT = (0, HEATS)
 """Places of the unknown heats among the disturbances: the first, and the one after the last."""

@@ -7,9 +7,9 @@ from warmlink.controllers.kalman import Belief, corrected, variance_along
 from warmlink.controllers.matrices import dot
 from warmlink.controllers.observer.filters import Filters, believed_spread
 from warmlink.controllers.observer.model import MODES, SENSORS, sensor_row
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, stack, where
-from warmlink.fmus.component.calls import kept_whole
 
 
 def sense(

@@ -15,6 +15,7 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.matrices import outer, symmetric
 from warmlink.controllers.observer.model import MODES, SENSORS, elongation, sensor_row, temperature
 from warmlink.controllers.observer.told import Told
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Derived, Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -27,7 +28,6 @@ from warmlink.fmus.component.arithmetic import (
     total,
     where,
 )
-from warmlink.fmus.component.calls import kept_whole
 
 STATES = (
     State("seen", "K", size=SENSORS),

@@ -22,9 +22,9 @@ from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led
 from warmlink.controllers.observer.witnesses import Look
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
-from warmlink.fmus.component.calls import kept_whole
 
 DISTURBANCES = model.HEATS + 2
 """Unknown heats, then the relative error of the expansion coefficient and the offset."""

@@ -14,18 +14,21 @@ Called = TypeVar("Called", bound=Callable[..., Any])
 def kept_whole(function: Called) -> Called:
     """Mark a function of numbers that the generated C is to contain once.
 
-    With floats and with CasADi's SX it is an ordinary function. With MX, of which the code of samples is
-    generated, a call of it stays a call.
+    With floats and with CasADi's SX it is an ordinary function. Where its first number is an MX, of which the
+    code of samples is generated, a call of it stays a call.
 
     Parameters
     ----------
-    function : takes numbers, vectors, and named tuples of them, by position, and returns the same; Python's
-        own numbers among the arguments become constants of the C
+    function : takes numbers, vectors, and named tuples of them, by position, and returns the same; integers
+        among the arguments become constants of the C
     """
 
     @wraps(function)
     def called(*given: Any) -> Any:
-        if not any(_is_graph(leaf) for leaf in _leaves(given)):
+        first: Any = given  # it decides, since floats must not wait for a search through all
+        while isinstance(first, tuple):
+            first = first[0]
+        if not _is_graph(first):
             return function(*given)
         given = _as_graphs(given)
         whole = _whole(function, _shape(given))
