@@ -13,9 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import (
     build,
     check,
-    design,
     diagnose,
-    export,
     hide,
     init,
     live,
@@ -27,6 +25,7 @@ from warmlink.orchestration.command_line import (
     simulate,
 )
 from warmlink.orchestration.command_line import list as list_
+from warmlink.orchestration.command_line.laws import design, export
 from warmlink.orchestration.command_line.studies import compare, sweep, tune
 from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError

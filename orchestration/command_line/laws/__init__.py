@@ -1,0 +1,1 @@
+"""The commands that make a controller: its design, and its C."""
