@@ -189,7 +189,7 @@ LINES: dict[str, Draw] = {
     "joint_resistance and room": _joint,
     "link's logger late": _late_logger,
     "sensors moved 3 to 8 mm": _moved_sensors,
-    "mixed convection": lambda random: Hidden(Truth(mixed=True)),
+    "mixed convection": lambda random: Hidden(Truth(mixing=1.0), ("mixed_convection",)),
     "lubricant warms": _truth(("friction_temperature_dependence",), thinning=(0.01, 0.03)),
     "torque log 3 to 8 %": _scaled("torque"),
     "speed log 3 to 8 %": _scaled("speed"),

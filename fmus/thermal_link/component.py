@@ -74,6 +74,15 @@ _PARAMETERS = (
         tunable=True,
     ),
     Parameter(
+        "convection_mixing",
+        "1",
+        0,
+        "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes",
+        minimum=0,
+        maximum=1.8,
+        tunable=True,
+    ),
+    Parameter(
         "emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1, tunable=True
     ),
     Parameter(

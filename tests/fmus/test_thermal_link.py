@@ -55,6 +55,18 @@ def test_the_nominal_link_in_steady_state() -> None:
         assert abs(found[name] - value) < 2e-4 * rise, name
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.3, 1.0, 3.0, 20.0])
+def test_still_air_and_motion_may_combine_as_the_root_of_cubes(speed: float) -> None:
+    still, moving = 4.55, 6.4 * speed * (0.3170 - 0.0254) / 2
+    sums = {0.0: still + moving, 1.0: (still**3 + moving**3) ** (1 / 3)}
+    for mixing, h in sums.items():
+        found, wanted = (
+            steady(40, {"heat_flow": 5.0, **each})["base_temperature"] - COLD
+            for each in ({"speed": speed, "convection_mixing": mixing}, {"convection_still": h})
+        )
+        assert found == pytest.approx(wanted, rel=1e-3)
+
+
 def test_a_conductance_at_the_tip_draws_heat_as_a_fin_with_another_tip() -> None:
     """A tip conductance h A at the end face doubles that face's loss; a fin with twice the tip loss."""
     h = 7.75

@@ -127,6 +127,7 @@ EFFECTS: Mapping[str, Effect] = {
     "radiation": Effect(0.6, _field("emissivity")),
     "still_air_convection": Effect(1.5, _field("still", True), neutral=1, both_signs=True),
     "forced_convection": Effect(1.5, _field("per_speed", True), neutral=1, both_signs=True),
+    "mixed_convection": Effect(1.0, _field("mixing")),
     "conductivity": Effect(0.8, _field("conductivity", True), neutral=1, both_signs=True),
     "conductivity_temperature_dependence": Effect(0.003, _field("conductivity_slope"), both_signs=True),
     "heat_capacity": Effect(1.12, _field("capacity", True), neutral=1, both_signs=True),

@@ -33,9 +33,9 @@ class Truth:
     link, `shaft_heat` gives heat in W to the shaft, `loosening` adds resistance in K/W to the joint.
     `thinning` is the exponent in 1/K by which viscous friction falls, `joint_slope` that of the joint's
     conductance in 1/K; the link's air is warmer than the motor's by `air_gap` in K; `hub_capacity` in J/K
-    sits at the base. Where `mixed`, free and forced convection combine as the cube root of cubes; the loss to
-    still air goes with the power `free_exponent` of the rise over 10 K. `shift` moves the thermometers of
-    base, middle and tip outward, in m.
+    sits at the base. By `mixing` free and forced convection combine as the cube root of cubes, not as their
+    sum; the loss to still air goes with the power `free_exponent` of the rise over 10 K. `shift` moves the
+    thermometers of base, middle and tip outward, in m.
     """
 
     emissivity: float = 0.0
@@ -67,7 +67,7 @@ class Truth:
     joint_slope: float = 0.0
     air_gap: float = 0.0
     hub_capacity: float = 0.0
-    mixed: bool = False
+    mixing: float = 0.0
     free_exponent: float = 0.0
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -175,7 +175,8 @@ def combined(truth: Truth, duty: Segment, rise: Vector) -> Vector:
     """The same at rises in K, shape (nodes,), as free and forced convection combine."""
     free = truth.still * (np.abs(rise) / 10) ** truth.free_exponent
     forced = convection(truth, duty) - truth.still
-    return np.asarray((free**3 + forced**3) ** (1 / 3) if truth.mixed else free + forced)
+    cubic = (free**3 + forced**3) ** (1 / 3)
+    return np.asarray((1 - truth.mixing) * (free + forced) + truth.mixing * cubic)
 
 
 def motor_rates(

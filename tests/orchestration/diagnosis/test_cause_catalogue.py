@@ -15,6 +15,7 @@ PROMISED = (
     "radiation",
     "still_air_convection",
     "forced_convection",
+    "mixed_convection",
     "conductivity",
     "conductivity_temperature_dependence",
     "heat_capacity",
