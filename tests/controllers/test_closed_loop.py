@@ -22,6 +22,7 @@ from benchmarks.law_trials import (
 )
 from benchmarks.rollout import RECORDED, Cell, Record
 from warmlink.controllers.design.gains import design_controller
+from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
@@ -53,9 +54,15 @@ def cell_of() -> CellOf:
     return of
 
 
+def of_part(plant: Plant, part: str) -> dict[str, float]:
+    """Parameters of the motor or the link that differ from nominal."""
+    beginning = f"{part}."
+    return {n.removeprefix(beginning): v for n, v in plant.given.items() if n.startswith(beginning)}
+
+
 def run(cell: Cell, duty: str, seed: int = 1, plant_seed: int = 0, stop_time: float | None = None) -> Record:
     plant = mismatched(plant_seed)
-    values = {**instruments(seed), "motor": dict(plant.motor), "link": dict(plant.link)}
+    values = {**instruments(seed), **{part: of_part(plant, part) for part in ("motor", "link")}}
     return cell.run(load(duty).table(cell.step, stop_time), values)
 
 
@@ -217,7 +224,7 @@ def test_a_pad_switched_on_at_full_power_is_heat_and_no_fault(cell_of: CellOf, p
     demands[still, :2] = 0.0
     demands[padded, 3:5] = PAD_TEMPERATURE, 273.15 + 47.0
     plant = mismatched(plant_seed)
-    values = {**instruments(1), "motor": dict(plant.motor), "link": dict(plant.link)}
+    values = {**instruments(1), **{part: of_part(plant, part) for part in ("motor", "link")}}
     record = cell_of(OBSERVER).run(demands, values)
     assert record["distrusted"].mean() < 0.01
     assert np.abs(record.error).max() < TOLERANCE
