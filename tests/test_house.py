@@ -54,6 +54,20 @@ def test_the_list_of_packages_is_the_tree() -> None:
     assert {path.parent for path in SOURCES} == {p.parent for p in SOURCES if p.name == "__init__.py"}
 
 
+@pytest.mark.parametrize("folder", [*FLOORS, "benchmarks", "tests"])
+def test_what_is_imported_of_ours_is_there(folder: str) -> None:
+    """Also inside functions, which no other test may call."""
+    missing = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in (ROOT / folder).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("warmlink.")
+        for name in [node.module.removeprefix("warmlink.").replace(".", "/")]
+        if not (ROOT / f"{name}.py").is_file() and not (ROOT / name / "__init__.py").is_file()
+    }
+    assert not missing
+
+
 def test_warmlink_is_a_namespace_that_can_be_run() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
     assert declared["py-modules"] == ["warmlink.__main__"]

@@ -10,7 +10,6 @@ from warmlink.orchestration.system.units import Conversion, conversion, parse_un
 from warmlink.orchestration.text_files import shortened, shown
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*+(.*)$", re.DOTALL)
-_HEADING = re.compile(r"(.+?)\s*\[([^\[\]]*)\]")
 
 
 def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
@@ -69,5 +68,8 @@ def converter(given: str, unit: str, where: str = "", *, difference: bool = Fals
 
 def heading(header: str) -> tuple[str, str | None]:
     """Name and unit of a column headed `name [unit]`; None if the header has no unit in brackets."""
-    match = _HEADING.fullmatch(header.strip())
-    return (match[1], match[2].strip()) if match else (header.strip(), None)
+    text = header.strip()
+    name, bracket, unit = text[:-1].rpartition("[") if text.endswith("]") else ("", "", "")
+    if not (bracket and name.strip()) or "]" in unit:
+        return text, None
+    return name.strip(), unit.strip()

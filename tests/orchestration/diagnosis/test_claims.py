@@ -47,4 +47,5 @@ def test_what_is_left_unexplained_widens_the_band(loose: Diagnosis) -> None:
 def test_chi_square_rises_by_one_at_one_standard_deviation(loose: Diagnosis) -> None:
     (profile,) = profiles_of(loose.assessment)
     assert profile.variable == "motor.joint_resistance"
-    assert profile.rise == pytest.approx([9, 4, 1, 0, 1, 4, 9], abs=0.8)
+    even = (profile.rise + profile.rise[::-1]) / 2  # a resistance acts the less the larger it is
+    assert even == pytest.approx([9, 4, 1, 0, 1, 4, 9], abs=0.3)

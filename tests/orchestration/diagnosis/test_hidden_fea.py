@@ -102,6 +102,7 @@ def test_what_is_hidden_is_found(tmp_path: Path, names: tuple[str, ...], seed: i
 def test_an_effect_without_a_term_is_refused_with_what_is_possible() -> None:
     without = {name for name in EFFECTS if not carried(name)}
     assert without == {
+        "mixed_convection",
         "conductivity_temperature_dependence",
         "tip_heat_capacity",
         "tip_heat_loss",

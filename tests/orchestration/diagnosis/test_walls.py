@@ -16,6 +16,7 @@ BELOW = {
     "fit": ("data", "model", "causes"),
     "answer": ("data", "model", "causes", "fit"),
     "practice": ("data", "causes"),
+    "arm": ("data", "causes", "answer", "practice", "diagnose"),
 }
 """Rooms that each room may import."""
 
