@@ -208,7 +208,7 @@ LINES: dict[str, Draw] = {
     "brake heat": _of_effect("brake_heat"),
     "creep": _of_effect("creep"),
     "curved sensor": _of_effect("curved_sensor"),
-    "gearbox mass": _truth((), hub_capacity=(50, 150)),
+    "gearbox mass": _truth(("hub_heat_capacity",), hub_capacity=(50, 150)),
     "camera sticks": _sticking_camera,
     "speed wrong one way": _one_way_speed,
 }

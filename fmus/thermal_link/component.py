@@ -97,6 +97,9 @@ _PARAMETERS = (
         nominal=0.1,
         tunable=True,
     ),
+    Parameter(
+        "hub_heat_capacity", "J/K", 0, "heat capacity of what sits at base position", minimum=0, nominal=10
+    ),
     Parameter("tip_heat_capacity", "J/K", 0, "heat capacity of what the tip carries", minimum=0, nominal=10),
     Parameter(
         "tip_conductance",

@@ -50,8 +50,11 @@ def derive(p: Record, cells: int) -> Mapping[str, Number]:
     width = control_widths(step)
     section = cross_section(p)
     faces = placed(section, 0, cells) + placed(section, cells - 1, cells)
-    tip = placed(p.tip_heat_capacity, stretches(cells).tip_node, cells)
-    heat_capacity = p.density * p.specific_heat * section * width + tip
+    parts = stretches(cells)
+    carried = placed(p.hub_heat_capacity, parts.base_node, cells) + placed(
+        p.tip_heat_capacity, parts.tip_node, cells
+    )
+    heat_capacity = p.density * p.specific_heat * section * width + carried
     return {
         "conductance": p.conductivity * section / step,
         "heat_capacity": heat_capacity,

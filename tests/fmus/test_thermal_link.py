@@ -204,6 +204,7 @@ def test_heat_is_neither_made_nor_lost(seed: int) -> None:
             "absorbed_flux": rng.uniform(0, 50),
             "hub_conductance": rng.uniform(0, 1),
             "tip_heat_capacity": rng.uniform(0, 50),
+            "hub_heat_capacity": rng.uniform(0, 50),
             "tip_conductance": rng.uniform(0, 1),
             "conductivity_temperature_coefficient": rng.uniform(-1e-3, 1e-3),
             "base_position": rng.uniform(0, 0.1),
@@ -228,13 +229,15 @@ def test_heat_is_neither_made_nor_lost(seed: int) -> None:
 
 def test_an_insulated_link_keeps_all_that_it_receives() -> None:
     instance = Instance(COMPONENT)
-    instance.set({"convection_still": 0.0, "heat_flow": 7.0, "tip_heat_capacity": 15.0})
+    instance.set(
+        {"convection_still": 0.0, "heat_flow": 7.0, "tip_heat_capacity": 15.0, "hub_heat_capacity": 40.0}
+    )
     instance.initialize()
     for k in range(20):
         instance.step(k * 3.7, 3.7)
     capacity = COMPONENT.d.read(flat(instance)[0]).heat_capacity
     temperature = np.array(instance.snapshot().states[:-1])
-    assert capacity.sum() == pytest.approx(RHO * C * SECTION * 0.3302 + 15.0, rel=1e-12)
+    assert capacity.sum() == pytest.approx(RHO * C * SECTION * 0.3302 + 55.0, rel=1e-12)
     assert capacity @ (temperature - COLD) == pytest.approx(instance.get("heat_received"), rel=1e-10)
     assert instance.get("heat_received") == pytest.approx(7.0 * 74.0, rel=1e-12)
 

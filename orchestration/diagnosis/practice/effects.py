@@ -131,6 +131,7 @@ EFFECTS: Mapping[str, Effect] = {
     "conductivity": Effect(0.8, _field("conductivity", True), neutral=1, both_signs=True),
     "conductivity_temperature_dependence": Effect(0.003, _field("conductivity_slope"), both_signs=True),
     "heat_capacity": Effect(1.12, _field("capacity", True), neutral=1, both_signs=True),
+    "hub_heat_capacity": Effect(60.0, _field("hub_capacity")),
     "tip_heat_capacity": Effect(60.0, _field("tip_capacity")),
     "tip_heat_loss": Effect(0.05, _field("tip_loss")),
     "expansion_coefficient": Effect(1.05, _field("expansion", True), neutral=1, both_signs=True),

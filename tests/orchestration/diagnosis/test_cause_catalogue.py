@@ -19,6 +19,7 @@ PROMISED = (
     "conductivity",
     "conductivity_temperature_dependence",
     "heat_capacity",
+    "hub_heat_capacity",
     "tip_heat_capacity",
     "tip_heat_loss",
     "expansion_coefficient",
