@@ -65,10 +65,13 @@ class Integrated:
         """Nothing and rooms that wander, the likely ones also with the likeliest heat."""
         tried = [STILL]
         for memory in MEMORIES if "room" in self.responses.signals else ():
+            rooms: list[Wander] = []
             for room in ROOMS:
-                tried.append(Wander(room, 0.0, memory))
-                if self.misfit(tried[-1]) > self.misfit(min(tried, key=self.misfit)) + _HOPELESS:
+                rooms.append(Wander(room, 0.0, memory))
+                # Along rooms alone: causes may imitate a weak one better than a still model does.
+                if self.misfit(rooms[-1]) > min(map(self.misfit, rooms)) + _HOPELESS:
                     break  # and a stronger one is less likely still
+            tried += rooms
         if "heat" not in self.responses.signals:
             return tried
         likeliest = min(tried, key=self.misfit)

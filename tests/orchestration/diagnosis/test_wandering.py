@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.strange_runs import LINES, measured
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, together
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter
@@ -40,6 +41,16 @@ def test_a_wandering_room_is_no_cause(tmp_path: Path) -> None:
     found = in_a_wandering_room(tmp_path, {}, 0.1, seed=1)
     assert found.word == "adequate"
     assert 0.04 < found.fitter.wander.room < 0.25
+
+
+def test_a_room_that_drift_and_offset_imitate_is_still_a_room(tmp_path: Path) -> None:
+    """Of a run whose weakest room is less likely than both causes, and a stronger one more."""
+    line = "room 0.05 to 0.15 K"
+    random = np.random.default_rng([90417, list(LINES).index(line), 1])
+    write_csv(measured(LINES[line](random), random), tmp_path / "run.csv")
+    found = assess(read_experiment(tmp_path / "run.csv"))
+    assert found.word == "adequate"
+    assert 0.05 <= found.fitter.wander.room <= 0.2
 
 
 def test_a_cause_is_named_in_a_wandering_room(tmp_path: Path) -> None:
