@@ -8,18 +8,12 @@ from typing import Annotated
 import typer
 
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Parameters, Set
+from warmlink.orchestration.command_line.options import Parameters, ScenarioName, Set
 from warmlink.orchestration.console import answer, remark
 
 
 def live(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            help="Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
-            autocompletion=options.scenarios,
-        ),
-    ] = "windshield_wiper",
+    scenario: ScenarioName = "windshield_wiper",
     controller: Annotated[
         list[str] | None,
         typer.Option(

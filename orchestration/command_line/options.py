@@ -82,6 +82,14 @@ def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for other programs.")]
 Report = Annotated[bool, typer.Option(help="Write report.html.")]
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        help="Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
+        autocompletion=scenarios,
+    ),
+]
+
 Set = Annotated[
     list[str] | None,
     typer.Option(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Fmus, Json, Parameters, Report, Set
+from warmlink.orchestration.command_line.options import Fmus, Json, Parameters, Report, ScenarioName, Set
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
 if TYPE_CHECKING:
@@ -17,13 +17,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            help="Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
-            autocompletion=options.scenarios,
-        ),
-    ] = "windshield_wiper",
+    scenario: ScenarioName = "windshield_wiper",
     controller: Annotated[
         str | None,
         typer.Option(

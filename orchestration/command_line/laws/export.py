@@ -36,17 +36,24 @@ def export(
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.scenarios.overrides import parameters_of
+    from warmlink.orchestration.system.shipped import COMPENSATOR
+    from warmlink.orchestration.text_files import shortened
 
     component = controller(law)
     if not component.states:
         raise InputError(f"{law}: has nothing to compute at a sample; export another controller")
     if design is not None:
+        own = f"{COMPENSATOR}."
+        given = {
+            name.removeprefix(own): v for name, v in parameters_of(design).items() if name.startswith(own)
+        }
+        if not given:
+            raise InputError(f"--design {design}: holds nothing for a {COMPENSATOR}; see warmlink design")
         try:
-            component = designed(component, parameters_of(design))
+            component = designed(component, given)
         except KeyError as unknown:
-            raise InputError(
-                f"--design {design}: {unknown.args[0]}; give a design of the law {law}"
-            ) from None
+            sentence = shortened(str(unknown.args[0]))
+            raise InputError(f"--design {design}: {sentence}; give a design of the law {law}") from None
         for sentence in limits.problems(component, law, component.start_values()[0].tolist()):
             raise InputError(f"--design {design}: {sentence}")
     core = Core(component, law, precision)

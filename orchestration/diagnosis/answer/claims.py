@@ -107,11 +107,12 @@ def claims(
     share = float(np.sqrt(max(left.rmse**2 - left.noise**2, 0.0) / np.nanmean(measured**2)))
     chosen, *alike = (_Foreseen(problem, fit) for fit in models)
     before = _Foreseen(problem, assessment.null)
-    neighbours = Neighbours(models[0], assessment.search.items, ())
+    further = Neighbours(models[0], assessment.search.items, ()).unnoticed()
+    unnoticed = [off for item, off in further if item.cause.kind == "plant"]
     found = []
     for run, name in enumerate(DUTIES, start=len(labelled)):
         grown = chosen.elongation(run)
-        variance = chosen.variance(run) + chosen.unnoticed(run, neighbours) + (share * grown) ** 2
+        variance = chosen.variance(run) + chosen.unnoticed(run, unnoticed) + (share * grown) ** 2
         variance += chosen.wandering(run, assessment.fitter.wander)
         band = _SIGMAS * np.sqrt(variance)
         for other in alike:
@@ -151,13 +152,12 @@ class _Foreseen:
         columns = self._by(run, self._fit.freed) @ root_of(self._fit.covariance())
         return np.asarray(np.sum(columns**2, axis=-1))
 
-    def unnoticed(self, run: int, neighbours: Neighbours) -> Vector:
+    def unnoticed(self, run: int, further: Sequence[dict[Freed, float]]) -> Vector:
         """Of the further cause that matters most here while the data say nothing about it."""
         worst = np.zeros(self._problem.data[run].time.size)
-        for item, off in neighbours.unnoticed():
-            if item.cause.kind == "plant":
-                moved = self._by(run, list(off)) @ np.array(list(off.values()))
-                worst = np.maximum(worst, moved**2)
+        for off in further:
+            moved = self._by(run, list(off)) @ np.array(list(off.values()))
+            worst = np.maximum(worst, moved**2)
         return worst
 
     def wandering(self, run: int, wander: Wander) -> Vector:

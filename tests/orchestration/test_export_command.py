@@ -1,0 +1,48 @@
+"""`warmlink export` with the parameter set that `warmlink design` writes."""
+
+from pathlib import Path
+
+import pytest
+
+from warmlink.controllers.export.core import Core, designed
+from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.system.ssp.parameter_values import write_ssv
+
+EXPORT = ["warmlink", "export", "lag", "--design", "lag.ssv", "--out", "plc"]
+
+
+def test_the_values_of_a_design_are_those_of_the_core(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ssv(
+        {"compensator.time_constant": 500.0, "motor.joint_conductance": 2.0}, Path("lag.ssv"), name="lag"
+    )
+    monkeypatch.setattr("sys.argv", EXPORT)
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code, capsys.readouterr().err
+    wanted = Core(designed(controller("lag"), {"time_constant": 500.0}), "lag", "double").source()
+    assert Path("plc/lag.c").read_text("utf-8") == wanted
+    assert wanted != Core(controller("lag"), "lag", "double").source()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("motor.joint_conductance", "holds nothing for a compensator"),
+        ("compensator.nosuch", "of the law lag"),
+    ],
+)
+def test_what_is_no_design_of_the_law_is_refused(
+    name: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ssv({name: 2.0}, Path("lag.ssv"))
+    monkeypatch.setattr("sys.argv", EXPORT)
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert said in capsys.readouterr().err
+    assert not Path("plc").exists()
