@@ -1,0 +1,28 @@
+"""An exported law as the controller of the closed loop, on processors that qemu emulates."""
+
+import pytest
+
+from benchmarks.processor.__main__ import closed_loop
+from benchmarks.processor.board import TARGETS, Target, missing_tools
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.run import changed
+
+pytestmark = [
+    pytest.mark.platform,
+    pytest.mark.skipif(missing_tools() is not None, reason=str(missing_tools())),
+    pytest.mark.xdist_group("processor"),
+]
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=lambda each: each.name)
+def test_the_observer_is_the_controller_of_the_closed_loop(target: Target) -> None:
+    scenario = changed(
+        load_scenario("windshield_wiper"), controller="observer", stop="5 min", mismatches=["noisy_sensors"]
+    )
+    found = closed_loop(scenario, target)
+    assert found.largest > 0.01e-6, "the loop is closed through sensors that are wrong"
+    assert found.lost < {"double": 1e-9 * 14e-6, "single": 0.05e-6}[target.precision]
+    assert abs(found.largest - found.largest_fmu) <= found.lost
+    assert 1_000 < found.cost.instructions < 60_000
+    assert 1_000 < found.code < 64 * 1024
+    assert 100 < found.cost.struct < found.cost.stack < 64 * 1024
