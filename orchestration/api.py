@@ -21,11 +21,14 @@ if TYPE_CHECKING:
     from warmlink.orchestration.studies.compare import compare
     from warmlink.orchestration.studies.design import design
     from warmlink.orchestration.studies.tune import tune_study as tune
+    from warmlink.orchestration.system.assemble import assemble
     from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.write import write_ssp
 
 __all__ = [
     "InputError",
     "Means",
+    "assemble",
     "build",
     "compare",
     "design",
@@ -37,11 +40,13 @@ __all__ = [
     "run",
     "simulate",
     "tune",
+    "write_ssp",
 ]
 
 _PLACES = {
     "InputError": "fmus.errors:InputError",
     "Means": "orchestration.studies.at_work:Means",
+    "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.command_line.build:build_files",
     "compare": "orchestration.studies.compare:compare",
     "design": "orchestration.studies.design:design",
@@ -53,6 +58,7 @@ _PLACES = {
     "run": "orchestration.closed_loop.run:run",
     "simulate": "orchestration.simulation:simulate",
     "tune": "orchestration.studies.tune:tune_study",
+    "write_ssp": "orchestration.system.write:write_ssp",
 }
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.orchestration.console import Answer, remark, spinner
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
+from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.nominal import parameters_of
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
@@ -34,6 +35,11 @@ class Found(Answer):
     def causes(self) -> tuple[str, ...]:
         """Names of the causes found, strongest first."""
         return tuple(item.title for item in self.diagnosis.causes)
+
+    @property
+    def extended(self) -> dict[str, float]:
+        """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
+        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.chosen())
 
     def summary(self) -> str:
         """At most ten lines of plain words."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import cast, get_args
 
 from warmlink.fmus.errors import InputError
@@ -53,6 +54,39 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
         for key, value in (values or {}).items()
     }
     return Component(name, fmu, values=checked)
+
+
+def assemble(
+    name: str,
+    fmus: Mapping[str, str | Path],
+    wires: Iterable[tuple[str, str]] = (),
+    values: Mapping[str, Mapping[str, Value]] = MappingProxyType({}),
+) -> System:
+    """Make a system of FMU files.
+
+    Parameters
+    ----------
+    name
+        What the system is called.
+    fmus
+        The .fmu file of each component, by the component's name.
+    wires
+        Ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted.
+    values
+        Start values by component and variable, in the variables' own units.
+
+    Raises
+    ------
+    InputError
+        If an FMU cannot be read, or something does not exist or does not fit.
+    """
+    parts = {each: component(each, Path(fmu), values.get(each)) for each, fmu in fmus.items()}
+    for each in values:
+        if each not in parts:
+            raise InputError(f"{each}: there is no component of this name; {instead(each, parts)}")
+    system = System(name, parts, tuple(connect(parts, source, target) for source, target in wires))
+    check_system(system)
+    return system
 
 
 def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:

@@ -107,6 +107,8 @@ def test_a_design_goes_into_a_run(place: Path) -> None:
         (lambda: wl.run(parameters={"link.lenght": 1}), "did you mean length"),
         (lambda: wl.simulate("absent.ssp"), "absent.ssp"),
         (lambda: wl.read_system("absent.ssp"), "absent.ssp: no such file"),
+        (lambda: wl.assemble("s", {}, values={"link": {}}), "link: there is no component of this name"),
+        (lambda: wl.assemble("s", {"link": "absent.fmu"}), "absent.fmu"),
         (lambda: wl.compare(mismatches=[]), "--mismatch: names none"),
         (lambda: wl.compare(system=ARM, controllers=["regression"]), "has no design for SixAxisArm"),
         (lambda: wl.design(law="lag"), "'lag' has no design"),
