@@ -1,0 +1,61 @@
+"""CONTRIBUTING.md: its recipes are followed literally in a copy of the project, and its tree is the tree."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+ROOMS = ("fmus", "controllers", "orchestration", "benchmarks")
+
+FILES = re.findall(r"`(\w+/[\w/.]+)`:\n\n```\w+\n(.*?)```", TEXT, re.DOTALL)
+PACKAGES = re.findall(r'^    "warmlink\.[\w.]+",$', TEXT, re.MULTILINE)
+COMMANDS = re.findall(r"^pytest (\S+)$", TEXT, re.MULTILINE)
+
+
+def test_the_tree_says_of_each_room_what_the_room_says_of_itself() -> None:
+    for path in (each for room in ROOMS for each in (ROOT / room).rglob("__init__.py")):
+        folder = path.parent.relative_to(ROOT)
+        if len(folder.parts) <= 2:
+            sentence = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+            line = f"| `{folder}/` | {sentence} |"
+            assert line in TEXT, f"CONTRIBUTING.md, The tree: wants the line {line}"
+
+
+def test_the_recipes_work(tmp_path: Path) -> None:
+    home = tmp_path / "warmlink"
+    for room in (*ROOMS[:3], "tests"):
+        shutil.copytree(ROOT / room, home / room, ignore=shutil.ignore_patterns("__pycache__"))
+    declared = (ROOT / "pyproject.toml").read_text("utf-8")
+    packages = "packages = [\n"
+    listed = declared.replace(packages, "\n".join([packages.strip(), *PACKAGES, ""]), 1)
+    (home / "pyproject.toml").write_text(listed, "utf-8")
+    for name in ("__main__.py", "LICENSE"):
+        (home / name).write_bytes((ROOT / name).read_bytes())
+    assert [len(FILES), len(PACKAGES), len(COMMANDS)] == [11, 2, 3]
+    for name, text in FILES:
+        assert not (ROOT / name).exists(), f"{name} is there already; the recipe needs another example"
+        (home / name).parent.mkdir(parents=True, exist_ok=True)
+        (home / name).write_text(text, "utf-8")
+
+    def done(*arguments: str) -> str:
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+        run = subprocess.run(
+            [sys.executable, "-m", *arguments], cwd=home, env=environment, capture_output=True, text=True
+        )
+        assert run.returncode == 0, run.stdout + run.stderr
+        return run.stdout
+
+    house = "tests/test_house.py::test_the_list_of_packages_is_the_tree"
+    told = done("pytest", "-n", "0", "-p", "no:cacheprovider", "--durations", "0", *COMMANDS, house)
+    assert "passed" in told
+    shown = json.loads(done("warmlink", "list", "--json"))
+    assert "ColdPlate" in shown["components"]
+    assert "tip" in shown["controllers"]
