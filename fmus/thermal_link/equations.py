@@ -123,15 +123,14 @@ def perimeter(p: Record) -> Number:
     return where(p.perimeter > 0, p.perimeter, 2 * (p.width + p.thickness))
 
 
-def convection_coefficient(u: Record, p: Record) -> Number:
+def convection_coefficient(u: Record, p: Record, lever: Number) -> Number:
     """Convection coefficient in W/(m2.K): that in still air combined with that due to the link's mean speed.
 
     Both combine as the cube root of the sum of their cubes (F. P. Incropera et al., *Fundamentals of Heat and
     Mass Transfer*, 6th ed., Wiley 2007, eq. 9.64), which is taken by one step of Newton from a root of
-    squares, to within 0.1 %.
+    squares, to within 0.1 %. `lever` is the distance in m from the joint's axis at which air is met.
     """
-    speed = absolute(u.speed) * (p.tip_position - p.base_position) / 2
-    still, moving = p.convection_still, p.convection_per_speed * speed
+    still, moving = p.convection_still, p.convection_per_speed * absolute(u.speed) * lever
     whole = still + moving
     near = maximum(whole**2 - 2.4 * still * moving, TINY)
     cubic = (2 * sqrt(near) + (still**3 + moving**3) / near) / 3
@@ -145,8 +144,9 @@ def ambient_temperature(u: Record, p: Record, time: Number) -> Number:
 
 def surface_loss(temperature: Number, u: Record, p: Record, ambient: Number) -> Number:
     """Heat flow in W that each node loses through its surface, shape (cells,)."""
+    lever = (p.tip_position - p.base_position) / 2
     flux = (
-        convection_coefficient(u, p) * (temperature - ambient)
+        convection_coefficient(u, p, lever) * (temperature - ambient)
         + p.emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4)
         - p.absorbed_flux
     )

@@ -1,0 +1,105 @@
+"""A reduced link as a component, with the connectors of ThermalLink."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from warmlink.fmus.component import Component, Derived, Output, Parameter, State
+from warmlink.fmus.component.quantities import temperature_parameter
+from warmlink.fmus.reduced_link import equations
+from warmlink.fmus.reduced_link.model import ReducedModel
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+
+_OF_THE_SHAPE = (
+    "length",
+    "width",
+    "thickness",
+    "cross_section",
+    "perimeter",
+    "base_position",
+    "tip_position",
+    "sensor_position",
+    "conductivity_temperature_coefficient",
+)
+"""Parameters of ThermalLink that are fixed once a shape is reduced, or in which its heat is not linear."""
+
+_OUTPUTS = (
+    *LINK.outputs,
+    Output("displacement", "m", "displacement of the tool point", size=3, display="um", nominal=5e-5),
+    Output("rotation", "rad", "rotation of the tool", size=3, nominal=1e-4),
+    Output(
+        "displacement_error_bound",
+        "m",
+        "estimated bound of the displacement's error due to the reduction",
+        display="um",
+        nominal=1e-8,
+    ),
+    Output(
+        "rotation_error_bound",
+        "rad",
+        "estimated bound of the rotation's error due to the reduction",
+        nominal=1e-7,
+    ),
+    Output(
+        "temperature_error_bound",
+        "K",
+        "estimated bound of the temperatures' error due to the reduction",
+        nominal=5e-3,
+    ),
+)
+
+
+def reduced_link(name: str, model: ReducedModel) -> Component:
+    """Declare the component of a reduced link.
+
+    Parameters
+    ----------
+    name : of the component, an identifier of C
+    model : what the reduction of its finite elements gave
+    """
+    n, surfaces = model.order, model.surfaces
+    return Component(
+        name=name,
+        description="Robot link of any shape: conducts, stores and loses heat, grows and bends",
+        inputs=LINK.inputs,
+        parameters=(
+            *(_nominal(each, model) for each in LINK.parameters if each.name not in _OF_THE_SHAPE),
+            Parameter(
+                "convection_factor",
+                "1",
+                1,
+                "convection of each cooled surface as a multiple of the link's",
+                size=surfaces,
+                minimum=0,
+                tunable=True,
+            ),
+            temperature_parameter("radiation_temperature", "temperature about which radiation is linearised"),
+        ),
+        derived=(
+            Derived("conduction", "1/s", size=n * n),
+            Derived("cooling", "m2.K/J", size=surfaces * n * n),
+            Derived("base_load", "K/J", size=n),
+            Derived("tip_load", "K/J", size=n),
+            Derived("surface_load", "m2.K/J", size=surfaces * n),
+        ),
+        states=(
+            State("amplitude", "K", size=n),
+            State("heat_received", "J"),
+            State("peak", "1", size=2 + surfaces),
+        ),
+        outputs=_OUTPUTS,
+        derive=partial(equations.derive, model=model),
+        begin=partial(equations.begin, model=model),
+        rates=partial(equations.rates, model=model),
+        observe=partial(equations.outputs, model=model),
+    )
+
+
+def _nominal(parameter: Parameter, model: ReducedModel) -> Parameter:
+    """Parameter of ThermalLink with the start value of the part's material, within the range reduced for."""
+    start = model.material.get(parameter.name, parameter.start)
+    if parameter.name == "conductivity":
+        low, high = model.conductivity_range
+        return replace(parameter, start=start, minimum=low, maximum=high)
+    return replace(parameter, start=start)

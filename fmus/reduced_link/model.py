@@ -1,0 +1,75 @@
+"""What a reduced link is made of: the numbers that finite elements and their reduction give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModel:
+    """A body's heat and growth by n patterns of temperature, for the material in its parameters.
+
+    The temperature is the initial one plus the patterns times their amplitudes z [K]:
+
+        c dz/dt = -(k conduction + sum of h_g cooling_g) z
+                  + base_load Q + tip_load Q_tip + sum of f_g surface_load_g
+
+    with c the heat capacity of a unit volume [J/(m3.K)], k the conductivity, h_g the convection coefficient
+    of the surface g and f_g the heat flux into it. G surfaces are cooled.
+
+    Attributes
+    ----------
+    material : nominal `conductivity`, `density`, `specific_heat` and `expansion_coefficient` in SI units
+    conduction : shape (n, n) [1/m2]
+    cooling : shape (G, n, n) [1/m]
+    base_load, tip_load : shape (n,) [1/m3]
+    surface_load : shape (G, n) [1/m]
+    base_row, tip_row : mean temperature of the heated face and of the tool's, shape (n,)
+    sensor_rows : shape (8, n)
+    surface_rows : integral over each cooled surface, shape (G, n) [m2]
+    area : of each cooled surface, shape (G,) [m2]
+    displacement_rows : displacement of the tool point for an expansion coefficient of 1, shape (3, n) [m]
+    rotation_rows : rotation of the tool for an expansion coefficient of 1, shape (3, n) [rad]
+    reach : from the middle of the heated face to the tool point, shape (3,) [m]
+    initial_rows : amplitudes for a rise of 1 K at each sensor, shape (n, 8)
+    error_gain : largest error of displacement [m], rotation [rad] and temperature [K] for each input of 1 W,
+        1 W and 1 W/m2 on each surface, times the conductivity, shape (3, 2 + G); an expansion coefficient of
+        1 for the first two
+    discretisation : error of the elongation due to the mesh, as a share of it
+    conductivity_range, convection_range : for which `error_gain` was computed, in SI units
+    """
+
+    material: dict[str, float]
+    conduction: Array
+    cooling: Array
+    base_load: Array
+    tip_load: Array
+    surface_load: Array
+    base_row: Array
+    tip_row: Array
+    sensor_rows: Array
+    surface_rows: Array
+    area: Array
+    displacement_rows: Array
+    rotation_rows: Array
+    reach: Array
+    initial_rows: Array
+    error_gain: Array
+    discretisation: float
+    conductivity_range: tuple[float, float]
+    convection_range: tuple[float, float]
+
+    @property
+    def order(self) -> int:
+        """Number of patterns."""
+        return len(self.base_row)
+
+    @property
+    def surfaces(self) -> int:
+        """Number of cooled surfaces."""
+        return len(self.area)
