@@ -35,11 +35,11 @@ def problems(component: Component, instance: str, values: Sequence[float]) -> It
             yield f"{instance}.{sentence}".lstrip(".")
     if not found:
         record = component.p.read(np.asarray(values))
-        # Nine digits, as a native FMU writes them (`report_check`).
-        shown = {name: f"{value:.9g}" for name, value in zip(component.p.names, values, strict=True)}
+        index = component.p.index
         for check in component.checks:
             if not check.margin(record) >= 0:
-                sentence = FIELD.sub(lambda field: shown[field[1]], check.sentence)
+                # Nine digits, as a native FMU writes them (`report_check`).
+                sentence = FIELD.sub(lambda field: f"{values[index[field[1]]]:.9g}", check.sentence)
                 yield f"{instance}.{sentence}".lstrip(".")
 
 
@@ -73,22 +73,25 @@ def unknown(component: Component, instance: str, name: str) -> str:
 
 def problem(scalar: Scalar, value: float) -> str | None:
     """Sentence on one value out of its range, None where it is well."""
-    variable, name = scalar.variable, scalar.name
-    shown = f"{name}: {_shown(value)}{_unit(scalar)}"
+    refusal = _refusal(scalar.variable, value, _unit(scalar))
+    # Few values are refused, and writing one shortest takes longer than looking at it.
+    return None if refusal is None else f"{scalar.name}: {_shown(value)}{_unit(scalar)} {refusal}"
+
+
+def _refusal(variable: Variable, value: float, unit: str) -> str | None:
     if math.isnan(value):
-        if isinstance(variable, Input) and variable.accepts_nan:
-            return None
-        return f"{shown} is not a number; give a value"
+        accepted = isinstance(variable, Input) and variable.accepts_nan
+        return None if accepted else "is not a number; give a value"
     if math.isinf(value):
-        return f"{shown} is not finite; give a finite value"
+        return "is not finite; give a finite value"
     if isinstance(variable, Parameter) and variable.positive and value <= 0:
-        return f"{shown} is not positive; give a value above 0{_unit(scalar)}"
+        return f"is not positive; give a value above 0{unit}"
     if variable.minimum is not None and value < variable.minimum:
-        return f"{shown} is too low; give at least {_shown(variable.minimum)}{_unit(scalar)}"
+        return f"is too low; give at least {_shown(variable.minimum)}{unit}"
     if variable.maximum is not None and value > variable.maximum:
-        return f"{shown} is too high; give at most {_shown(variable.maximum)}{_unit(scalar)}"
+        return f"is too high; give at most {_shown(variable.maximum)}{unit}"
     if variable.type != "Real" and value != round(value):
-        return f"{shown} is not a whole number; give one"
+        return "is not a whole number; give one"
     return None
 
 

@@ -64,6 +64,7 @@ class Equations:
             [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, joined.z))],
             {"cse": True},
         )
+        self._observe_at: dict[int, Any] = {}
         self._begin = ca.Function(
             "begin",
             [joined.z, joined.p, joined.w],
@@ -113,7 +114,9 @@ class Equations:
         given = [x.T, np.tile(z, (points, 1)), np.tile(p, (points, 1)), w.T, time]
         found = np.empty((points, m)), np.empty((points, n, m)), np.empty((points, k, m))
         flat = [np.array(each, dtype=float).reshape(-1) for each in given]
-        _buffer, evaluate = _bound(self._observe.map(points), flat, found)
+        if points not in self._observe_at:
+            self._observe_at[points] = self._observe.map(points)
+        _buffer, evaluate = _bound(self._observe_at[points], flat, found)
         evaluate()
         y, by_state, by_slot = found
         return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)

@@ -72,10 +72,11 @@ static void read_all(fmi2Component instance)
     }
 }
 
-static void take_derivatives(fmi2Component instance)
+/* `pairs`: of every variable by every other too, which takes by far the longest. */
+static void take_derivatives(fmi2Component instance, int pairs)
 {
     for (unsigned i = 0; i < VARIABLES + 2; i++) {
-        for (unsigned k = 0; k < VARIABLES + 2; k++) {
+        for (unsigned k = 0; pairs && k < VARIABLES + 2; k++) {
             double seed = 1, slope = 0;
             fmi2GetDirectionalDerivative(instance, &i, 1, &k, 1, &seed, &slope);
         }
@@ -101,7 +102,7 @@ static void run(const fmi2CallbackFunctions *callbacks)
     EXPECT(fmi2EnterInitializationMode(instance) == fmi2OK);
     move_inputs(instance, 0);
     read_all(instance);
-    take_derivatives(instance);
+    take_derivatives(instance, 1);
     for (unsigned i = 0; i < WL_PARAMETERS; i++) {
         double start = WL(variables)[i].start, bad = NAN;
         if (WL(variables)[i].kind != REAL)
@@ -117,7 +118,7 @@ static void run(const fmi2CallbackFunctions *callbacks)
         EXPECT(fmi2DoStep(instance, time, step, 1) == fmi2OK);
         time += step;
         read_all(instance);
-        take_derivatives(instance);
+        take_derivatives(instance, index % 6 == 0);
         EXPECT(fmi2DoStep(instance, time, -step, 1) == fmi2Error);
         EXPECT(fmi2DoStep(instance, time, HUGE_VAL, 1) == fmi2Error);
         EXPECT(fmi2DoStep(instance, time + 1e9, step, 1) == fmi2Error);

@@ -56,7 +56,8 @@ static void update(fmi3InstanceEnvironment env, fmi3Float64 time, fmi3Boolean se
     }
 }
 
-static void read_all(void)
+/* `pairs`: derivatives of every variable by every other too, which takes by far the longest. */
+static void read_all(bool pairs)
 {
     for (unsigned i = 0; i < VARIABLES + 3 + 2 * WL_STATES; i++) {
         double number[2];
@@ -70,7 +71,7 @@ static void read_all(void)
         EXPECT((fmi3GetInt32(driven, &i, 1, &whole, 1) == fmi3OK) == (kind == INTEGER));
         EXPECT((fmi3GetBoolean(driven, &i, 1, &truth, 1) == fmi3OK) == (kind == BOOLEAN));
         EXPECT(fmi3GetInt8(driven, &i, 1, &small, 1) == fmi3Error);
-        for (unsigned k = 0; k < VARIABLES + 2; k++) {
+        for (unsigned k = 0; pairs && k < VARIABLES + 2; k++) {
             double seed = 1, slope;
             fmi3GetDirectionalDerivative(driven, &i, 1, &k, 1, &seed, 1, &slope, 1);
         }
@@ -91,7 +92,7 @@ static void run(bool with_updates)
     EXPECT(fmi3DoStep(driven, 0, 1, true, &event, &end, &early, &reached) == fmi3Error);
     EXPECT(fmi3EnterInitializationMode(driven, true, 1e-6, time, true, 1e6) == fmi3OK);
     move_inputs(0);
-    read_all();
+    read_all(true);
     EXPECT(fmi3ExitInitializationMode(driven) == fmi3OK);
     for (int index = 0; index < 30; index++) {
         double step = steps[index % 6];
@@ -99,7 +100,7 @@ static void run(bool with_updates)
         EXPECT(fmi3DoStep(driven, time, step, true, &event, &end, &early, &reached) == fmi3OK);
         EXPECT(early == (reached < time + step) && reached > time);
         time = reached;
-        read_all();
+        read_all(index % 6 == 0);
         EXPECT(fmi3DoStep(driven, time, -step, true, NULL, NULL, NULL, NULL) == fmi3Error);
         if (index == 10)
             EXPECT(fmi3GetFMUState(driven, &state) == fmi3OK);
@@ -110,7 +111,7 @@ static void run(bool with_updates)
     EXPECT(fmi3DeserializeFMUState(driven, bytes, size - 1, &copy) == fmi3Error);
     EXPECT(fmi3DeserializeFMUState(driven, bytes, size, &copy) == fmi3OK);
     EXPECT(fmi3SetFMUState(driven, copy) == fmi3OK);
-    read_all();
+    read_all(true);
     EXPECT(fmi3FreeFMUState(driven, &state) == fmi3OK && fmi3FreeFMUState(driven, &copy) == fmi3OK);
     EXPECT(fmi3EnterEventMode(driven) == fmi3Error && fmi3SetTime(driven, 0) == fmi3Error);
     EXPECT(fmi3Terminate(driven) == fmi3OK && fmi3Reset(driven) == fmi3OK);
