@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.rollout import RECORDED, Array, Record
+from benchmarks.rollout import RECORDED, Array, Record, by_rows, compiled
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import corrected, variance_along
 from warmlink.controllers.observer import law, model
@@ -66,16 +66,14 @@ def innovations(record: Record) -> dict[str, Array]:
     ValueError
         The reconstruction is not what the law itself came to.
     """
-    states = record.values[:, len(RECORDED) :].T
-    now, before = states[:, SETTLED:], states[:, SETTLED - 1 : -1]
-    sensed = record.values[SETTLED:, [list(RECORDED).index(f"sensed_{name}") for name in SENSED]].T
-    looked = _look().map(now.shape[1])(before, sensed, now)
-    series, mean = (np.array(each) for each in looked)
+    states = record.values[:, len(RECORDED) :]
+    sensed = record.values[SETTLED:, [list(RECORDED).index(f"sensed_{name}") for name in SENSED]]
+    series, mean = by_rows(_look(), states[SETTLED - 1 : -1], sensed, states[SETTLED:])
     _, quiet = _estimates(record, OBSERVER)
-    foreseen = np.isclose(mean.T, quiet[SETTLED:], rtol=1e-9, atol=1e-12).all(axis=1)
+    foreseen = np.isclose(mean, quiet[SETTLED:], rtol=1e-9, atol=1e-12).all(axis=1)
     if not (foreseen | led_by_alert(record)[SETTLED:]).all():
         raise ValueError("the innovations do not lead to the states that the law recorded")
-    return {SENSED[sensor]: each for sensor, each in zip(_used(), series, strict=True)}
+    return {SENSED[sensor]: each for sensor, each in zip(_used(), series.T, strict=True)}
 
 
 def led_by_alert(record: Record, observer: Component = OBSERVER) -> NDArray[np.bool_]:
@@ -115,7 +113,9 @@ def _look() -> Any:
         innovation = sensed[sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
         series.append(innovation / (variance_along(belief.noise_spread, row) + variance) ** 0.5)
         belief = corrected(belief, row, innovation, variance, 1.0 - after.trust_out[sensor])
-    return ca.Function("look", [before, sensed, now], [ca.vertcat(*series), belief.mean])
+    looked = [ca.densify(each) for each in (ca.vertcat(*series), belief.mean)]
+    (look,) = compiled([ca.Function("look", [before, sensed, now], looked)])
+    return look
 
 
 def _parameters() -> Any:

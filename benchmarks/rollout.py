@@ -176,3 +176,26 @@ def compiled(functions: list[Any]) -> list[Any]:
             subprocess.run(command, check=True, capture_output=True)
             Path(work, "cell.so").replace(library)
     return [ca.external(function.name(), str(library)) for function in functions]
+
+
+def by_rows(function: Any, *given: Array) -> list[Array]:
+    """A function's results, shapes (n, size), of arguments given row by row, shapes (n, size).
+
+    Several times as fast as a CasADi map, which takes NumPy's arrays element by element.
+    """
+    buffer, trigger = function.buffer()
+    count = given[0].shape[0]
+    rows = [np.zeros(each.shape[1]) for each in given]
+    found = [np.zeros(function.size1_out(i)) for i in range(function.n_out())]
+    for i, row in enumerate(rows):
+        buffer.set_arg(i, row.data)
+    for i, result in enumerate(found):
+        buffer.set_res(i, result.data)
+    results = [np.empty((count, each.size)) for each in found]
+    for k in range(count):
+        for row, each in zip(rows, given, strict=True):
+            row[:] = each[k]
+        trigger()
+        for result, each in zip(results, found, strict=True):
+            result[k] = each
+    return results

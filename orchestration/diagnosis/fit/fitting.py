@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smo
 
 Vector = NDArray[np.float64]
 
-_MOST_ITERATIONS = 12
+_MOST_EVALUATIONS = 12
 _BEYOND = 10.8
 """Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
 
@@ -190,32 +190,37 @@ class Fitter:
             gradients.append(gram[1:, 0])
         return Point(chi2, tuple(grams), tuple(gradients))
 
-    def fit(self, items: Sequence[Item], start: dict[Freed, float] | None = None) -> Fit:
-        """Fit a model, from given values as far as there are any."""
+    def fit(
+        self, items: Sequence[Item], start: dict[Freed, float] | None = None, worth: float = np.inf
+    ) -> Fit:
+        """Fit a model, from given values as far as there are any.
+
+        The fit is given up where its linearisation promises no chi-square below what makes it `worth` more.
+        """
         freed = (*self.problem.calibrated, *(f for item in items for f in item.freed))
         theta = np.array([(start or {}).get(f, f.start) for f in freed])
         lower, upper, _ = _bounds(freed)
         theta = np.clip(theta, lower, upper)
         point = self.at(freed, theta)
-        damping = 0.0
-        for _ in range(_MOST_ITERATIONS if freed else 0):
+        evaluations, share = _MOST_EVALUATIONS if freed else 0, 1.0
+        while evaluations > 0:
             columns = Columns(freed, freed, point)
-            step, expected = bounded_step(
-                columns.gram, columns.gradient, lower - theta, upper - theta, damping
-            )
-            if expected < _SMALL:
+            step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
+            if point.chi2 - expected > worth:
                 break
-            tried = self.at(freed, theta + step)
-            gained = point.chi2 - tried.chi2
-            if gained > 0:
-                theta, point = theta + step, tried
-                damping = 0.0 if gained > 0.5 * expected else damping / 3
-                if abs(gained - expected) < 0.02 * gained and gained < 5:
-                    break
-            else:
-                damping = max(10 * damping, 0.01)
-                if damping > 1e5:
-                    break
+            gained, share = 0.0, min(1.0, 4 * share)
+            while gained <= 0 and share * expected >= _SMALL and evaluations > 0:
+                tried = self.at(freed, theta + share * step)
+                gained, evaluations = point.chi2 - tried.chi2, evaluations - 1
+                if gained <= 0:
+                    # The least of the parabola through both values with the slope at the first.
+                    fall = 2 * share * float(columns.gradient @ step)
+                    share *= max(0.1, fall / (2 * (fall - gained)))
+            if gained <= 0:
+                break
+            theta, point = theta + share * step, tried
+            if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < 5:
+                break
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
 
     def _beyond(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
@@ -237,13 +242,11 @@ def _bounds(freed: Sequence[Freed]) -> Vector:
     return np.array([(f.lower, f.upper, f.start) for f in freed]).reshape(-1, 3).T
 
 
-def bounded_step(
-    gram: Vector, gradient: Vector, lower: Vector, upper: Vector, damping: float = 0.0
-) -> tuple[Vector, float]:
+def bounded_step(gram: Vector, gradient: Vector, lower: Vector, upper: Vector) -> tuple[Vector, float]:
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
     correlation, scale = correlation_of(gram)
     alive = np.diag(gram) > 1e-18 * max(float(np.diag(gram).max()), 1e-300)
-    matrix = correlation + (1e-11 + damping) * np.eye(scale.size)
+    matrix = correlation + 1e-11 * np.eye(scale.size)
     matrix[~alive, :] = 0.0
     matrix[:, ~alive] = 0.0
     matrix[~alive, ~alive] = 1.0

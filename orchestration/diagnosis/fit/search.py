@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -57,9 +58,6 @@ class Search:
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
         self._progress = progress
-        self._level: float | None = None
-        self._penalties: dict[tuple[int, float], float] = {}
-        self._shares = prior_shares(self.items)
         self.add(fitter.fit(()))
 
     @property
@@ -67,29 +65,33 @@ class Search:
         """The model with nothing but its calibration fitted."""
         return self.fits[frozenset()]
 
-    @property
+    @cached_property
     def level(self) -> float:
         """Probability below which a cause's gain counts, all candidates considered."""
-        if self._level is None:
-            self._level = family_wise_level(Neighbours(self.null, self.items, ()), FALSE_ALARMS)
-        return self._level
+        return family_wise_level(Neighbours(self.null, self.items, ()), FALSE_ALARMS)
+
+    @cached_property
+    def _prices(self) -> dict[str, tuple[float, float]]:
+        """What each candidate must gain in chi-square as the only cause, and as a further one."""
+        from scipy.special import chdtri
+
+        shares = prior_shares(self.items)
+        levels = self.level, self.level * INVENTED / FALSE_ALARMS
+        prices = {}
+        for item in self.fitter.problem.items:
+            count, share = len(item.freed), shares[item.cause.name]
+            first, further = (float(chdtri(count, level * share)) for level in levels)
+            prices[item.title] = first, further
+        return prices
 
     def penalty(self, items: Sequence[Item], alone: bool = False) -> float:
         """What a set must gain in chi-square; with each of its causes counted as if it were `alone`."""
-        least = sum(self._penalty_of(item, self.level) for item in items)
-        if alone or len(items) < 2:
+        prices = [self._prices[item.title] for item in items]
+        least = sum(first for first, _ in prices)
+        if alone or len(prices) < 2:
             return least
-        further = self.level * INVENTED / FALSE_ALARMS
-        dearer = (self._penalty_of(item, further) - self._penalty_of(item, self.level) for item in items)
-        return least + sum(dearer) * (len(items) - 1) / len(items)
-
-    def _penalty_of(self, item: Item, level: float) -> float:
-        key = (len(item.freed), level * self._shares[item.cause.name])
-        if key not in self._penalties:
-            from scipy.special import chdtri
-
-            self._penalties[key] = float(chdtri(*key))
-        return self._penalties[key]
+        dearer = sum(further for _, further in prices) - least
+        return least + dearer * (len(prices) - 1) / len(prices)
 
     def score(self, fit: Fit) -> float:
         """Chi-square plus penalty; infinite where a cause lies on its bound."""
@@ -113,18 +115,17 @@ class Search:
         """Search until no proposal may be better or as good, or the fits are used up."""
         alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
-            best = self.best
-            ranked = sorted((self._expected(p), i, p) for i, p in enumerate(self._proposals.values()))
-            promising = [
-                p for expected, _, p in ranked if expected < self.score(best) + self._margin(p, best)
-            ][:_PER_ROUND]
+            best, bar = self.best, self.score(self.best)
+            worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
+            promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
             if not promising and len(best.items) > 1 and not alone:
                 promising = alone = self._alone(best)
             if not promising:
                 break
             for proposal in promising:
                 self._progress(" + ".join(sorted(proposal.key)))
-                self.add(self.fitter.fit(proposal.items, proposal.start))
+                worth = bar + self._excess(proposal, best) if len(proposal.items) > 1 else np.inf
+                self.add(self.fitter.fit(proposal.items, proposal.start, worth))
         return self.best
 
     def _alone(self, best: Fit) -> list[Proposal]:
@@ -133,13 +134,13 @@ class Search:
         single = [p for p in self._proposals.values() if len(p.items) == 1 and p.chi2 < needed]
         return sorted(single, key=lambda p: p.chi2)[:_MOST_ALONE]
 
-    def _margin(self, proposal: Proposal, best: Fit) -> float:
-        """How much worse than the best a proposal may look and still be worth a fit.
+    def _excess(self, proposal: Proposal, best: Fit) -> float:
+        """What a proposal's chi-square may have above the best score for the proposal to be worth a fit.
 
         Sets of as many causes matter when they come near, larger ones only when they win.
         """
-        larger = len(proposal.items) > len(best.items)
-        return _WINS if larger else NEAR + _SLACK
+        margin = _WINS if len(proposal.items) > len(best.items) else NEAR + _SLACK
+        return margin - self.penalty(proposal.items)
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
