@@ -165,7 +165,6 @@ def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) ->
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
     from warmlink.orchestration.report.next_files import SCENARIO
-    from warmlink.orchestration.system.shipped import SHIPPED
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
@@ -174,8 +173,10 @@ def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) ->
         remark(each)
     _print_found(json_content(found, SSV, SSP) if json else summary(found))
     with _lost_files_named(folder):
-        blueprint = SHIPPED[found.experiment.rig.name]
-        needed = blueprint.components_with(controller(NO_CONTROLLER).name).values()
+        rig = found.experiment.rig
+        needed = (
+            set() if rig.own else {*rig.blueprint.components_with(controller(NO_CONTROLLER).name).values()}
+        )
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")

@@ -15,7 +15,9 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 def init(
-    kind: Annotated[str, typer.Argument(help="Kind: `scenario`, `cell`, `study`, `law` or `experiment`.")],
+    kind: Annotated[
+        str, typer.Argument(help="Kind: `scenario`, `cell`, `study`, `law`, `experiment` or `causes`.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder to write into.")] = Path(),
 ) -> None:
     """Write a commented example file to begin with, and the data files that it names; it runs as it is.
@@ -61,6 +63,8 @@ def _run(path: Path) -> None:
     made_up.write_csv({named.get(name, name): values for name, values in columns.items()}, path)
 
 
+CAUSES: dict[str, Callable[[Path], None]] = {"causes.toml": _template, "causes.json": _schema}
+
 KINDS: dict[str, dict[str, Callable[[Path], None]]] = {
     "scenario": {"scenario.toml": _template, "scenario.json": _schema},
     "cell": {"cell.toml": _template, "scenario.json": _schema},
@@ -69,9 +73,11 @@ KINDS: dict[str, dict[str, Callable[[Path], None]]] = {
     "experiment": {
         "experiment.toml": _template,
         "experiment.json": _schema,
+        **CAUSES,
         "run.csv": _run,
         "check.csv": _run,
     },
+    "causes": CAUSES,
 }
 """Files of each kind, the first of them the commented one, and what writes each."""
 
@@ -81,5 +87,6 @@ NEXT = {
     "study": "warmlink tune",
     "law": "warmlink run --controller",
     "experiment": "warmlink diagnose",
+    "causes": "warmlink diagnose an experiment with [causes] file =",
 }
 """Command that takes the commented file."""

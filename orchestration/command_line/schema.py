@@ -15,7 +15,8 @@ def schema(
 ) -> None:
     """Print the JSON Schema of a kind of file, so that an editor can complete and check what you write.
 
-    Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`, `experiment`.
+    Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`,
+    `experiment`, `causes`.
     Save the schema beside your file, and name it in the file's first line: `#:schema study.json`. Editors
     that use Taplo understand this line, for example VS Code with the extension Even Better TOML.
 
@@ -34,7 +35,8 @@ def kinds() -> dict[str, type[Any]]:
     """The class that each kind of file is read into."""
     from warmlink.orchestration.arm.program import ProgramFile
     from warmlink.orchestration.closed_loop.load import ScenarioFile
-    from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
+    from warmlink.orchestration.diagnosis.causes.declared import CausesFile
+    from warmlink.orchestration.diagnosis.data.experiment_file import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
     from warmlink.orchestration.scenarios.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile
@@ -46,4 +48,5 @@ def kinds() -> dict[str, type[Any]]:
         "study": StudyFile,
         "mismatch": MismatchFile,
         "experiment": ExperimentFile,
+        "causes": CausesFile,
     }

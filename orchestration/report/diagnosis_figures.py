@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.entries import SHOWN, in_shown_unit, shown
+from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit, per_si, shown
 from warmlink.orchestration.diagnosis.answer.missing import MissingHeat
 from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.report.figures import DASHES, styled
@@ -63,7 +63,7 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
     for row, i in enumerate(channels, start=1):
         name = problem.names[problem.variables[i]]
         unit = diagnosis.units()[name]
-        factor, zero = (SHOWN[shown(unit)], 273.15 if shown(unit) == "K" else 0.0)
+        factor, zero = (per_si(shown(unit)), 273.15 if shown(unit) == "K" else 0.0)
         measured = data.readings[:, i]
         _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
         for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):

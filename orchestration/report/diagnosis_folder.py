@@ -38,7 +38,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
     with fresh_folder(folder) as work:
         write_ssv_of(values, work / SSV)
         if store is not None:
-            write_ssp_of(diagnosis.experiment.rig.name, values, work / SSP, store)
+            write_ssp_of(diagnosis.experiment.rig, values, work / SSP, store)
         _write_json(json_content(diagnosis, SSV, SSP if store is not None else None), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:

@@ -10,6 +10,7 @@ controller = "compensator"                     # the instance, or a list of them
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -24,7 +25,7 @@ from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.setup import Roles, Setup
 from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 
@@ -82,19 +83,8 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         if name not in system.components:
             known = instead(name, system.components)
             raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
-    components: dict[str, str] = {}
-    foreign: dict[str, Path] = {}
-    values: dict[str, dict[str, Value]] = {}
-    for name, held in system.components.items():
-        model = read_description(held.fmu).model_name
-        if name in roles.controller:
-            components[name] = ""
-            continue
-        own = is_ours(held.fmu, catalogue.components().get(model))
-        components[name] = model if own else f"{name} of {system.name}"
-        if not own:
-            foreign[components[name]] = held.fmu
-        values[name] = dict(held.values)
+    components, foreign = parts_of(system, roles.controller)
+    values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
     wires = [(each.source, each.target) for each in system.connections]
     driven = [(f"{DUTY}.{demand}", target) for demand, target in _driven(system, roles, where)]
     if driven:
@@ -114,6 +104,19 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         experiment.step_size or 1.0,
     )
     return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
+
+
+def parts_of(system: System, controllers: Collection[str] = ()) -> tuple[dict[str, str], dict[str, Path]]:
+    """Component behind each instance, empty for a controller's, and the files of those that are not ours."""
+    components: dict[str, str] = {}
+    foreign: dict[str, Path] = {}
+    for name, held in system.components.items():
+        model = read_description(held.fmu).model_name
+        own = is_ours(held.fmu, catalogue.components().get(model))
+        components[name] = "" if name in controllers else model if own else f"{name} of {system.name}"
+        if components[name] and not own:
+            foreign[components[name]] = held.fmu
+    return components, foreign
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:

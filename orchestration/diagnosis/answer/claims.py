@@ -90,7 +90,7 @@ def claims(
     models : the model to use from now on, and those that cannot be told from it
     left : errors of that model's elongation
     """
-    if experiment.rig.name != "WarmupCell" or left is None:
+    if not experiment.rig.is_cell or left is None:
         return ()
     variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
     segments = [duty_files.load(name).unrolled() for name in DUTIES]

@@ -78,7 +78,7 @@ def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
     truth : the best model known, by which the readings are corrected for faults of the instruments
     """
     rig = problem.experiment.rig
-    if rig.name != "WarmupCell" or ELONGATION not in problem.variables:
+    if not rig.is_cell or ELONGATION not in problem.variables:
         return None
     values, faults = extended_values(problem, fit), extended_values(problem, truth)
     law = _designed(problem, values)
@@ -146,8 +146,6 @@ def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> 
     """Readings of an output, corrected for the known faults of its instrument except the lag."""
     values = run.readings[variable]
     channel = channel_of(rig, variable)
-    if channel is None:
-        return values
     fault = channel.faults(faults)
     values = (values - fault["offset"] - fault["drift_rate"] * run.time) / fault["scale"]
     stem = fault["stem_conduction"]

@@ -14,12 +14,9 @@ from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.diagnosis.model.equations import OFFSET
 from warmlink.orchestration.scenarios.duties.duty import Segment
-from warmlink.orchestration.system.units import Unit, conversion
+from warmlink.orchestration.system.units import parse_unit
 
 Vector = NDArray[np.float64]
-
-SHOWN = {"K": 1.0, "um": 1e6, "mm": 1e3, "m": 1.0}
-"""Units in which errors are shown, as multiples of SI."""
 
 _INTERVAL = 1.959964
 """Standard deviations on either side of a 95 % interval."""
@@ -29,7 +26,12 @@ def shown(unit: str) -> str:
     """Unit in which an error in a column of this unit is shown: a difference of temperatures is K."""
     if unit in ("um", "µm", "micrometer", "micron"):
         return "um"
-    return unit if unit in ("mm", "m") else "K"
+    return "K" if parse_unit(unit).exponents == parse_unit("K").exponents else unit
+
+
+def per_si(unit: str) -> float:
+    """Factor from SI to a unit, for differences."""
+    return 1.0 / parse_unit(unit).factor
 
 
 def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None = None) -> dict[str, Any]:
@@ -176,8 +178,7 @@ def _interval(freed: Freed, unit: str, value: float, deviation: float) -> dict[s
 
 def _per_shown(unit: str) -> float:
     """Factor from SI to the shown unit; all of these are differences or have no offset."""
-    base = {"K/h": "K/s", "um/h": "m/s", "mm": "m"}.get(unit, unit)
-    return conversion(Unit(base), Unit(unit), difference=True)(1.0)
+    return per_si(unit) if unit in ("K/h", "um/h", "mm") else 1.0
 
 
 def wrong_entries(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> dict[str, dict[str, Any]]:
@@ -187,9 +188,9 @@ def wrong_entries(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> dict[str, di
         unit = shown(diagnosis.units()[name])
         entries[name] = {
             "unit": unit,
-            "rmse": each.rmse * SHOWN[unit],
-            "noise": each.noise * SHOWN[unit],
-            "bias": each.bias * SHOWN[unit],
+            "rmse": each.rmse * per_si(unit),
+            "noise": each.noise * per_si(unit),
+            "bias": each.bias * per_si(unit),
             "whiteness_p": each.whiteness_p,
             "when": list(each.when),
             "correlates_with": [{"signal": signal, "r": r} for signal, r in each.correlates_with],
@@ -207,8 +208,8 @@ def errors_by_run(diagnosis: Diagnosis, after: Predicted) -> dict[str, dict[str,
         for name, value in first.items():
             unit = shown(diagnosis.units()[name])
             result[run.name][name] = {
-                "rmse_before": value * SHOWN[unit],
-                "rmse_after": then[name] * SHOWN[unit],
+                "rmse_before": value * per_si(unit),
+                "rmse_after": then[name] * per_si(unit),
                 "unit": unit,
             }
     return result

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warmlink.orchestration.catalogue import components
+from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 
@@ -33,9 +34,12 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
 
 def _is_ours(problem: Problem, name: str) -> bool:
     """Whether a component of the system has the variable."""
-    instance, _, variable = name.partition(".")
-    kind = problem.experiment.rig.blueprint.components.get(instance)
-    return kind is not None and any(scalar.name == variable for scalar in components()[kind].scalars())
+    rig = problem.experiment.rig
+    instance = rig.part_of(name)
+    known = components().get(rig.blueprint.components.get(instance, ""))
+    return name in rig.variables or (
+        known is not None and any(f"{instance}.{scalar.name}" == name for scalar in known.scalars())
+    )
 
 
 def write_ssv_of(values: Mapping[str, float], path: Path) -> None:
@@ -45,18 +49,19 @@ def write_ssv_of(values: Mapping[str, float], path: Path) -> None:
     write_ssv(dict(values), path, name="extended")
 
 
-def write_ssp_of(system: str, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
-    """Write the shipped system with the extended values bound."""
+def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
+    """Write the system with the extended values bound, and the heat paths that were found wired in."""
     from warmlink.orchestration.catalogue import controller
-    from warmlink.orchestration.system.shipped import SHIPPED
     from warmlink.orchestration.system.write import write_ssp
 
-    blueprint = SHIPPED[system]
+    if rig.own is not None:
+        write_ssp(rig.own.extended(values), path)
+        return
     none = controller("none").name
     by_instance: dict[str, dict[str, float]] = {}
     for name, value in values.items():
         instance, _, variable = name.partition(".")
-        if instance in blueprint.components:
+        if instance in rig.blueprint.components:
             by_instance.setdefault(instance, {})[variable] = value
-    files = store.files(blueprint.components_with(none).values())
-    write_ssp(blueprint.system(files, none, by_instance), path)
+    files = store.files(rig.blueprint.components_with(none).values())
+    write_ssp(rig.blueprint.system(files, none, by_instance), path)

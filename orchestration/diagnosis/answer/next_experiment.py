@@ -85,7 +85,7 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     if not assessment.rivals:
         return None
     members = (assessment.best, *assessment.rivals[:MOST_RIVALS])
-    if experiment.rig.name != "WarmupCell":
+    if not experiment.rig.is_cell:
         return _another_run(assessment, members, experiment)
     design = _Design(assessment, experiment, members)
     table = np.array([design.separations(duty) for duty in DUTIES])

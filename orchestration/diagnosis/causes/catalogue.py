@@ -10,7 +10,17 @@ from typing import Literal
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.text_files import read_toml
 
-Kind = Literal["plant", "input", "place", "temperature sensor", "camera", "reading", "record", "simulation"]
+Kind = Literal[
+    "plant",
+    "input",
+    "place",
+    "temperature sensor",
+    "camera",
+    "reading",
+    "declared reading",
+    "record",
+    "simulation",
+]
 
 
 @dataclass(frozen=True)
@@ -32,6 +42,7 @@ class Cause:
     grouped : whether it may hold for the columns of one logger alone
     material : whether it is a property of the material, which is the same in all runs
     covariate : input whose column the cause needs
+    declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
 
@@ -49,6 +60,7 @@ class Cause:
     grouped: bool = False
     material: bool = False
     covariate: str | None = None
+    declared: bool = False
     kind: Kind = "plant"
 
 

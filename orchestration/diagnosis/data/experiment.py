@@ -6,100 +6,34 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
+from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import Said
-from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, read_run
+from warmlink.orchestration.diagnosis.data.experiment_file import (
+    MEASURED,
+    PER_RUN,
+    CalibrateTable,
+    ExperimentFile,
+    RunTable,
+)
+from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, names_of, read_run
+from warmlink.orchestration.diagnosis.data.own.system import Own
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.diagnosis.data.table import Column
-from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import TABLE, read_table
-from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
+from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.text_files import is_file, measured_text, tables_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
-
-PER_RUN = "run"
-
-NOMINAL, MEASURED = "nominal", "measured"
-"""What the states start from: the declared start values, or the first minute of measurements."""
-
-Values = Mapping[str, Annotated[str | float, Value()]]
-"""Values with units under `instance.variable`."""
-
-
-class Label(Entry):
-    """The value of a label: a text, or a number that is taken for one."""
-
-    def _read(self, value: Any) -> str:
-        if not isinstance(value, str | int | float):
-            raise InputError(f"{shown(value)} is not a name; write it as text")
-        return str(value)
-
-    def _schema(self) -> dict[str, Any]:
-        return {"type": ["string", "number", "boolean"], "examples": ["shiny"]}
-
-
-@dataclass(frozen=True)
-class RunTable:
-    """One run: its measurements, and what holds for it alone."""
-
-    __pydantic_config__ = TABLE
-
-    data: Annotated[str, Text("FILE.csv")]
-    labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
-    heldout: Annotated[bool, Flag()] = False
-    adapt: Annotated[float, Quantity("s", least=0)] = 0.0
-    known: Values = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class CalibrateTable:
-    """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
-
-    __pydantic_config__ = TABLE
-
-    min: Annotated[str | float, Value()]
-    max: Annotated[str | float, Value()]
-    start: Annotated[str | float | None, Value()] = None
-    per: Annotated[str | None, Text(PER_RUN)] = None
-
-
-@dataclass(frozen=True)
-class CausesTable:
-    """By which labels the parameters of a cause may differ from run to run."""
-
-    __pydantic_config__ = TABLE
-
-    per: tuple[Annotated[str, Text("LABEL")], ...] = ()
-
-
-@dataclass(frozen=True)
-class ExperimentFile:
-    """An experiment: the runs on one system, what is known, and what is calibrated."""
-
-    __pydantic_config__ = TABLE
-
-    system: Annotated[str, Text("WarmupCell")]
-    run: tuple[RunTable, ...]
-    title: Annotated[str | None, Text()] = None
-    initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
-    channels: Mapping[str, Annotated[str, Text("link.elongation")]] = field(default_factory=dict)
-    covariates: Mapping[str, Annotated[str, Text("neighbour_temperature")]] = field(default_factory=dict)
-    known: Values = field(default_factory=dict)
-    calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
-    causes: CausesTable = field(default_factory=CausesTable)
-    noise: Values = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not self.run:
-            raise InputError('there is no [[run]]; give at least one with data = "FILE.csv"')
 
 
 @dataclass(frozen=True)
@@ -125,6 +59,8 @@ class Experiment:
     noise : 1 sigma by output, where it is given
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
+    declared : causes that were declared for this system
+    with_shipped : whether the shipped causes are thought of as well
     """
 
     title: str
@@ -137,6 +73,14 @@ class Experiment:
     noise: Mapping[str, float] = field(default_factory=dict)
     initial_measured: bool = False
     remarks: tuple[str, ...] = ()
+    declared: tuple[Cause, ...] = ()
+    with_shipped: bool = True
+
+    @property
+    def catalogue(self) -> tuple[Cause, ...]:
+        """Causes to think of: the shipped and the declared ones, which replace shipped ones of their name."""
+        shipped = catalogue() if self.with_shipped else ()
+        return tuple({each.name: each for each in (*shipped, *self.declared)}.values())
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
@@ -216,7 +160,26 @@ class _Reader:
         self.told = told
         self.name, self.folder = path.name, path.parent
         self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
-        self.rig = rig(self.file.system)
+        causes = self.file.causes.file
+        self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
+        self.rig = self._rig(self.folder / self.file.system)
+        self.channels = {header: self._named(name) for header, name in self.file.channels.items()}
+
+    def _rig(self, path: Path) -> Rig:
+        if path.suffix.lower() not in (".ssp", ".ssd"):
+            if self.declared.paths or self.file.in_loop:
+                raise InputError(
+                    f"{self.name}: {'in_loop' if self.file.in_loop else 'a cause that adds heat'} is for a "
+                    f"system as a file; write one with `warmlink build`, and name it, as system = "
+                    f'"{self.file.system}.ssp"'
+                )
+            return rig(self.file.system)
+        found = Own.of(read_system(path), self.declared.paths).rig(self.file.in_loop)
+        return found.measured_at(found.moved.get(name, name) for name in self.file.channels.values())
+
+    def _named(self, variable: str) -> str:
+        """Variable that stands for one that the file names: a heat path's, where one is before that."""
+        return self.rig.moved.get(variable, variable)
 
     def experiment(self) -> Experiment:
         file = self.file
@@ -231,21 +194,30 @@ class _Reader:
             raise InputError(f"{self.name}: every run is held out; leave at least one to fit")
         for label in file.causes.per:
             self._check_label(label, runs, "causes.per")
+        known = self._known(file.known, "known")
+        declared = causes_of(
+            self.declared, self.rig.scalar, known, names_of(columns), f"{self.name}: {file.causes.file}"
+        )
         return Experiment(
             self.name if file.title is None else file.title,
             self.rig,
             tuple(runs),
             columns,
-            self._known(file.known, "known"),
-            tuple(self._calibrated(variable, table, runs) for variable, table in file.calibrate.items()),
+            known,
+            tuple(
+                self._calibrated(self._named(variable), table, runs)
+                for variable, table in file.calibrate.items()
+            ),
             file.causes.per,
             {variable: self._noise(variable, text) for variable, text in file.noise.items()},
             file.initial == MEASURED,
+            declared=tuple(declared),
+            with_shipped=file.causes.shipped,
         )
 
     def _run(self, table: RunTable, where: str) -> tuple[Run, tuple[Column, ...]]:
         run, columns = read_run(
-            self.folder / table.data, self.rig, self.file.channels, self.file.covariates, self.told
+            self.folder / table.data, self.rig, self.channels, self.file.covariates, self.told
         )
         known = self._known(table.known, f"{where}.known")
         return replace(
@@ -254,8 +226,8 @@ class _Reader:
 
     def _known(self, table: Mapping[str, str | float], where: str) -> dict[str, float]:
         known = {}
-        for variable, text in table.items():
-            place = f"{self.name}: {where}.{variable}"
+        for name, text in table.items():
+            variable, place = self._named(name), f"{self.name}: {where}.{name}"
             scalar = self.rig.scalar(variable, place)
             if not isinstance(scalar.variable, Parameter | Input):
                 raise InputError(f"{place}: an output is not given but computed; name a parameter or input")

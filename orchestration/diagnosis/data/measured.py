@@ -146,7 +146,9 @@ def read_run(
         found = (
             signal(sheet, place, "K", True)
             if scalar is None
-            else signal(sheet, place, scalar.variable.unit, scalar.is_temperature)
+            else signal(
+                sheet, place, scalar.variable.unit, scalar.is_temperature, scalar.variable.display == "um"
+            )
         )
         values = found.values
         if scalar is not None and kind == "input" and scalar.is_discrete:

@@ -73,7 +73,11 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     for run in runs:
         known = {**experiment.known, **run.known}
         for instance, component in components.items():
-            mine = {n.partition(".")[2]: v for n, v in known.items() if n.partition(".")[0] == instance}
+            mine = {
+                n.removeprefix(f"{instance}."): v
+                for n, v in known.items()
+                if experiment.rig.part_of(n) == instance
+            }
             try:
                 limits.checked(component, instance, mine)
             except InputError as fault:

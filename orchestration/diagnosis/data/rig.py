@@ -1,26 +1,40 @@
 """The system that measurements come from: its plant, and what its wires say of inputs and sensors.
 
-A rig is derived from a shipped system. The names in it are those of the SSP: instance, dot, variable.
+A rig is derived from a system's wires. The names in it are those of the SSP: instance, dot, variable.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from typing import TYPE_CHECKING
 
-from warmlink.fmus.component import Component, Scalar
+from warmlink.controllers.start_values import with_scalars
+from warmlink.fmus.component import Component, Input, Parameter, Scalar
 from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, Blueprint
+from warmlink.orchestration.scenarios.drive import StartValues
+from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.data.own.system import Own
 
 ELONGATION = "link.elongation"
 
-AT_SENSOR = {"link.base_temperature": 1, "link.tip_temperature": 3}
-"""Elements of `link.sensor_temperature` that are outputs of their own as well."""
+AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
+"""Elements of a link's `sensor_temperature` that are outputs of their own as well."""
+
+WANDERING = {"room": "ambient_offset", "heat": "standby_power"}
+"""What may wander beside its log, and the parameter of each component to which it adds."""
+
+PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
+"""Components by the instance that the shipped systems, and the causes, call them."""
 
 _DEMANDS = {
     "MotorHeatSource": (
@@ -35,63 +49,131 @@ _DEMANDS = {
 """Inputs of a component that every run should have, each with those that may stand in its place."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rig:
-    """A system whose plant, its continuous components, is integrated as a whole.
+    """A system whose plant, everything in it but what samples, is simulated as a whole.
 
     Attributes
     ----------
-    blueprint : the shipped system
+    blueprint : parts and wires of the system
     cells : finite volumes of a link
+    values : start values that differ from those that the parts declare, in SI units
+    foreign : what is known of parts that are no components of warmlink, by instance
+    looped : whether FMUs are simulated in a loop, even where every part is a component of warmlink
+    cut : outputs that were measured, so that the inputs that they feed follow the log
+    moved : input of a heat path that stands for each input before which one was put
+    own : the system of FMUs, where it is no shipped one
     """
 
     blueprint: Blueprint
     cells: int = CELLS
+    values: StartValues = field(default_factory=dict)
+    foreign: Mapping[str, Component] = field(default_factory=dict)
+    looped: bool = False
+    cut: frozenset[str] = frozenset()
+    moved: Mapping[str, str] = field(default_factory=dict)
+    own: Own | None = None
 
     @property
     def name(self) -> str:
         """Name of the system."""
         return self.blueprint.name
 
+    @property
+    def is_cell(self) -> bool:
+        """Whether it is the shipped warm-up cell."""
+        return self.blueprint is WARMUP_CELL
+
+    @property
+    def in_loop(self) -> bool:
+        """Whether FMUs are simulated in a loop, as equations of a part are not known."""
+        return self.looped or bool(self.foreign)
+
     @cached_property
     def components(self) -> Mapping[str, Component]:
-        """Continuous components by instance name."""
-        kinds = catalogue.components()
-        return {
-            instance: thermal_link(self.cells) if kind == "ThermalLink" else kinds[kind]
+        """Continuous components, heat paths and foreign parts by instance name."""
+        known = {**catalogue.components(), "ThermalLink": thermal_link(self.cells)}
+        chosen = {
+            instance: self.foreign[instance] if instance in self.foreign else known[kind]
             for instance, kind in self.blueprint.components.items()
-            if kind and kinds[kind].rates is not None
+            if kind
+        }
+        return {
+            instance: _with_values(part, self.values.get(instance, {}))
+            for instance, part in chosen.items()
+            if part.rates is not None or part is HEAT_PATH or instance in self.foreign
         }
 
     @cached_property
     def component(self) -> Component:
-        """The plant, joined."""
-        inside = [w for w in self.blueprint.wires if all(_instance(end) in self.components for end in w)]
-        return join(self.name, self.components, inside)
+        """The plant, joined; for a rig that is not in a loop."""
+        return join(self.name, self.components, self._wires(inside=True))
+
+    def _wires(self, inside: bool) -> list[tuple[str, str]]:
+        """Wires to the plant, from itself or from outside."""
+        return [
+            (source, target)
+            for source, target in self.blueprint.wires
+            if self.part_of(target) in self.components
+            and inside == (self.part_of(source) in self.components and source not in self.cut)
+        ]
 
     @cached_property
     def variables(self) -> dict[str, Scalar]:
         """Every scalar variable by its full name, without the inputs that a component of the plant feeds."""
-        return {scalar.name: scalar for scalar in self.component.scalars()}
+        fed = {target for _, target in self._wires(inside=True)}
+        return {
+            name: replace(scalar, name=name)
+            for instance, part in self.components.items()
+            for scalar in part.scalars()
+            if (name := f"{instance}.{scalar.name}") not in fed
+        }
 
-    @property
+    @cached_property
     def externals(self) -> list[str]:
         """Inputs that no component of the plant feeds, in order."""
-        return self.component.u.names
+        return [name for name, each in self.variables.items() if isinstance(each.variable, Input)]
 
-    @property
+    @cached_property
     def parameters(self) -> list[str]:
         """Parameters of all components, in order."""
-        return self.component.p.names
+        return [name for name, each in self.variables.items() if isinstance(each.variable, Parameter)]
+
+    @cached_property
+    def wandering(self) -> list[str]:
+        """Parameters to which a room, or heat, that wanders beside its log would add."""
+        return [name for name in self.parameters if name.endswith(tuple(f".{each}" for each in WANDERING))]
 
     @cached_property
     def shared(self) -> Mapping[str, tuple[str, ...]]:
         """Inputs of the plant by the signal from outside that feeds them."""
         found = dict(self.blueprint.signals)
-        for source, target in self.blueprint.wires:
-            if _instance(source) not in self.components and _instance(target) in self.components:
-                found[source] = (*found.get(source, ()), target)
+        for source, target in self._wires(inside=False):
+            found[source] = (*found.get(source, ()), target)
         return found
+
+    def part_of(self, name: str) -> str:
+        """Instance whose variable a full name is; empty where it is none's."""
+        owners = (each for each in self.blueprint.components if name.startswith(f"{each}."))
+        return max(owners, key=len, default="")
+
+    def called(self, part: str) -> list[str]:
+        """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
+        kind = PARTS.get(part)
+        return [i for i in self.components if kind and self.blueprint.components[i] == kind]
+
+    def on_link(self, output: str) -> tuple[str, int] | None:
+        """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""
+        instance, _, variable = output.rpartition(".")
+        name, _, element = variable.partition("[")
+        at = AT_SENSOR.get(variable, int(element[:-1]) if name == "sensor_temperature" else None)
+        return None if at is None or instance not in self.called("link") else (instance, at)
+
+    def measured_at(self, variables: Iterable[str]) -> Rig:
+        """The same with logged inputs, whatever feeds them."""
+        wanted = set(variables)
+        cut = {source for source, target in self._wires(inside=True) if target in wanted}
+        return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property
     def driven_by(self) -> tuple[tuple[str, ...], ...]:
@@ -100,7 +182,8 @@ class Rig:
         for instance in self.components:
             for names in _DEMANDS.get(self.blueprint.components[instance], ()):
                 group = tuple(f"{instance}.{name}" for name in names)
-                if not any(group[0] in self.fed_with(known[0]) for known in found):
+                known = any(group[0] in self.fed_with(each[0]) for each in found)
+                if group[0] in self.externals and not known:
                     found.append(group)
         return tuple(found)
 
@@ -110,7 +193,7 @@ class Rig:
         sources = {target: source for source, target in self.blueprint.wires}
         found = {_variable(sources[t]): t for t, *_ in self.driven_by if t in sources}
         for reading, target in self.blueprint.wires:
-            if _instance(target) == COMPENSATOR and ".reading[" in reading:
+            if self.part_of(target) == COMPENSATOR and ".reading[" in reading:
                 found[_variable(target)] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._is_camera(target):
                 found[_variable(target)] = reading
@@ -120,24 +203,27 @@ class Rig:
     def readings(self) -> Mapping[str, str]:
         """Sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation."""
         found = dict(self._wired_readings())
-        for output, element in AT_SENSOR.items():
-            also = f"link.sensor_temperature[{element}]"
-            for one, other in ((output, also), (also, output)):
-                if one in found:
-                    found.setdefault(other, found[one])
+        for link in self.called("link"):
+            for name, element in AT_SENSOR.items():
+                ends = f"{link}.{name}", f"{link}.sensor_temperature[{element}]"
+                for one, other in (ends, ends[::-1]):
+                    if one in found:
+                        found.setdefault(other, found[one])
         return found
 
     def _wired_readings(self) -> Iterator[tuple[str, str]]:
         yield from self.blueprint.instruments.items()
         for output, target in self.blueprint.wires:
-            if ".temperature[" in target:
+            kind = self.blueprint.components[self.part_of(target)]
+            if kind == "TemperatureSensors" and ".temperature[" in target:
                 yield output, target.replace(".temperature[", "[")
             elif self._is_camera(target):
-                yield output, _instance(target)
+                yield output, self.part_of(target)
 
     def _is_camera(self, end: str) -> bool:
         """Whether an end is what a camera looks at."""
-        return self.blueprint.components[_instance(end)] == "DriftCamera" and _variable(end) == "elongation"
+        part = self.part_of(end)
+        return self.blueprint.components[part] == "DriftCamera" and end == f"{part}.elongation"
 
     def unit(self, name: str) -> str:
         """SI unit of a variable."""
@@ -152,7 +238,7 @@ class Rig:
             The rig has no such variable.
         """
         if name not in self.variables:
-            held = [n for n in self.variables if _instance(n) == _instance(name)]
+            held = [n for n in self.variables if self.part_of(n) == self.part_of(name)]
             raise InputError(
                 f"{where}: {self.name} has no variable {name}; {instead(name, held or self.variables)}"
             )
@@ -181,9 +267,14 @@ def rig(name: str, cells: int = CELLS) -> Rig:
     return Rig(SHIPPED[name], cells)
 
 
-def _instance(end: str) -> str:
-    return end.partition(".")[0]
-
-
 def _variable(end: str) -> str:
-    return end.partition(".")[2]
+    return end.rpartition(".")[2]
+
+
+def _with_values(part: Component, values: Mapping[str, Value]) -> Component:
+    """A component whose inputs and parameters start from given values."""
+    numbers = {name: float(value) for name, value in values.items() if not isinstance(value, str)}
+    inputs = tuple(replace(each, start=numbers.pop(each.name, each.start)) for each in part.inputs)
+    settable = {name for each in part.parameters for name in each.scalar_names}
+    chosen = {name: value for name, value in numbers.items() if name in settable}
+    return replace(part, inputs=inputs, parameters=with_scalars(part.parameters, chosen))

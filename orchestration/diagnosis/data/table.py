@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.data.sheet import Sheet
 Vector = NDArray[np.float64]
 
 MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
-"""Range of a credible reading by SI unit; beyond it a reading is a sensor's error, or its unit is wrong."""
+"""Range of a credible temperature or growth by SI unit; beyond it the sensor errs, or the unit is wrong."""
 
 _OFF = ("off", "none")
 """What a pad's cell says of a pad that is off, beside nothing at all."""
@@ -57,7 +57,7 @@ class Signal:
     remarks: tuple[str, ...]
 
 
-def signal(sheet: Sheet, place: Place, si_unit: str, temperature: bool) -> Signal:
+def signal(sheet: Sheet, place: Place, si_unit: str, temperature: bool, growth: bool = False) -> Signal:
     """Values of a column in SI.
 
     Raises
@@ -75,7 +75,7 @@ def signal(sheet: Sheet, place: Place, si_unit: str, temperature: bool) -> Signa
     found = numbers(sheet, place.column)
     values = conversion.factor * found.values + conversion.offset
     lost = found.lost
-    if temperature or si_unit == "m":
+    if temperature or growth:
         beyond = _implausible(sheet, place.column, values, si_unit)
         lost = np.union1d(lost, beyond)
         values[beyond] = np.nan

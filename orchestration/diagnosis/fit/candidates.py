@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.rig import AT_SENSOR, Rig
+from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.model.equations import OFFSET, PLACE, SCALE
-from warmlink.orchestration.diagnosis.model.instruments import channel_of, logger_of
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
 
 Named = tuple[str, tuple[str, ...]]
 """Name of a candidate, with its channel after a colon, and the variables that it frees."""
@@ -28,25 +28,53 @@ def freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> 
     """
     rig = experiment.rig
     if cause.kind == "plant":
-        covered = cause.covariate is None or any(
-            cause.covariate in run.covariates or any(n.endswith(cause.covariate) for n in run.inputs)
-            for run in experiment.runs
-        )
-        variables = tuple(v for v in cause.frees if v in rig.parameters)
-        if variables and covered:
-            yield cause.name, variables
+        yield from _of_parts(cause, experiment)
     elif cause.kind == "input":
         yield from _inputs(cause, experiment)
+    elif cause.kind == "declared reading":
+        output, fault = cause.frees
+        slots = {"clock": f"{CLOCK}:{output}", "stem": channel_of(rig, output).variable("stem_conduction")}
+        yield cause.name, (slots.get(fault, channel_of(rig, output).variable(fault)),)
     elif cause.kind == "record":
         yield cause.name, cause.frees
         groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
         if cause.grouped and len(groups) > 1:
             yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
     elif cause.kind != "simulation":
+        cameras = [variable for variable in names if channel_of(rig, variable).is_camera]
         for variable, name in names.items():
             freed = _of_instrument(cause, rig, variable)
             if freed is not None:
-                yield (cause.name if cause.kind == "camera" else f"{cause.name}:{name}"), (freed,)
+                only = cause.kind == "camera" and len(cameras) == 1
+                yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
+
+
+def _of_parts(cause: Cause, experiment: Experiment) -> Iterable[Named]:
+    """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
+    rig = experiment.rig
+    if cause.declared:
+        yield cause.name, cause.frees
+        return
+    parts = dict.fromkeys(name.partition(".")[0] for name in cause.frees)
+    found = {
+        instance: [v for v in (f"{instance}.{n}" for n in names) if v in rig.parameters]
+        for part in parts
+        for names in [[name.partition(".")[2] for name in cause.frees if name.startswith(f"{part}.")]]
+        for instance in rig.called(part)
+        if cause.covariate is None or _logged(f"{instance}.{cause.covariate}", experiment)
+    }
+    several = {instance: variables for instance, variables in found.items() if variables}
+    if len(parts) == 1 and len(several) > 1:
+        yield from ((f"{cause.name}:{instance}", tuple(each)) for instance, each in several.items())
+    elif several:
+        yield cause.name, tuple(variable for each in several.values() for variable in each)
+
+
+def _logged(covariate: str, experiment: Experiment) -> bool:
+    """Whether an input that a cause needs follows a column, or another part of the plant."""
+    name = covariate.rpartition(".")[2]
+    logged = any(name in run.covariates or covariate in run.inputs for run in experiment.runs)
+    return logged or covariate not in experiment.rig.variables
 
 
 def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
@@ -56,7 +84,7 @@ def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
         unit = rig.unit(name)
         if not (
             rig.variables[name].is_discrete
-            or name.endswith(".ambient_temperature")
+            or (name.endswith(".ambient_temperature") and rig.part_of(name) not in rig.foreign)
             or unit == "1"
             or (unit == "K" and scales)
         ):
@@ -66,10 +94,8 @@ def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
 def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
     """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
     if cause.kind == "place":
-        own, _, element = variable.partition("[")
-        at = AT_SENSOR.get(variable, element.rstrip("]") if own == "link.sensor_temperature" else None)
-        return None if at is None else f"{PLACE}:link.sensor_position[{at}]"
+        at = None if rig.in_loop else rig.on_link(variable)
+        return None if at is None else f"{PLACE}:{at[0]}.sensor_position[{at[1]}]"
     channel = channel_of(rig, variable)
-    if channel is None or (cause.kind != "reading" and (cause.kind == "camera") != channel.is_camera):
-        return None
-    return channel.variable(cause.frees[0])
+    units = {"camera": ("m",), "reading": ("K", "m")}.get(cause.kind, ("K",))
+    return channel.variable(cause.frees[0]) if channel.unit in units else None

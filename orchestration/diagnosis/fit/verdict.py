@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import LackOfFit, estimated_noise, lack_of_fit
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
@@ -31,9 +30,6 @@ _SEEDS = 4
 
 _LIKE_STATED = 0.7
 """Scatter over stated noise above which the stated figure is no news."""
-
-_FLOORS = {"K": 1e-3, "m": 1e-8}
-"""Least noise by SI unit: the forward model is no more exact than this."""
 
 
 @dataclass(frozen=True)
@@ -149,8 +145,7 @@ def _noise(
     A stated noise of about the size of the scatter from row to row, or smaller, adds nothing. One
     that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
     """
-    floors = [_FLOORS["m" if v == ELONGATION else "K"] for v in problem.variables]
-    models = estimated_noise(problem, fit, floors, liked)
+    models = estimated_noise(problem, fit, problem.floors.tolist(), liked)
     result = []
     for i, (variable, model) in enumerate(zip(problem.variables, models, strict=True)):
         stated = problem.experiment.noise.get(variable)

@@ -15,13 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.diagnosis.data.rig import WANDERING
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.forward import Courses
 
 Vector = NDArray[np.float64]
-
-SIGNALS = {"room": "ambient_offset", "heat": "standby_power"}
-"""What may wander, and the parameter of each component to which it adds."""
 
 _SPACING, _MOST_NODES = 240.0, 60
 """s between nodes, at least, and their number at most."""
@@ -74,7 +72,7 @@ class Responses:
     def __init__(self, problem: Problem, values: Sequence[Vector]) -> None:
         slots = {
             name: tuple(i for i, slot in enumerate(problem.slots) if slot.endswith(f".{parameter}"))
-            for name, parameter in SIGNALS.items()
+            for name, parameter in WANDERING.items()
         }
         self.signals = tuple(name for name, found in slots.items() if found)
         self.nodes: list[Vector] = []

@@ -6,14 +6,16 @@ So the diagnosis integrates the same equations as the FMUs, without the communic
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component.wiring import part_of
 from warmlink.fmus.thermal_link.equations import sensor_positions
-from warmlink.orchestration.diagnosis.data.rig import AT_SENSOR, Rig, rig
+from warmlink.orchestration.diagnosis.data.rig import Rig
 
 Vector = NDArray[np.float64]
 
@@ -123,9 +125,9 @@ class Equations:
 
 
 @lru_cache(maxsize=24)
-def equations(name: str, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...]) -> Equations:
-    """Compiled functions of a shipped rig, kept for the next problem of the same kind."""
-    return Equations(rig(name, cells), slots, outputs)
+def equations(rig: Rig, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...]) -> Equations:
+    """Compiled functions of a rig, kept for the next problem of the same kind."""
+    return Equations(replace(rig, cells=cells), slots, outputs)
 
 
 class Linearised:
@@ -218,17 +220,18 @@ class _Symbols:
                     u[k] = u[k] * self.z[i] if name.startswith(SCALE) else u[k] + self.z[i]
         for i, name in enumerate(slots):
             if name.startswith(PLACE):
-                k = component.p.index[name.partition(":")[2]]
-                said = sensor_positions(component.p.read(p).link)
-                p[k] = said[int(name[-2]) - 1] + self.z[i] + _BESIDE
+                place = name.partition(":")[2]
+                said = sensor_positions(part_of(component.p.read(p), place.rpartition(".")[0]))
+                p[component.p.index[place]] = said[int(name[-2]) - 1] + self.z[i] + _BESIDE
         d = component.settled(p)
         self.rates = component.rates_of(self.x, u, d, self.time)
         self.begun = component.states_at_start(u, d)
         outputs = ca.vertsplit(component.outputs_of(self.x, u, d, self.time))
         self.values = dict(zip(component.y.names, outputs, strict=True))
-        for name, element in AT_SENSOR.items():
-            if f"{PLACE}:link.sensor_position[{element}]" in slots:
-                self.values[name] = self.values[f"link.sensor_temperature[{element}]"]
+        for name in component.y.names:
+            link, element = rig.on_link(name) or ("", 0)
+            if f"{PLACE}:{link}.sensor_position[{element}]" in slots:
+                self.values[name] = self.values[f"{link}.sensor_temperature[{element}]"]
 
 
 def _needed_states(ca: Any, x: Any, rates: Any, observed: Any) -> list[int]:

@@ -23,7 +23,6 @@ from warmlink.orchestration.diagnosis.model.step_control import controlled, herm
 Vector = NDArray[np.float64]
 
 PAD_OFF = 0
-_PAD = "motor.pad_temperature"
 
 _STALE = 0.02
 """Change of step times Jacobian beyond which the inverse is made anew."""
@@ -65,7 +64,7 @@ class Courses:
         share = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
         at[k : k + 2] = 1 - share, share
         parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
-        return np.concatenate(parts, axis=1)
+        return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
 
 
 Forcing = Callable[[Vector, float], Vector]
@@ -267,19 +266,21 @@ def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> V
         for target in rig.fed_with(name):
             if target == name or target not in given_here:
                 table[index[target]] = signal
-    if _PAD in index:
-        _switch_pad(table, index, given_here)
+    for motor in rig.called("motor"):
+        if f"{motor}.pad_temperature" in index:
+            _switch_pad(motor, table, index, given_here)
     return table
 
 
-def _switch_pad(table: Vector, index: Mapping[str, int], given_here: set[str]) -> None:
+def _switch_pad(motor: str, table: Vector, index: Mapping[str, int], given_here: set[str]) -> None:
     """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
-    temperature = table[index[_PAD]]
+    pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
+    temperature = table[index[pad]]
     held = np.isfinite(temperature)
-    if "motor.pad_mode" not in given_here:
-        by_power = PAD_POWER if "motor.pad_power" in given_here else PAD_OFF
-        table[index["motor.pad_mode"]] = np.where(held & (_PAD in given_here), PAD_TEMPERATURE, by_power)
-    table[index[_PAD]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
+    if mode not in given_here and mode in index:
+        by_power = PAD_POWER if f"{motor}.pad_power" in given_here else PAD_OFF
+        table[index[mode]] = np.where(held & (pad in given_here), PAD_TEMPERATURE, by_power)
+    table[index[pad]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
 
 
 def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Vector]]:
@@ -288,5 +289,5 @@ def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Vector]]:
         (name, signal)
         for covariate, signal in run.covariates.items()
         for name in externals
-        if name == covariate or name.partition(".")[2] == covariate
+        if name == covariate or name.rpartition(".")[2] == covariate
     ]

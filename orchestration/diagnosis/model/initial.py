@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import AT_SENSOR, Rig
+from warmlink.orchestration.diagnosis.data.rig import Rig
 
 FIRST = 60.0
 """s whose readings are averaged."""
 
 _ENOUGH, _CLEARLY = 5, 4.0
 """Readings that make a line, and standard errors of its slope that make it clear."""
-
-_AT_SENSOR = {**AT_SENSOR, **{f"link.sensor_temperature[{i}]": i for i in range(1, SENSORS + 1)}}
 
 
 def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, float]:
@@ -35,16 +33,16 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
         return {}
     mean = float(np.mean(list(first.values())))
     result: dict[str, float] = {}
-    if "motor" in rig.components:
-        shaft = first.get("motor.shaft_temperature", first.get("motor.winding_temperature", mean))
-        result["motor.initial_shaft_temperature"] = shaft
-        result["motor.initial_winding_temperature"] = first.get("motor.winding_temperature", shaft)
-    if "link" in rig.components:
-        result |= _along_link(
-            rig, {_AT_SENSOR[v]: t for v, t in first.items() if v in _AT_SENSOR}, mean, known
-        )
-    if "heater" in rig.components:
-        result["heater.initial_temperature"] = mean
+    for motor in rig.called("motor"):
+        shaft = first.get(f"{motor}.shaft_temperature", first.get(f"{motor}.winding_temperature", mean))
+        result[f"{motor}.initial_shaft_temperature"] = shaft
+        result[f"{motor}.initial_winding_temperature"] = first.get(f"{motor}.winding_temperature", shaft)
+    at = {rig.on_link(variable): start for variable, start in first.items()}
+    for link in rig.called("link"):
+        here = {place[1]: start for place, start in at.items() if place and place[0] == link}
+        result |= _along_link(rig, link, here, mean, known)
+    for heater in rig.called("heater"):
+        result[f"{heater}.initial_temperature"] = mean
     return result
 
 
@@ -61,10 +59,10 @@ def _at_start(times: NDArray[np.float64], readings: NDArray[np.float64]) -> floa
 
 
 def _along_link(
-    rig: Rig, measured: Mapping[int, float], mean: float, known: Mapping[str, float]
+    rig: Rig, link: str, measured: Mapping[int, float], mean: float, known: Mapping[str, float]
 ) -> dict[str, float]:
-    component = rig.components["link"]
-    starts = [known.get(f"link.{n}", rig.variables[f"link.{n}"].start) for n in component.p.names]
+    component = rig.components[link]
+    starts = [known.get(f"{link}.{n}", rig.variables[f"{link}.{n}"].start) for n in component.p.names]
     places = np.array(sensor_positions(component.p.read(np.array(starts, dtype=float))), dtype=float)
     start = float(np.mean(list(measured.values()))) if measured else mean
     if measured:
@@ -72,5 +70,5 @@ def _along_link(
         there = np.interp(places, [places[i - 1] for i in order], [measured[i] for i in order])
     else:
         there = np.full(SENSORS, start)
-    rises = {f"link.initial_temperature_rise[{i + 1}]": float(t - start) for i, t in enumerate(there)}
-    return {"link.initial_temperature": start, **rises}
+    rises = {f"{link}.initial_temperature_rise[{i + 1}]": float(t - start) for i, t in enumerate(there)}
+    return {f"{link}.initial_temperature": start, **rises}

@@ -3,14 +3,14 @@
 The same laws as in the components TemperatureSensors and DriftCamera, for readings at any times rather
 than at samples:
 
-    T' = T - s (T - T_a),  lag dz/dt = T' - z,  reading = z + offset
-    reading of the camera = scale * elongation + drift_rate * time + offset
+    T' = T - s (T - T_a),  lag dz/dt = T' - z,  reading = scale z + drift_rate * time + offset
     a clock offset d and a drift r show at time t what was true at t (1 + r) - d; T reads c I more in the
     neighbourhood of a cable that carries the motor's current I
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -41,15 +41,23 @@ _FAULTS = {
 
 @dataclass(frozen=True)
 class Channel:
-    """The sensor or camera that reads one output: its instance, and the element of a sensor, as `[3]`."""
+    """The sensor or camera that reads one output.
+
+    Attributes
+    ----------
+    instance, element : of the instrument, as `sensors` and `[3]`; what is read by none of the system's
+        instruments has one of its own
+    unit : SI unit of what it reads
+    """
 
     instance: str
     element: str
+    unit: str
 
     @property
     def is_camera(self) -> bool:
-        """Whether a camera reads the output, rather than a sensor."""
-        return not self.element
+        """Whether it reads a growth, as a camera does."""
+        return self.unit == "m"
 
     def variable(self, name: str) -> str:
         """Full name of a variable of the instrument, as `sensors.lag[3]`."""
@@ -60,23 +68,23 @@ class Channel:
         return {**_FAULTS, **{n: values[v] for n in _FAULTS if (v := self.variable(n)) in values}}
 
 
-def channel_of(rig: Rig, output: str) -> Channel | None:
-    """Sensor or camera that reads an output, if any."""
-    reading = rig.readings.get(output)
-    if reading is None:
-        return None
-    instance, bracket, element = reading.partition("[")
-    return Channel(instance, bracket + element)
+def channel_of(rig: Rig, output: str) -> Channel:
+    """Sensor or camera that reads an output."""
+    instance, bracket, element = rig.readings.get(output, "").partition("[")
+    return Channel(instance or f"{output}.reading", bracket + element, rig.unit(output))
 
 
 def logger_of(rig: Rig, output: str) -> str:
     """Logger that is likely to record an output: one for each component, and one for the camera."""
-    channel = channel_of(rig, output)
-    return "camera" if channel is not None and channel.is_camera else output.partition(".")[0]
+    return "camera" if channel_of(rig, output).is_camera else rig.part_of(output)
 
 
-NEUTRAL = {"camera.scale": 1.0}
-"""Value that changes nothing, where it is not 0."""
+_SCALE = re.compile(r"\.scale(\[\d+\])?$")
+
+
+def neutral(variable: str) -> float:
+    """Value of an instrument's variable that changes nothing."""
+    return float(_SCALE.search(variable) is not None)
 
 
 class Readings:
@@ -106,7 +114,7 @@ class Readings:
         self._ambient = ambient
         rig = forward.equations.rig
         self._channels = [channel_of(rig, output) for output in outputs]
-        self._clocks = [f"{CLOCK}:{logger_of(rig, output)}" for output in outputs]
+        self._clocks = [(f"{CLOCK}:{logger_of(rig, each)}", f"{CLOCK}:{each}") for each in outputs]
 
     def __call__(self, z: Vector) -> tuple[Vector, Vector]:
         """Readings and derivatives.
@@ -123,10 +131,10 @@ class Readings:
         named = {name: float(z[self._inner + i]) for name, i in self._slots.items()}
         ends = self.forward.steps.time
         fast = 1 + named.get(DRIFT, 0.0)
-        late = [named.get(CLOCK, 0.0) + named.get(clock, 0.0) for clock in self._clocks]
+        late = [sum(named.get(clock, 0.0) for clock in (CLOCK, *clocks)) for clocks in self._clocks]
         wanted = {lag: self.times * fast - lag for lag in late}
         asked = {lag: np.clip(times, 0.0, ends[-1]) for lag, times in wanted.items()}
-        lagging = any(c and c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
+        lagging = any(c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
         dense = asked[late[0]]
         if lagging or len(asked) > 1:
             dense = np.unique(np.concatenate([ends, *asked.values()]))
@@ -135,33 +143,22 @@ class Readings:
         by_slot = np.zeros((*values.shape, z.size))
         for i, channel in enumerate(self._channels):
             joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
-            slope = truth.slopes[:, i]
-            by_fault: dict[str, Vector] = {}
-            if channel is not None:
-                read = self._camera if channel.is_camera else self._sensor
-                joined, slope, faults = read(channel.faults(named), joined, slope, dense)
-                by_fault = {channel.variable(n): each for n, each in faults.items()}
+            joined, slope, faults = self._read(channel.faults(named), joined, truth.slopes[:, i], dense)
+            by_fault = {channel.variable(n): each for n, each in faults.items()}
             pick = np.searchsorted(dense, asked[late[i]])
             values[:, i] = joined[pick, 0]
             by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
             moving = np.where(wanted[late[i]] == asked[late[i]], slope[pick], 0.0)
             extra = {name: each[pick] for name, each in by_fault.items()}
-            extra |= {CLOCK: -moving, self._clocks[i]: -moving, DRIFT: moving * self.times}
+            extra |= dict.fromkeys((CLOCK, *self._clocks[i]), -moving) | {DRIFT: moving * self.times}
             for name, column in extra.items():
                 if name in self._slots:
                     by_slot[:, i, self._inner + self._slots[name]] = column
         return values, by_slot
 
-    def _camera(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
+    def _read(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
         """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
-        by_fault = {"scale": joined[:, 0].copy(), "drift_rate": times, "offset": np.ones(times.size)}
-        joined = faults["scale"] * joined
-        joined[:, 0] += faults["drift_rate"] * times + faults["offset"]
-        return joined, faults["scale"] * slope + faults["drift_rate"], by_fault
-
-    def _sensor(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
-        """As `_camera`, for a sensor."""
-        stem, lag = faults["stem_conduction"], faults["lag"]
+        stem, lag, scale = faults["stem_conduction"], faults["lag"], faults["scale"]
         rows, logged = self._ambient
         ambient = logged[held_row(rows, times)]
         current = self.forward.current(times)
@@ -175,9 +172,18 @@ class Readings:
             slope = (joined[:, 0] - followed[:, 0]) / lag
             by_lag = _followed(-slope[:, None], times, lag, from_rest=True)[:, 0]
             joined, by_stem = followed[:, :-1].copy(), followed[:, -1]
-        joined[:, 0] += faults["offset"] + faults["crosstalk"] * current
-        by_fault = {"lag": by_lag, "stem_conduction": by_stem, "crosstalk": current}
-        return joined, slope, by_fault | {"offset": np.ones(times.size)}
+        by_scale = joined[:, 0].copy()
+        joined = scale * joined
+        joined[:, 0] += faults["offset"] + faults["crosstalk"] * current + faults["drift_rate"] * times
+        by_fault = {
+            "lag": scale * by_lag,
+            "stem_conduction": scale * by_stem,
+            "scale": by_scale,
+            "drift_rate": times,
+            "crosstalk": current,
+            "offset": np.ones(times.size),
+        }
+        return joined, scale * slope + faults["drift_rate"], by_fault
 
 
 def _followed(signal: Vector, times: Vector, lag: float, from_rest: bool = False) -> Vector:

@@ -1,0 +1,91 @@
+"""The tables of an experiment file (TOML)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.text_files import shown
+
+PER_RUN = "run"
+
+NOMINAL, MEASURED = "nominal", "measured"
+"""What the states start from: the declared start values, or the first minute of measurements."""
+
+Values = Mapping[str, Annotated[str | float, Value()]]
+"""Values with units under `instance.variable`."""
+
+
+class Label(Entry):
+    """The value of a label: a text, or a number that is taken for one."""
+
+    def _read(self, value: Any) -> str:
+        if not isinstance(value, str | int | float):
+            raise InputError(f"{shown(value)} is not a name; write it as text")
+        return str(value)
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": ["string", "number", "boolean"], "examples": ["shiny"]}
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """One run: its measurements, and what holds for it alone."""
+
+    __pydantic_config__ = TABLE
+
+    data: Annotated[str, Text("FILE.csv")]
+    labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
+    heldout: Annotated[bool, Flag()] = False
+    adapt: Annotated[float, Quantity("s", least=0)] = 0.0
+    known: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class CalibrateTable:
+    """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
+
+    __pydantic_config__ = TABLE
+
+    min: Annotated[str | float, Value()]
+    max: Annotated[str | float, Value()]
+    start: Annotated[str | float | None, Value()] = None
+    per: Annotated[str | None, Text(PER_RUN)] = None
+
+
+@dataclass(frozen=True)
+class CausesTable:
+    """A file of causes of one's own, and by which labels the parameters of a cause may differ."""
+
+    __pydantic_config__ = TABLE
+
+    per: tuple[Annotated[str, Text("LABEL")], ...] = ()
+    file: Annotated[str | None, Text("causes.toml")] = None
+    shipped: Annotated[bool, Flag()] = True
+
+
+@dataclass(frozen=True)
+class ExperimentFile:
+    """An experiment: the runs on one system, what is known, and what is calibrated."""
+
+    __pydantic_config__ = TABLE
+
+    system: Annotated[str, Text("WarmupCell")]
+    run: tuple[RunTable, ...]
+    title: Annotated[str | None, Text()] = None
+    initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
+    channels: Mapping[str, Annotated[str, Text("link.elongation")]] = field(default_factory=dict)
+    covariates: Mapping[str, Annotated[str, Text("neighbour_temperature")]] = field(default_factory=dict)
+    known: Values = field(default_factory=dict)
+    calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
+    causes: CausesTable = field(default_factory=CausesTable)
+    noise: Values = field(default_factory=dict)
+    in_loop: Annotated[bool, Flag()] = False
+
+    def __post_init__(self) -> None:
+        if not self.run:
+            raise InputError('there is no [[run]]; give at least one with data = "FILE.csv"')

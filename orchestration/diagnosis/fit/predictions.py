@@ -1,0 +1,181 @@
+"""Predicted readings of an experiment's runs, with their derivatives by everything that may be freed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.model.equations import equations
+from warmlink.orchestration.diagnosis.model.forward import Courses, Forward
+from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.model.initial import initial_values
+from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
+
+Vector = NDArray[np.float64]
+
+_FLOORS = {"K": 1e-3, "m": 1e-8}
+_SHARE, _LEAST = 1e-5, 1e-12
+"""Floors by SI unit; of other units as a share of the readings' range, and at least."""
+
+
+class Predictions:
+    """Simulated readings of every run, at any values of what may be freed.
+
+    Parameters
+    ----------
+    experiment : what was measured
+    inner, outer : variables of the simulation, and of the instruments, that may be freed
+
+    Attributes
+    ----------
+    variables : outputs that were measured, in order; the columns of predictions
+    data : thinned readings by run
+    slots : the variables that may be freed, inner ones first
+    """
+
+    def __init__(self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...]) -> None:
+        self.experiment = experiment
+        self.variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
+        self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
+        self.slots = (*inner, *outer)
+        self._inner, self._outer = inner, outer
+        self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
+        self._corrections: list[Vector] = [np.zeros((d.time.size, len(self.variables))) for d in self.data]
+
+    def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
+        """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
+        values, by_slot = self._means(self._readings, run, z)
+        return values + self._corrections[run], by_slot
+
+    def finest(self, run: int, z: Vector) -> Vector:
+        """Readings of a run without the grid's error, shape (rows, outputs)."""
+        return self._means(self._finest, run, z)[0]
+
+    @property
+    def averaging(self) -> Averaging:
+        """The averaging to which the stated noise refers: that of the first run to fit."""
+        return self.data[self.fitted_runs[0] if self.fitted_runs else 0].averaging
+
+    def noise_in(self, run: int, noise: Sequence[NoiseModel]) -> list[NoiseModel]:
+        """Noise of each channel in a run, given that in the first run to fit."""
+        return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
+
+    def artefact(self, values: Sequence[Vector], noise: Sequence[NoiseModel]) -> float:
+        """Error of the simulation's own steps and cells in standard deviations of all readings together.
+
+        From a simulation of half the cells' size and half the steps, on the inputs as they were logged. Where
+        the error might be taken for an effect, that finer one serves from here on.
+        """
+        total = 0.0
+        finer = self._simulated(CHECK_CELLS, [each.forward for each in self._finest])
+        for i, z in enumerate(values):
+            error = self._means(finer, i, z)[0] - self.finest(i, z)
+            sigma = np.array([each.white for each in self.noise_in(i, noise)])
+            error = error[self.data[i].fitted] / sigma
+            total += float(np.sum(error**2))
+        if total > 1.0:
+            self._finest = finer
+        return float(np.sqrt(total))
+
+    def refine(self, values: Sequence[Vector]) -> float:
+        """Take the grid's error out at given values of the freed variables.
+
+        Parameters
+        ----------
+        values : slots by run
+
+        Returns
+        -------
+        float
+            Largest error taken out, in units of 1 mK or 10 nm (see `floors`).
+        """
+        largest = 0.0
+        for i, z in enumerate(values):
+            error = self.finest(i, z) - self._means(self._readings, i, z)[0]
+            self._corrections[i] = error
+            largest = max(largest, float(np.abs(error / self.floors).max()))
+        return largest
+
+    @cached_property
+    def floors(self) -> Vector:
+        """Least noise of each channel in SI: the forward model is no more exact than this."""
+        return np.array([self._floor(i, variable) for i, variable in enumerate(self.variables)])
+
+    def _floor(self, channel: int, variable: str) -> float:
+        unit = self.experiment.rig.unit(variable)
+        read = np.concatenate([data.readings[:, channel] for data in self.data])
+        return _FLOORS.get(unit) or max(_SHARE * float(np.nanmax(read) - np.nanmin(read)), _LEAST)
+
+    def _means(self, readings: Sequence[Readings], run: int, z: Vector) -> tuple[Vector, Vector]:
+        """Readings and derivatives as means over the blocks of rows that were averaged."""
+        values, by_slot = readings[run](z)
+        return self._mean(run, values), self._mean(run, by_slot)
+
+    def _mean(self, run: int, each: Vector) -> Vector:
+        weight = self.data[run].weight
+        if weight.shape[1] == 1:
+            return each
+        return np.einsum("bpo,bpo...->bo...", weight, each.reshape(*weight.shape[:2], *each.shape[1:]))
+
+    def responses(self, run: int, z: Vector, courses: Courses) -> Vector:
+        """Derivatives of a run's readings by the values of courses, shape (rows, outputs, values)."""
+        simulated = self._readings[run]
+        inner = z[: len(self._inner)]
+        return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
+
+    @cached_property
+    def neutral(self) -> tuple[Vector, ...]:
+        """Slots of each run where nothing is fitted."""
+        outer = np.array([neutral(name) for name in self._outer])
+        return tuple(np.concatenate([r.forward.start_values(), outer]) for r in self._readings)
+
+    @cached_property
+    def fitted_runs(self) -> tuple[int, ...]:
+        """Indices of the runs with rows to fit."""
+        return tuple(i for i, d in enumerate(self.data) if d.fitted.any())
+
+    @cached_property
+    def _finest(self) -> list[Readings]:
+        return self._simulated(FINAL.cells, [FINAL] * len(self.data))
+
+    def _simulated(
+        self, cells: int, grids: Sequence[Resolution | Forward], derivatives: bool = False
+    ) -> list[Readings]:
+        """Readings of each run, simulated on the grid for that run."""
+        compiled = equations(self.experiment.rig, cells, self._inner, self.variables)
+        return [
+            Readings(
+                Forward(compiled, run, self.known_of(run), grid, derivatives),
+                self.variables,
+                self._outer,
+                data.within.ravel(),
+                _ambient(run, self.known_of(run)),
+            )
+            for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
+        ]
+
+    def known(self, run: int) -> Mapping[str, float]:
+        """Known values of a run and its initial states, in SI."""
+        return self.known_of(self.experiment.runs[run])
+
+    def known_of(self, run: Run) -> Mapping[str, float]:
+        """Known values of any run on the system and its initial states, in SI."""
+        known = {**self.experiment.known, **run.known}
+        if self.experiment.initial_measured:
+            known = {**initial_values(self.experiment.rig, run, known), **known}
+        return known
+
+
+def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Vector, Vector]:
+    """Times in s and logged ambient temperature in K by row, which the sensors' stems are exposed to."""
+    if run.ambient is not None:
+        return run.time, run.ambient
+    given = [value for name, value in known.items() if name.endswith(".ambient_temperature")]
+    return run.time, np.full(run.time.size, given[0] if given else 295.15)

@@ -1,0 +1,100 @@
+"""Systems of a stranger's, and runs of them computed by the master algorithm from their FMUs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.model import DefaultExperiment, System, Value
+
+Values = Mapping[str, Mapping[str, Value]]
+
+CHAIN = {
+    "duty": "DutyCycle",
+    "motor1": "MotorHeatSource",
+    "link1": "ThermalLink",
+    "motor2": "MotorHeatSource",
+    "link2": "ThermalLink",
+}
+CHAIN_WIRES = (
+    *(("duty.speed", f"{part}.speed") for part in ("motor1", "link1", "motor2", "link2")),
+    ("duty.torque", "motor1.torque"),
+    *(("duty.ambient_temperature", f"{part}.ambient_temperature") for part in list(CHAIN)[1:]),
+    *((f"duty.pad_{name}", f"motor1.pad_{name}") for name in ("mode", "temperature", "power")),
+    ("motor1.heat_flow", "link1.heat_flow"),
+    ("link1.base_temperature", "motor1.link_base_temperature"),
+    ("motor2.heat_flow", "link2.heat_flow"),
+    ("link2.base_temperature", "motor2.link_base_temperature"),
+)
+CHANNELS = {
+    "motor 1 [degC]": "motor1.shaft_temperature",
+    "base 1 [degC]": "link1.base_temperature",
+    "tip 1 [degC]": "link1.tip_temperature",
+    "motor 2 [degC]": "motor2.shaft_temperature",
+    "base 2 [degC]": "link2.base_temperature",
+    "tip 2 [degC]": "link2.tip_temperature",
+}
+INPUTS = {
+    "speed [rad/s]": "motor1.speed",
+    "torque [N.m]": "motor1.torque",
+    "room [degC]": "motor1.ambient_temperature",
+}
+SEGMENTS = ((1200.0, 3.4, 2.5), (900.0, 0.0, 0.0), (1500.0, 1.0, 4.0), (900.0, 0.0, 0.0))
+"""s, rad/s, N.m"""
+
+
+def system(
+    name: str, kinds: Mapping[str, str], wires: tuple[tuple[str, str], ...], values: Values | None = None
+) -> System:
+    """A system of shipped components."""
+    files = FmuStore("native").files(kinds.values())
+    parts = {each: component(each, files[kind], (values or {}).get(each)) for each, kind in kinds.items()}
+    found = tuple(connect(parts, *wire) for wire in wires)
+    return System(name, parts, found, DefaultExperiment(0.0, 4500.0, 5.0))
+
+
+def chain(values: Values | None = None) -> System:
+    """Two motors, each with a link, side by side."""
+    duty: dict[str, Value] = {}
+    for i, (duration, speed, torque) in enumerate(SEGMENTS, start=1):
+        duty |= {f"duration[{i}]": duration, f"segment_speed[{i}]": speed, f"segment_torque[{i}]": torque}
+    return system("Chain", CHAIN, CHAIN_WIRES, {**(values or {}), "duty": duty})
+
+
+def measured(
+    truth: System, columns: Mapping[str, str], noise: float, seed: int, row: float = 15.0, step: float = 0.25
+) -> dict[str, np.ndarray]:
+    """Columns of a run; those in degC that are not the room have a noise in K (1 sigma)."""
+    random = np.random.default_rng(seed)
+    stop = truth.default_experiment.stop_time or 3600.0
+    sources = {each.target: each.source for each in truth.connections}
+    recorded = {header: sources.get(name, name) for header, name in columns.items()}
+    result = simulate(truth, stop, step, GaussSeidel(), record=list(recorded.values()), check_stability=False)
+    every = round(row / step)
+    found = {"time [s]": result.times[::every]}
+    for header, name in recorded.items():
+        values = result[name][::every]
+        if header.endswith("[degC]"):
+            values = values - 273.15
+            if not header.startswith("room"):
+                values = values + noise * random.standard_normal(values.size)
+        found[header] = values
+    return found
+
+
+def write_csv(columns: Mapping[str, np.ndarray], path: Path) -> None:
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, "%.6g", ",", header=",".join(columns), comments="")
+
+
+def with_values(of: System, values: Values) -> System:
+    """The same with other start values."""
+    parts = {n: replace(p, values={**p.values, **values.get(n, {})}) for n, p in of.components.items()}
+    return replace(of, components=parts)

@@ -1,0 +1,139 @@
+"""A stranger's system: a heat path that the model lacks is found, and the extended SSP carries it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.orchestration.diagnosis.own_systems import (
+    CHAIN,
+    CHANNELS,
+    INPUTS,
+    chain,
+    measured,
+    with_values,
+    write_csv,
+)
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
+from warmlink.orchestration.diagnosis.causes.declared import read_causes
+from warmlink.orchestration.diagnosis.data.own.system import Own
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.write import write_ssp
+
+FLANGE = """
+[[cause]]
+name = "flange"
+sentence = "The first motor heats the second link through the flange."
+check = "Put a thermometer on the flange."
+adds = { conductance = "W/K", from = "motor1.shaft_temperature", to = "link2.base_temperature", \
+into = "link2.heat_flow" }
+between = ["0 W/K", "5 W/K"]
+"""
+OTHERS = """
+[[cause]]
+name = "gears"
+sentence = "Gears beside the second link heat it."
+check = "Look at the gears."
+adds = { heat = "W", into = "link2.heat_flow", course = "with:motor1.speed" }
+between = [0, 10]
+[[cause]]
+name = "paint"
+sentence = "The second link is painted."
+check = "Look at it."
+frees = ["link2.emissivity"]
+between = [0, 1]
+[[cause]]
+name = "slow"
+sentence = "The thermometer at the second base follows late."
+check = "Exchange it."
+reading = { of = "link2.base_temperature", lag = "s" }
+between = ["0 s", "10 min"]
+"""
+
+
+def experiment(folder: Path, causes: str, more: str = "", columns: dict[str, str] | None = None) -> Path:
+    """An experiment on the chain with its causes, in a folder."""
+    write_ssp(chain(), folder / "chain.ssp")
+    (folder / "causes.toml").write_text(causes, "utf-8")
+    channels = "\n".join(f'"{h}" = "{v}"' for h, v in (columns or {**INPUTS, **CHANNELS}).items())
+    (folder / "experiment.toml").write_text(
+        f'system = "chain.ssp"\n{more}\n[[run]]\ndata = "run.csv"\n[channels]\n{channels}\n'
+        '[causes]\nfile = "causes.toml"\nshipped = false\n',
+        "utf-8",
+    )
+    return folder / "experiment.toml"
+
+
+def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: Path) -> None:
+    path = experiment(tmp_path, FLANGE + OTHERS)
+    own = Own.of(chain(), read_causes(tmp_path / "causes.toml").paths)
+    truth = with_values(own.system, {"flange": {"conductance": 0.3}})
+    columns = measured(truth, {**INPUTS, **CHANNELS}, 0.05, 1)
+    write_csv(columns, tmp_path / "run.csv")
+
+    found = diagnose_experiment(read([path]))
+    assert found.verdict == "named"
+    assert [item.title for item in found.causes] == ["flange"]
+    fit = found.assessment.best
+    deviation = float(np.sqrt(fit.covariance()[0, 0]))
+    assert deviation < 0.001
+    assert abs(fit.theta[0] - 0.3) < 4 * deviation
+
+    problem = found.assessment.problem
+    values = extended_values(problem, fit)
+    write_ssp_of(problem.experiment.rig, values, tmp_path / "extended.ssp", FmuStore("native"))
+    extended = read_system(tmp_path / "extended.ssp")
+    assert set(extended.components) == {*CHAIN, "flange"}, "and no path that was not found"
+    again = measured(replace(extended, default_experiment=truth.default_experiment), CHANNELS, 0.0, 1)
+    for header in CHANNELS:
+        assert np.std(again[header] - columns[header]) < 0.06, header
+
+
+def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
+    own = Own.of(chain(), {})
+    rig = own.rig()
+    assert rig.component.u.names == rig.externals
+    assert rig.component.p.names == rig.parameters
+    assert rig.fed_with("motor1.speed") == ("motor1.speed", "link1.speed", "motor2.speed", "link2.speed")
+    assert rig.on_link("link2.tip_temperature") == ("link2", 3)
+    assert set(rig.called("motor")) == {"motor1", "motor2"}
+
+
+@pytest.mark.parametrize(
+    ("causes", "sentence"),
+    [
+        ('[[cause]]\nname = "a"', "causes.toml: cause 1: sentence is missing"),
+        (FLANGE.replace("flange", "link2"), "link2: Chain has a component of this name; rename the cause"),
+        (FLANGE.replace('"5 W/K"', '"5 W"'), "experiment.toml: causes.toml: flange.between: W does not"),
+        (FLANGE.replace('"0 W/K"', '"1 W/K"'), "1 to 5 W/K does not hold 0 W/K, the value without the cause"),
+        (FLANGE.replace(", from", ", fro"), "causes.toml: cause 1.adds: fro is not known; did you mean from"),
+        (FLANGE.replace("conductance =", "heat ="), "flange.adds: W/K does not convert to W"),
+        (FLANGE.replace("link2.base_", "link3.base_"), "there is no component of this name"),
+        (OTHERS.replace("link2.emissivity", "link2.emisivity"), "has no variable link2.emisivity"),
+        (OTHERS.replace('lag = "s"', 'lag = "m"'), "slow.reading: m does not convert to s"),
+        (OTHERS.replace("link2.base_temperature", "link2.surface_heat_loss"), "no column of the runs is"),
+        (FLANGE + FLANGE, "two causes are called flange; rename one"),
+    ],
+    ids=range(11),
+)
+def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
+    path = experiment(tmp_path, causes)
+    time = np.arange(0.0, 600.0, 15.0)
+    columns = dict.fromkeys((*INPUTS, *CHANNELS), 20 + 0.01 * time)
+    write_csv({"time [s]": time, **columns}, tmp_path / "run.csv")
+    with pytest.raises(InputError) as told:
+        read([path])
+    assert sentence in str(told.value)
+
+
+def test_a_path_wants_a_system_as_a_file(tmp_path: Path) -> None:
+    path = experiment(tmp_path, FLANGE)
+    path.write_text(path.read_text("utf-8").replace("chain.ssp", "WarmupCell"), "utf-8")
+    with pytest.raises(InputError, match="a cause that adds heat is for a system as a file"):
+        read([path])
