@@ -168,10 +168,12 @@ def _next(proposed: Proposed | None) -> list[Section]:
         for stage in cycle
     ]
     table = Table(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
-    text = (
-        f"{proposed.why}\nExpected separation: {proposed.expected_separation_sigma:.1f} sigma; "
-        f"chance of naming the cause: {100 * proposed.expected_chance:.0f} %."
-    )
+    text = proposed.why
+    if proposed.expected_chance is not None:
+        text += (
+            f"\nExpected separation: {proposed.expected_separation_sigma:.1f} sigma; "
+            f"chance of naming the cause: {100 * proposed.expected_chance:.0f} %."
+        )
     if times > 1:
         text += f"\nThe stages below are gone through {times} times."
     return [Section("The next experiment", text, table)]

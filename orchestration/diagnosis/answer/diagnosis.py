@@ -88,8 +88,9 @@ class Diagnosis:
 
     @cached_property
     def proposed(self) -> Proposed | None:
-        """The next experiment, where the verdict is ambiguous."""
-        return next_experiment(self.assessment, self.experiment) if self.verdict == "ambiguous" else None
+        """The next experiment, where the data leave something open."""
+        is_open = self.verdict in ("ambiguous", "unknown", "empirical")
+        return next_experiment(self.assessment, self.experiment) if is_open else None
 
     @cached_property
     def wrong(self) -> dict[str, Wrong]:

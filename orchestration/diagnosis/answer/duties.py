@@ -22,9 +22,12 @@ _LONG_REST = Segment(2700)
 _HOT = Segment.with_pad(2700, ROOM_TEMPERATURE + 60, 0.0, 4.5)
 _HOT_FAST = Segment.with_pad(2700, ROOM_TEMPERATURE + 60, 4.5, 2.5)
 
+ONE_AT_A_TIME = (_FAST, _REST, _HEAVY, _REST, _PAD, _REST)
+"""Fast without load, slow under load, and heated by a pad, with rests between."""
+
 DUTIES: tuple[tuple[Segment, ...], ...] = (
     (_REST, _BOTH, _LONG_REST, _FAST),
-    (_FAST, _REST, _HEAVY, _REST, _PAD, _REST),
+    ONE_AT_A_TIME,
     (_PAD, _LONG_REST, _STALL, _REST),
     (_HEAVY, _FAST, _HEAVY, _FAST),
     (_PAD, _FAST, _PAD, _REST),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.answer.ambiguity import Titles, differences
-from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
+from warmlink.orchestration.diagnosis.answer.duties import DUTIES, ONE_AT_A_TIME, run_of
 from warmlink.orchestration.diagnosis.answer.separation import Foreseen, chances
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, Averaging
@@ -44,6 +44,9 @@ ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 LONGEST = 86400.0
 """How often a duty cycle may be repeated, and s that all of it may take."""
 
+_TOGETHER = 0.8
+"""Correlation of two inputs above which their effects are told apart badly."""
+
 _MOST_TOLD = 4
 """Causes of a list that the words name."""
 
@@ -59,15 +62,15 @@ class Proposed:
     ----------
     duty : segments in order; empty where another kind of run is proposed, or nothing helps
     why : what it tells apart
-    expected_separation_sigma : of the two nearest members that it tells apart
-    expected_chance : of naming the cause, but for those that nothing tells apart
+    expected_separation_sigma : of the two nearest members that it tells apart; None where there are none
+    expected_chance : of naming the cause, but for those that nothing tells apart; None where none is foreseen
     alike : pairs of sets of causes that no feasible duty cycle tells apart
     """
 
     duty: tuple[Segment, ...]
     why: str
-    expected_separation_sigma: float
-    expected_chance: float
+    expected_separation_sigma: float | None
+    expected_chance: float | None
     alike: tuple[tuple[str, str], ...] = ()
 
     @property
@@ -81,7 +84,12 @@ class Proposed:
 
 
 def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed | None:
-    """Choose what tells the members of an ambiguous set apart; None where there is no rival."""
+    """Choose what tells the members of an ambiguous set apart, or shows what an unknown cause goes with.
+
+    None where nothing is left to tell.
+    """
+    if assessment.word == "unknown":
+        return _one_at_a_time(experiment)
     if not assessment.rivals:
         return None
     members = (assessment.best, *assessment.rivals[:MOST_RIVALS])
@@ -105,6 +113,24 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
         f"with a chance of {100 * chance:.0f} %.{_indistinguishable(alike)}"
     )
     return Proposed(duty, why, nearest, chance, _titles(alike))
+
+
+def _one_at_a_time(experiment: Experiment) -> Proposed | None:
+    """A duty cycle in which what warms the cell up comes one at a time; None for a system without a motor."""
+    if experiment.rig.name != "WarmupCell":
+        return None
+    why = (
+        f"In {length(ONE_AT_A_TIME) / 3600:.1f} hours the motor turns fast without load, then slowly under "
+        "load, then is heated by a pad, with rests between, so that what no cause explains shows with one of "
+        "them, or with none."
+    )
+    inputs = next(run for run in experiment.runs if not run.heldout).inputs
+    speed, torque = (np.abs(inputs.get(f"motor.{name}", np.zeros(1))) for name in ("speed", "torque"))
+    if speed.size == torque.size and speed.std() > 0 and torque.std() > 0:
+        together = float(np.corrcoef(speed, torque)[0, 1])
+        if together > _TOGETHER:
+            why += f" In this run speed and torque change together (correlation {together:.2f})."
+    return Proposed(ONE_AT_A_TIME, why, None, None)
 
 
 def _nothing_tells(members: Sequence[Fit], alike: Sequence[Pair]) -> Proposed:

@@ -31,12 +31,12 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(_gain_line(diagnosis))
         lines += _observer_lines(diagnosis)
         lines += _claim_lines(diagnosis)
-    if diagnosis.proposed is not None:
-        lines.append(f"Next: {diagnosis.proposed.why}")
     if diagnosis.hint is not None:
         lines += _unknown_lines(diagnosis, diagnosis.hint)
     elif diagnosis.verdict == "unknown":
         lines.append(difference(diagnosis.experiment))
+    if diagnosis.proposed is not None:
+        lines.append(f"Next: {diagnosis.proposed.why}")
     return "\n".join(lines[:10])
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.strange_runs import LINES, measured
+from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, together
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter
@@ -90,3 +92,7 @@ def test_where_no_cause_is_established_the_page_tells_when_heat_is_missing(tmp_p
     assert np.all(np.abs(course.heat[(share < 0.27) | (share > 0.46)]) < 4)
     write_diagnosis(found, tmp_path / "out")
     assert "When heat is missing: run" in (tmp_path / "out" / "report.html").read_text("utf-8")
+    # What to measure next is proposed too: all that warms the cell up, one at a time.
+    assert "one of them, or with none" in summary(found).splitlines()[-1]
+    assert (tmp_path / "out" / "next_experiment.csv").is_file()
+    assert json_content(found)["next_experiment"]["expected_chance"] is None
