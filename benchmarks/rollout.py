@@ -83,7 +83,9 @@ class Cell:
     def __init__(self, law: Component, law_states: bool = False) -> None:
         self.law = law
         self.joined = WARMUP_CELL.without("duty").joined(law)
-        self._law_states = law_states
+        places = [i for name, i in self.joined.x.index.items() if name.startswith("compensator.")]
+        # Side by side, as all states of a part are.
+        self._beside = slice(places[0], places[-1] + 1) if law_states and places else slice(0, 0)
         self._advance, self._begin = compiled(self._functions())
 
     def run(self, demands: Array, parameters: Mapping[str, Mapping[str, float]] | None = None) -> Record:
@@ -104,8 +106,8 @@ class Cell:
         count = demands.shape[0] - 1
         rows = np.ascontiguousarray(demands, dtype=float)
         x, record = (np.array(part, dtype=float).ravel() for part in self._begin(rows[0], p))
-        values = np.empty((count + 1, record.size))
-        values[0] = record
+        values = np.empty((count + 1, record.size + x[self._beside].size))
+        values[0] = np.concatenate([record, x[self._beside]])
         buffer, trigger = self._advance.buffer()
         following, now, time = np.empty_like(x), rows[0].copy(), np.zeros(1)
         for place, array in enumerate((x, now, p, time)):
@@ -117,7 +119,8 @@ class Cell:
             time[0] = i * self.step
             trigger()
             x[:] = following
-            values[i] = record
+            values[i, : record.size] = record
+            values[i, record.size :] = x[self._beside]
         return Record(self.step * np.arange(count + 1), values)
 
     def _functions(self) -> list[Any]:
@@ -149,9 +152,7 @@ class Cell:
         import casadi as ca
 
         y, index = ca.SX(self.joined.outputs_of(x, u, p, time)), self.joined.y.index
-        values = [y[index[name]] for name in RECORDED.values()]
-        law = [i for name, i in self.joined.x.index.items() if name.startswith("compensator.")]
-        return ca.vertcat(*values, x[law]) if self._law_states else ca.vertcat(*values)
+        return ca.vertcat(*(y[index[name]] for name in RECORDED.values()))
 
 
 def compiled(functions: list[Any]) -> list[Any]:

@@ -34,10 +34,15 @@ def symmetric(packed: Number, size: int) -> Number:
 
 def upper(square: Number) -> Number:
     """Rows of a square matrix's upper triangle, in one vector."""
-    rows, columns = np.triu_indices(square.shape[0])
+    rows, columns = _triangle(square.shape[0])
     if symbolic(square):
         return square[[int(place) for place in rows + columns * square.shape[0]]]
     return square[rows, columns]
+
+
+@lru_cache
+def _triangle(size: int) -> tuple[NDArray[np.intp], ...]:
+    return np.triu_indices(size)
 
 
 def upper_diagonal(packed: Number, size: int) -> Number:

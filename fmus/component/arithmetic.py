@@ -24,19 +24,24 @@ def symbolic(*values: Number) -> bool:
     """Whether any of the values is a CasADi expression."""
     # A loop and a cache, since this is asked for every operation.
     for value in values:  # noqa: SIM110
-        if _from_casadi(type(value).__module__):
+        if _from_casadi(type(value)):
             return True
     return False
 
 
 @cache
-def _from_casadi(module: str) -> bool:
-    return module.startswith("casadi")
+def _from_casadi(kind: type) -> bool:
+    return kind.__module__.startswith("casadi")
+
+
+def _dimensions(value: Number) -> int:
+    """Those of an array, and none of a Python number: quicker than `numpy.ndim`, which makes an array of it."""
+    return getattr(value, "ndim", 0)
 
 
 def real(value: Number) -> Number:
     """Real part; a CasADi expression is returned as it is."""
-    return value if symbolic(value) else np.real(value)
+    return value if symbolic(value) else value.real
 
 
 def where(condition: Number, then: Number, otherwise: Number) -> Number:
@@ -48,7 +53,7 @@ def where(condition: Number, then: Number, otherwise: Number) -> Number:
         import casadi
 
         return casadi.if_else(condition, then, otherwise)
-    if np.ndim(condition) == 0:
+    if _dimensions(condition) == 0:
         return then if condition else otherwise
     return np.where(condition, then, otherwise)
 
@@ -149,7 +154,9 @@ def stack(*parts: Number) -> Number:
         import casadi
 
         return casadi.vertcat(*parts)
-    return np.concatenate([np.atleast_1d(part) for part in parts]) if parts else np.zeros(0)
+    return (
+        np.concatenate([part if _dimensions(part) else (part,) for part in parts]) if parts else np.zeros(0)
+    )
 
 
 def placed(value: Number, index: int, size: int) -> Number:

@@ -149,7 +149,14 @@ def test_nothing_of_an_fmu_touches_freed_memory_as_the_process_ends(python_fmus:
     if valgrind is None:
         pytest.skip("valgrind is not installed")
     library = "Heater.so"
-    command = [valgrind, "--error-limit=no", "--undef-value-errors=no", "-q", sys.executable, str(HOSTS_FOLDER / "end.py")]
+    command = [
+        valgrind,
+        "--error-limit=no",
+        "--undef-value-errors=no",
+        "-q",
+        sys.executable,
+        str(HOSTS_FOLDER / "end.py"),
+    ]
     done = subprocess.run(
         [*command, str(python_fmus["Heater"])],
         capture_output=True,
