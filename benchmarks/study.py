@@ -19,7 +19,9 @@ from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.mismatch import draw
 from warmlink.orchestration.studies.case import Case, case_of
+from warmlink.orchestration.studies.cores.agreement import agreeing
 from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
+from warmlink.orchestration.studies.cores.joined import joined_systems
 from warmlink.orchestration.studies.cores.local import LocalWorkers
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
@@ -67,8 +69,10 @@ def cases_of(hours: float, controller: str) -> list[Case]:
     ]
 
 
-def bench_study(hours: float, controller: str, jobs: int, dask: bool) -> Iterator[StudyTime]:
+def bench_study(hours: float, controller: str, jobs: int, dask: bool, exact: bool) -> Iterator[StudyTime]:
     """Time the runs on local processes, and where asked on one and on two workers of a local Dask cluster.
+
+    They go side by side in the joined system, unless the FMUs themselves are asked for.
 
     Raises
     ------
@@ -81,6 +85,11 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool) -> Iterato
     kinds = sorted(WARMUP_CELL.components_with(cases[0].law).values())
     chosen = store(None, kinds, remark)
     fmus = FmuSet.read(chosen.kind, chosen.files(kinds, remark))
+    if not exact:
+        duties = [
+            replace(load_scenario(name), controller=catalogue.shipped(controller)) for name in DUTY_CYCLES
+        ]
+        fmus = replace(fmus, rollouts=agreeing(duties, fmus, joined_systems(duties, remark), remark))
     wall, cpu = time.perf_counter(), _cpu_seconds()
     with LocalWorkers(fmus, jobs) as workers:
         timed = _timed(f"{jobs} processes", jobs, cases, workers, wall)
@@ -157,10 +166,11 @@ def main(
     controller: Annotated[str, typer.Option(help="Controller in the loop.")] = "lag",
     jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 2,
     dask: Annotated[bool, typer.Option(help="Also on one and two workers of a local Dask cluster.")] = False,
+    exact: Annotated[bool, typer.Option("--exact", help="Run the FMUs, not the joined system.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Print how many closed-loop hours per second a study does on this machine."""
-    times = list(bench_study(hours, controller, jobs, dask))
+    times = list(bench_study(hours, controller, jobs, dask, exact))
     if json:
         answer_json([{**asdict(each), "hours_a_second": each.hours_a_second} for each in times])
     else:

@@ -30,6 +30,11 @@ class Controller:
         """Names of warmlink's components that it needs."""
         return {self.component.name}
 
+    @property
+    def written(self) -> str:
+        """Digest of the file that it was written in; empty for a shipped one."""
+        return ""
+
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of FMUs that it brings along, by the component's name."""
         return {}

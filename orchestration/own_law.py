@@ -47,6 +47,11 @@ class OwnLaw(Controller):
     digest: str
 
     @property
+    def written(self) -> str:
+        """Digest of its file."""
+        return self.digest
+
+    @property
     def kinds(self) -> set[str]:
         """None: warmlink has no such component."""
         return set()

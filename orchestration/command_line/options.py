@@ -105,6 +105,9 @@ Fmus = Annotated[
     typer.Option(help="`native` (C) or `python` FMUs. Default: native if there is a C compiler."),
 ]
 Jobs = Annotated[int, typer.Option(help="How many processes run at the same time.")]
+Exact = Annotated[
+    bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
+]
 Scheduler = Annotated[
     str | None,
     typer.Option(help="Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine."),

@@ -133,6 +133,12 @@ class Scenario:
         """The system with its FMUs, which `files` returned; raises as `values`."""
         return self._blueprint.system(fmus, self.controller.component.name, self.values())
 
+    @property
+    def made_from(self) -> tuple[object, ...]:
+        """What its joined system is made of, its start values apart."""
+        held = self.setup.blueprint
+        return held.name, dict(held.components), held.wires, self.controller.name, self.controller.written
+
     def joined(self, values: StartValues | None = None) -> Component:
         """The system joined into one component, with start values: by default those of the scenario.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -12,6 +12,8 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies.cores.agreement import agreeing
+from warmlink.orchestration.studies.cores.joined import joined_systems
 from warmlink.orchestration.studies.cores.local import LocalWorkers, check_jobs
 from warmlink.orchestration.studies.cores.workers import DEFAULT_JOBS, Workers
 from warmlink.orchestration.studies.fmu_set import FmuSet
@@ -20,11 +22,20 @@ from warmlink.orchestration.studies.ledger import FILE, Ledger
 
 @dataclass(frozen=True)
 class Means:
-    """Kind of FMU, processes that run at once, or in their place a Dask scheduler, `tcp://10.0.0.1:8786`."""
+    """What a study runs with.
+
+    Attributes
+    ----------
+    fmus : kind of FMU
+    jobs : processes that run at once
+    scheduler : in their place a Dask scheduler, `tcp://10.0.0.1:8786`
+    exact : run the FMUs also where the system can be joined, as with a kind of FMU that is asked for
+    """
 
     fmus: FmuKind | None = None
     jobs: int = DEFAULT_JOBS
     scheduler: str | None = None
+    exact: bool = False
 
 
 USUAL = Means()
@@ -58,13 +69,16 @@ def at_work(scenarios: Sequence[Scenario], means: Means, folder: Path) -> Iterat
     if means.scheduler is None:
         check_jobs(means.jobs)
     with locked_folder(folder):
-        fresh = not any(folder.iterdir())
+        fresh, said = not any(folder.iterdir()), list[str]()
         try:
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
+            if built.kind == "native" and means.fmus is None and not means.exact:
+                whole = joined_systems(scenarios, said.append)
+                fmus = replace(fmus, rollouts=agreeing(scenarios, fmus, whole, said.append))
             with _workers(fmus, means) as workers:
-                yield AtWork(fmus, Ledger(folder, fmus.digest, workers, remark))
+                yield AtWork(fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
                 _clear(folder)

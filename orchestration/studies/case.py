@@ -129,9 +129,7 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
     """
     setup = case.setup
     system = setup.blueprint.system({**setup.foreign, **fmus}, case.law, case.values)
-    record = (*setup.roles.score.variables, *setup.roles.uncompensated.variables, *setup.corrections)
-    estimates = [f"{link}.discretisation_error" for link in setup.called("link")]
-    result = _simulated(case, system, case.step_size, (*record, *estimates, *setup.roles.plant), unpacked)
+    result = _simulated(case, system, case.step_size, recorded(setup), unpacked)
     if result.reason is not None:
         return failed(result.reason)
     coupling = None
@@ -139,6 +137,14 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
         fine = _simulated(case, system, case.step_size / 2, setup.roles.plant, unpacked)
         coupling = coupling_um(result, fine, algorithm(case.master).order, setup)
     return figures(setup, result, case.tolerance, coupling)
+
+
+def recorded(setup: Setup) -> tuple[str, ...]:
+    """Variables that the figures are computed from."""
+    roles = setup.roles
+    estimates = [f"{link}.discretisation_error" for link in setup.called("link")]
+    scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections)
+    return tuple(dict.fromkeys((*scored, *estimates, *roles.plant)))
 
 
 def figures(setup: Setup, result: Result, tolerance: float, coupling_um: float | None = None) -> Outcome:

@@ -11,15 +11,22 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.orchestration.fmu_store import FmuKind
 
 
 @dataclass(frozen=True)
 class FmuSet:
-    """Contents of FMUs by the component's name."""
+    """Contents of FMUs by the component's name.
+
+    Attributes
+    ----------
+    rollouts : joined systems that run in place of the FMUs, by the component behind the controllers
+    """
 
     kind: FmuKind
     contents: Mapping[str, bytes] = field(repr=False)
+    rollouts: Mapping[str, Rollout] = field(default_factory=dict, repr=False)
 
     @classmethod
     def read(cls, kind: FmuKind, files: Mapping[str, Path]) -> FmuSet:
@@ -30,7 +37,8 @@ class FmuSet:
     def digest(self) -> str:
         """Digest of names and contents."""
         digest = hashlib.sha256()
-        for name, content in sorted(self.contents.items()):
+        joined = {f"{law} joined": rollout.library for law, rollout in self.rollouts.items()}
+        for name, content in sorted({**self.contents, **joined}.items()):
             digest.update(f"{name}\0{len(content)}\0".encode() + content)
         return digest.hexdigest()[:16]
 

@@ -25,11 +25,14 @@ class Ledger:
     figures are not kept: what stopped them may be mended.
 
     `fmus` is the digest of the FMUs' bytes, by which runs of other FMUs are told apart; `workers` run what is
-    not known yet; `remark` is told of damaged lines.
+    not known yet; `remark` is told of damaged lines, and of `news` before the first run.
     """
 
-    def __init__(self, folder: Path, fmus: str, workers: Workers, remark: Remark) -> None:
+    def __init__(
+        self, folder: Path, fmus: str, workers: Workers, remark: Remark, news: Sequence[str] = ()
+    ) -> None:
         self._path, self._fmus, self._workers = folder / FILE, fmus, workers
+        self._remark, self._news = remark, news
         self._known: dict[str, Outcome] = {}
         self._end = 0
         try:
@@ -50,6 +53,10 @@ class Ledger:
             else:
                 waiting.setdefault(key, []).append(place)
         first = [places[0] for places in waiting.values()]
+        if first:
+            for sentence in self._news:
+                self._remark(sentence)
+            self._news = ()
         for found, outcome in self._workers.run([cases[place] for place in first]):
             key = keys[first[found]]
             if outcome.stopped is None:

@@ -9,6 +9,7 @@ import typer
 
 from warmlink.orchestration.command_line import options
 from warmlink.orchestration.command_line.options import (
+    Exact,
     Fmus,
     Jobs,
     Json,
@@ -52,6 +53,7 @@ def compare(
     scenario: ScenarioFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
     jobs: Jobs = 2,
+    exact: Exact = False,
     report: Report = True,
     json: Json = False,
 ) -> None:
@@ -89,7 +91,7 @@ def compare(
             remark(advice)
     cases = plan.cases
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
-    with interruptible(), at_work(plan.scenarios, Means(kind_named(fmus), jobs), folder) as work:
+    with interruptible(), at_work(plan.scenarios, Means(kind_named(fmus), jobs, exact=exact), folder) as work:
         with progress_bar(f"{len(cases)} runs") as progress:
             comparison = run_comparison(cases, work.workers, progress)
         with results(folder) as target:

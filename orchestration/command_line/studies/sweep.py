@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report, Scheduler, StudyFile
+from warmlink.orchestration.command_line.options import Exact, Fmus, Jobs, Json, Report, Scheduler, StudyFile
 from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 
@@ -17,6 +17,7 @@ def sweep(
     jobs: Jobs = 2,
     fmus: Fmus = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/sweep.")] = None,
+    exact: Exact = False,
     report: Report = True,
     json: Json = False,
 ) -> None:
@@ -37,7 +38,7 @@ def sweep(
 
     asked = load_study(study)
     points = points_of(asked)
-    folder, means = out or Path("out") / asked.name / "sweep", Means(kind_named(fmus), jobs, scheduler)
+    folder, means = out or Path("out") / asked.name / "sweep", Means(kind_named(fmus), jobs, scheduler, exact)
     with interruptible(), at_work(asked.scenarios, means, folder) as work:
         with progress_bar(asked.title) as progress:
             found = sweep_study(asked, points, work.workers, lambda done: progress(done / len(points)))

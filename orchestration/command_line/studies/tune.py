@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warmlink.orchestration.command_line.options import Fmus, Jobs, Json, Report, Scheduler, StudyFile
+from warmlink.orchestration.command_line.options import Exact, Fmus, Jobs, Json, Report, Scheduler, StudyFile
 from warmlink.orchestration.console import answer, answer_json, noted_progress_bar
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ def tune(
     jobs: Jobs = 2,
     fmus: Fmus = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/tune.")] = None,
+    exact: Exact = False,
     report: Report = True,
     json: Json = False,
 ) -> None:
@@ -53,7 +54,7 @@ def tune(
 
     import_optuna()
     asked = load_study(study).lasting(trials)
-    folder, means = out or Path("out") / asked.name / "tune", Means(kind_named(fmus), jobs, scheduler)
+    folder, means = out or Path("out") / asked.name / "tune", Means(kind_named(fmus), jobs, scheduler, exact)
     with interruptible(), at_work(asked.scenarios, means, folder) as work:
         storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(folder))
         with noted_progress_bar(asked.title) as show:

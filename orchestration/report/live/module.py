@@ -5,7 +5,6 @@ from __future__ import annotations
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.cache import kept, source_digest
 from warmlink.fmus.packaging.native.browser import browser_module
-from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.scenario import Scenario
 
 
@@ -23,7 +22,4 @@ def module(scenario: Scenario, whole: Component) -> bytes:
     InputError
         If zig is not installed.
     """
-    blueprint, law = scenario.setup.blueprint, scenario.controller
-    own = law.digest if isinstance(law, OwnLaw) else ""
-    made_from = (source_digest(), blueprint.name, blueprint.components, blueprint.wires, law.name, own)
-    return kept("modules", made_from, lambda: browser_module(whole))
+    return kept("modules", (source_digest(), *scenario.made_from), lambda: browser_module(whole))

@@ -8,7 +8,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.cores.workers import attempt, died, longest_first
+from warmlink.orchestration.studies.cores.workers import attempt_all, died, side_by_side
 from warmlink.orchestration.studies.fmu_set import FmuSet
 
 CONNECT_TIMEOUT_S = 5.0
@@ -39,6 +39,7 @@ class ClusterWorkers:
         except Exception as fault:
             self._client.close()
             raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
+        self._set = fmus
         # A task, unlike scattered data, is done again when every worker that held its result has died.
         self._fmus: Any = self._client.submit(_itself, fmus, pure=False)
 
@@ -73,12 +74,12 @@ class ClusterWorkers:
         enough = min(TASK_HOURS, total / (TASKS_A_THREAD * threads))
         shares: list[list[int]] = []
         hours = enough
-        for place in longest_first(cases):
+        for together in side_by_side(cases, self._set):
             if hours >= enough:
                 shares.append([])
                 hours = 0.0
-            shares[-1].append(place)
-            hours += cases[place].hours
+            shares[-1] += together
+            hours += sum(cases[place].hours for place in together)
         return shares
 
     def _ended(
@@ -89,7 +90,7 @@ class ClusterWorkers:
         from distributed.scheduler import KilledWorker
 
         work = [[cases[place] for place in share] for share in shares]
-        futures = self._client.map(_attempt_all, work, fmus=self._fmus, pure=False)
+        futures = self._client.map(attempt_all, work, fmus=self._fmus, pure=False)
         share_of = {future.key: share for future, share in zip(futures, shares, strict=True)}
         for future in as_completed(futures, loop=self._client.loop):
             try:
@@ -105,10 +106,6 @@ class ClusterWorkers:
                 ) from fault
             yield share_of[future.key], outcomes
             future.release()
-
-
-def _attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
-    return [attempt(case, fmus) for case in cases]
 
 
 def _itself(fmus: FmuSet) -> FmuSet:

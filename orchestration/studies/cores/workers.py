@@ -9,6 +9,8 @@ from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.master.compiled import loop as compiled
 from warmlink.orchestration.studies.case import Case, Outcome, failed, run_case
+from warmlink.orchestration.studies.cores import joined
+from warmlink.orchestration.studies.cores.joined import lane_of
 from warmlink.orchestration.studies.fmu_set import FmuSet
 
 DEFAULT_JOBS = 2
@@ -31,9 +33,22 @@ class Workers(Protocol):
 _KEPT = "the finished runs are kept, and the same command continues"
 
 
+def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
+    """Run cases in this process: side by side where they have a joined system, else one by one on FMUs."""
+    outcomes: dict[int, Outcome | None] = {}
+    for places in side_by_side(cases, fmus):
+        mine = [cases[place] for place in places]
+        rollout = None if lane_of(mine[0], fmus.rollouts) is None else fmus.rollouts[mine[0].law]
+        found = [None] * len(mine) if rollout is None else joined.outcomes(mine, rollout)
+        outcomes |= zip(places, found, strict=True)
+    left = [place for place, outcome in outcomes.items() if outcome is None]
+    if left:
+        prepare_stepping()
+    return [outcomes[place] or attempt(case, fmus) for place, case in enumerate(cases)]
+
+
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
-    """Run a case in this process; what goes wrong is the outcome's reason, but a full disk a NoRoomError."""
-    prepare_stepping()
+    """Run a case on FMUs; what goes wrong is the outcome's reason, but a full disk a NoRoomError."""
     try:
         return run_case(case, fmus.files(), fmus.unpacked)
     except NoRoomError as fault:
@@ -54,9 +69,23 @@ def prepare_stepping() -> None:
     compiled.try_to_prepare()
 
 
-def longest_first(cases: Sequence[Case]) -> list[int]:
-    """Places of the cases, longest run first, so that no worker begins a long one when the others end."""
-    return sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i))
+def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
+    """Places of the cases in shares that run together, longest run first: one on FMUs, several where joined.
+
+    Longest first, so that no worker begins a long one when the others end.
+    """
+    shares: list[list[int]] = []
+    open_share: dict[object, list[int]] = {}
+    for place in sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i)):
+        lane = lane_of(cases[place], fmus.rollouts)
+        share = open_share.get(lane) if lane is not None else None
+        if share is None:
+            open_share[lane] = share = []
+            shares.append(share)
+        share.append(place)
+        if lane is not None and len(share) == fmus.rollouts[cases[place].law].lanes:
+            del open_share[lane]
+    return shares
 
 
 def died(case: Case) -> Outcome:

@@ -130,10 +130,10 @@ class Formula:
 
 
 COMMANDS = {
-    "tune": (["tune", "study.toml", "--trials", "3"], ["trials.csv", "winner.ssv"]),
-    "sweep": (["sweep", "study.toml"], ["sweep.parquet"]),
+    "tune": (["tune", "study.toml", "--exact", "--trials", "3"], ["trials.csv", "winner.ssv"]),
+    "sweep": (["sweep", "study.toml", "--exact"], ["sweep.parquet"]),
     "compare": (
-        ["compare", "--duty-cycles", "work.toml,pause.toml", "--mismatch", "nominal"],
+        ["compare", "--exact", "--duty-cycles", "work.toml,pause.toml", "--mismatch", "nominal"],
         ["compare.csv"],
     ),
 }

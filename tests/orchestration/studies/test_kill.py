@@ -107,6 +107,7 @@ def test_a_study_killed_at_random_goes_on_to_the_same_table(folder: Path, name: 
 
 def test_a_worker_that_is_killed_costs_nothing(folder: Path) -> None:
     text, table = STUDIES["sweep"]
+    text += " --exact"
     finished(folder, text, "whole")
     with begun(folder, text, "part") as process:
         wait_for_runs(folder / "part", 3, process)
@@ -118,7 +119,7 @@ def test_a_worker_that_is_killed_costs_nothing(folder: Path) -> None:
 @pytest.mark.parametrize("name", ["tune", "compare"])
 def test_ctrl_c_ends_in_order_and_keeps_what_is_finished(folder: Path, name: str) -> None:
     text, _ = STUDIES[name]
-    with begun(folder, text, "part") as process:
+    with begun(folder, f"{text} --exact", "part") as process:
         wait_for_runs(folder / "part", 3, process)
         children = descendants(process)
         # As at a terminal, it goes to all of them.
@@ -134,7 +135,7 @@ def test_ctrl_c_ends_in_order_and_keeps_what_is_finished(folder: Path, name: str
 @pytest.mark.parametrize("name", STUDIES)
 def test_ctrl_c_pressed_twice_ends_at_once(folder: Path, name: str) -> None:
     text, _ = STUDIES[name]
-    with begun(folder, text, "part") as process:
+    with begun(folder, f"{text} --exact", "part") as process:
         wait_for_runs(folder / "part", 2, process)
         children = descendants(process)
         process.send_signal(signal.SIGINT)

@@ -1,0 +1,76 @@
+"""CasADi's C with vectors in place of numbers: several runs side by side in the lanes of a processor.
+
+The vectors are those of gcc and clang. Every lane computes what the plain text computes, in the same order.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+_HEADER = """#include <math.h>
+#include <string.h>
+typedef double lanes __attribute__((vector_size(8 * LANES)));
+typedef long long masks __attribute__((vector_size(8 * LANES)));
+#define casadi_real lanes
+#define casadi_nan EACH(NAN)
+#define casadi_inf EACH(INFINITY)
+#define EACH(number) ((lanes){0} + (number))
+#define TRUTH(condition) __builtin_convertvector(-(condition), lanes)
+#define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
+#define LANE_BY_LANE(name) \\
+    static inline lanes lanes_##name(lanes x) \\
+    { for (int i = 0; i < LANES; i++) x[i] = name(x[i]); return x; }
+#define LANE_BY_LANE_2(name) \\
+    static inline lanes lanes_##name(lanes x, lanes y) \\
+    { for (int i = 0; i < LANES; i++) x[i] = name(x[i], y[i]); return x; }
+"""
+
+_FUNCTIONS = ("fabs", "sqrt", "floor", "ceil", "exp", "log", "sin", "cos", "tan", "tanh", "erf", "atan")
+_OF_TWO = ("pow", "fmod", "atan2", "copysign", "fmin", "fmax")
+
+_NUMBER = r"-?[\d.]+(?:e[-+]?\d+)?"
+_TERM = r"\(\*c[rs]\+\+\)|\w+"
+_REWRITTEN = (
+    (rf"\(({_TERM})\?([^:()]+):0\)", r"IF(\1, \2)"),
+    (rf"\(({_TERM})(<=|<|==|!=)({_TERM})\);", r"TRUTH(\1\2\3);"),
+    (r"(?<!if )\(\s*!\s*(\*c[rs]\+\+|\w+)\s*\)", r"TRUTH(\1 == 0)"),
+    (r"\((\w+)&&(\w+)\)", r"TRUTH((\1 != 0) & (\2 != 0))"),
+    (r"\((\w+)\|\|(\w+)\)", r"TRUTH((\1 != 0) | (\2 != 0))"),
+    (rf"(?<!\b[ijk])(?<!\])= ?({_NUMBER});", r"= EACH(\1);"),
+    (rf"(casadi_fill\([^;]*, )({_NUMBER})\)", r"\1EACH(\2))"),
+    (r"return x<0 \? -1 : x>0 \? 1 : x;", "return TRUTH(x > 0) - TRUTH(x < 0) + IF(TRUTH(x != x), x);"),
+    (r"\{0\.\};", "{{0.}};"),
+    (r"\bdouble\b", "lanes"),
+)
+"""What means something else for vectors: choices, comparisons, and numbers that stand for a whole vector."""
+
+
+def in_lanes(text: str, lanes: int) -> str:
+    """C of CasADi's functions, as `functions_text` writes it, with a vector wherever it has a double."""
+    for found, written in _REWRITTEN:
+        text = re.sub(found, written, text)
+    functions = "".join(
+        f"{macro}({name})\n#define {name} lanes_{name}\n"
+        for macro, names in (("LANE_BY_LANE", _FUNCTIONS), ("LANE_BY_LANE_2", _OF_TWO))
+        for name in names
+    )
+    return f"#define LANES {lanes}\n{_HEADER}{functions}{text}"
+
+
+@cache
+def processor() -> tuple[int, str | None]:
+    """Lanes worth their while on this machine, and the level of its processor as compilers name it."""
+    try:
+        flags = set(Path("/proc/cpuinfo").read_text("utf-8").partition("flags")[2].partition("\n")[0].split())
+    except OSError:
+        flags = set()
+    if {"avx512f", "avx512dq", "avx512vl", "avx512bw", "avx512cd"} <= flags:
+        return 8, "x86-64-v4"
+    return 4, "x86-64-v3" if {"avx2", "fma", "bmi2"} <= flags else None
+
+
+def runs_here(level: str | None) -> bool:
+    """Whether this machine's processor is of a level at least."""
+    return level is None or level <= (processor()[1] or "")

@@ -1,0 +1,153 @@
+"""Runs of the joined system beside those of its FMUs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.packaging.native.rollout import Rollout, task_list
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.scenarios import mismatch
+from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies.case import Case, case_of
+from warmlink.orchestration.studies.cores import local
+from warmlink.orchestration.studies.cores.agreement import agreeing
+from warmlink.orchestration.studies.cores.joined import joined_systems, outcomes
+from warmlink.orchestration.studies.cores.local import LocalWorkers
+from warmlink.orchestration.studies.cores.workers import attempt, attempt_all, side_by_side
+from warmlink.orchestration.studies.fmu_set import FmuSet
+
+LAWS = {"lag": "LagCompensator", "none": "NoCompensator"}
+
+
+@pytest.fixture(scope="module")
+def rollouts() -> dict[str, Rollout]:
+    said: list[str] = []
+    scenarios = [replace(load_scenario("stop_and_go"), controller=catalogue.shipped(law)) for law in LAWS]
+    found = joined_systems(scenarios, said.append)
+    assert said == []
+    return found
+
+
+def scenario(folder: Path, law: str = "lag", duty: str = "pause") -> Scenario:
+    return replace(load_scenario(str(folder / f"{duty}.toml")), controller=catalogue.shipped(law))
+
+
+def planned(folder: Path, *laws: str, **changed: object) -> list[Case]:
+    return [
+        case_of(
+            mismatch.load(name).applied(replace(scenario(folder, law, duty), **changed)), (law, duty, name)
+        )
+        for law in laws
+        for duty in ("work", "pause")
+        for name in ("nominal", "noisy_sensors", "draw_1")
+    ]
+
+
+def test_figures_are_those_of_the_fmus_within_the_coupling_error(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    for name in ("nominal", "noisy_sensors", "thermal_low"):
+        changed = mismatch.load(name).applied(scenario(folder))
+        case = case_of(changed, ("lag", "pause", name), with_budget=True)
+        exact, (joined,) = attempt(case, fmus), outcomes([case], rollouts[case.law])
+        assert joined is not None
+        assert exact.coupling_um is not None
+        assert joined.coupling_um is not None
+        assert joined.coupling_um < exact.coupling_um
+        for figure in ("max_abs_um", "p95_abs_um", "rms_um"):
+            assert abs(getattr(joined, figure) - getattr(exact, figure)) <= exact.coupling_um
+        assert joined.max_abs_um != exact.max_abs_um
+        assert joined.within_tolerance_min == pytest.approx(exact.within_tolerance_min, abs=0.1)
+        assert joined.correction_rate_um_s == pytest.approx(exact.correction_rate_um_s, rel=1e-3)
+
+
+def test_a_run_is_the_same_alone_and_beside_others(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    cases = planned(folder, "lag", "none") * 2
+    cases += [replace(each, step_size=2.0) for each in cases[:3]]
+    cases += [
+        replace(each, values={**each.values, "sensors": {**each.values["sensors"], "sample_time": 5.0}})
+        for each in planned(folder, "lag")
+        if "sensors" in each.values
+    ]
+    together = replace(fmus, rollouts=rollouts)
+    shares = side_by_side(cases, together)
+    assert sorted(place for share in shares for place in share) == list(range(len(cases)))
+    assert 1 < len(shares) < len(cases)
+    alone = [outcomes([case], rollouts[case.law])[0] for case in cases]
+    assert attempt_all(cases, together) == alone
+    assert len(set(alone)) > 9
+
+
+def test_processes_give_what_this_one_gives(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cases, together = planned(folder, "lag"), replace(fmus, rollouts=rollouts)
+    with LocalWorkers(together, 1) as workers:
+        here = dict(workers.run(cases))
+        monkeypatch.setattr(local, "SOON_DONE_HOURS", 0.0)
+        there = dict(workers.run(cases))
+    assert here == there
+    assert len(here) == len(cases)
+
+
+def test_what_an_fmu_refuses_is_told_by_the_fmus(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    good = planned(folder, "lag")[0]
+    wrong = (
+        ("motor", "standby_power", 1e200, "is not finite"),
+        ("link", "conductivity", -1.0, "conductivity"),
+        ("link", "base_position", 0.32, "leaves no length"),
+    )
+    cases = [good] + [
+        replace(good, values={**good.values, part: {**good.values.get(part, {}), name: value}})
+        for part, name, value, _ in wrong
+    ]
+    assert outcomes(cases, rollouts[good.law])[1:] == [None] * 3
+    found = attempt_all(cases, replace(fmus, rollouts=rollouts))
+    assert found[0].stopped is None
+    for outcome, (*_, said) in zip(found[1:], wrong, strict=True):
+        assert said in str(outcome.stopped)
+
+
+def test_a_system_that_differs_from_its_fmus_is_refused(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    said: list[str] = []
+    law = LAWS["lag"]
+    duty = scenario(folder)
+    assert agreeing([duty], fmus, {law: rollouts[law]}, said.append) == {law: rollouts[law]}
+    assert "figures differ by at most" in said[0]
+    assert "the coupling error is" in said[0]
+    other = {law: rollouts[LAWS["none"]]}
+    assert agreeing([duty], fmus, other, said.append) == {}
+    assert "more than the coupling error" in said[1]
+    assert "it runs on its FMUs" in said[1]
+
+
+def test_what_cannot_be_joined_runs_on_fmus(folder: Path) -> None:
+    duty = scenario(folder)
+    said: list[str] = []
+    assert joined_systems([replace(duty, master="jacobi")], said.append) == {}
+    foreign = replace(duty.setup, foreign={"ThermalLink": Path("theirs.fmu")})
+    assert joined_systems([replace(duty, setup=foreign)], said.append) == {}
+    assert said == []
+
+
+def test_runs_of_joined_systems_and_of_fmus_are_told_apart(
+    fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    assert replace(fmus, rollouts=rollouts).digest != fmus.digest
+
+
+def test_micro_steps_samples_and_records_come_in_the_order_of_an_fmu() -> None:
+    tasks, times, steps = task_list(2, 1.0, (0.5, 2.0), 0.4)
+    done = list(zip(tasks.tolist(), np.round(times, 9).tolist(), np.round(steps, 9).tolist(), strict=True))
+    half = [(0, 0.0, 0.25), (0, 0.25, 0.25), (2, 0.5, 0.5), (0, 0.5, 0.25), (0, 0.75, 0.25), (2, 1.0, 0.5)]
+    later = [(task, time + 1.0, step) for task, time, step in half]
+    assert done == [(1, 0.0, 1.0), *half, (1, 1.0, 1.0), *later, (3, 2.0, 2.0), (1, 2.0, 1.0)]
