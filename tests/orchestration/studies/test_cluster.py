@@ -17,6 +17,7 @@ from .conftest import Here
 from .test_workers import deadly, short
 
 distributed = pytest.importorskip("distributed")
+dask = pytest.importorskip("dask")
 psutil = pytest.importorskip("psutil")
 
 pytestmark = pytest.mark.slow
@@ -24,9 +25,14 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def cluster() -> Any:
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50
-    ) as cluster:
+    # A worker that is not back after 15 s is given up otherwise, which a busy machine may need.
+    patient = {"distributed.deploy.lost-worker-timeout": "10 min"}
+    with (
+        dask.config.set(patient),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+        ) as cluster,
+    ):
         yield cluster
 
 
