@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def cluster() -> Any:
     # A worker that is not back after 15 s is given up otherwise, which a busy machine may need.
-    patient = {"distributed.deploy.lost-worker-timeout": "10 min"}
+    patient = {"distributed.deploy.lost-worker-timeout": "10 minutes"}
     with (
         dask.config.set(patient),
         distributed.LocalCluster(
