@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
+from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
-from warmlink.orchestration.diagnosis.model.equations import OFFSET
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
 
@@ -59,7 +59,10 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "wrong": wrong_entries(diagnosis, diagnosis.wrong),
         "remaining": wrong_entries(diagnosis, diagnosis.remaining),
         "artefacts": {
-            "communication_step": {"solved_in_one_piece": True, "error_sigma": diagnosis.assessment.artefact}
+            "communication_step": {
+                "solved_in_one_piece": not diagnosis.experiment.rig.in_loop,
+                "error_sigma": diagnosis.assessment.artefact,
+            }
         },
         "prediction": {
             "because": diagnosis.judged[1] or None,

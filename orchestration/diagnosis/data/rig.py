@@ -19,6 +19,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.drive import StartValues
+from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
@@ -30,7 +31,11 @@ ELONGATION = "link.elongation"
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
 """Elements of a link's `sensor_temperature` that are outputs of their own as well."""
 
-WANDERING = {"room": "ambient_offset", "heat": "standby_power"}
+SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
+"""Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
+an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
+
+_WANDERING = {"room": "ambient_offset", "heat": "standby_power"}
 """What may wander beside its log, and the parameter of each component to which it adds."""
 
 PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
@@ -101,7 +106,10 @@ class Rig:
         return {
             instance: _with_values(part, self.values.get(instance, {}))
             for instance, part in chosen.items()
-            if part.rates is not None or part is HEAT_PATH or instance in self.foreign
+            if part.rates is not None
+            or part is HEAT_PATH
+            or instance in self.foreign
+            or (self.in_loop and part.name != DRIVER)
         }
 
     @cached_property
@@ -140,9 +148,16 @@ class Rig:
         return [name for name, each in self.variables.items() if isinstance(each.variable, Parameter)]
 
     @cached_property
-    def wandering(self) -> list[str]:
-        """Parameters to which a room, or heat, that wanders beside its log would add."""
-        return [name for name in self.parameters if name.endswith(tuple(f".{each}" for each in WANDERING))]
+    def wandering(self) -> dict[str, tuple[str, ...]]:
+        """What may be freed to which a room, or heat, that wanders beside its log would add, by either."""
+        found = {
+            signal: [name for name in self.parameters if name.endswith(f".{parameter}")]
+            for signal, parameter in _WANDERING.items()
+        }
+        for name in self.externals:
+            if self.part_of(name) in self.foreign and self.unit(name) == "K" and "ambient" in name:
+                found["room"].append(f"{OFFSET}:{name}")
+        return {signal: tuple(names) for signal, names in found.items() if names}
 
     @cached_property
     def shared(self) -> Mapping[str, tuple[str, ...]]:

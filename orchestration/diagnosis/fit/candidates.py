@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.equations import OFFSET, PLACE, SCALE
+from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
 
 Named = tuple[str, tuple[str, ...]]

@@ -17,6 +17,7 @@ from warmlink.orchestration.diagnosis.model.forward import Courses, Forward
 from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
+from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
 
 Vector = NDArray[np.float64]
 
@@ -32,6 +33,7 @@ class Predictions:
     ----------
     experiment : what was measured
     inner, outer : variables of the simulation, and of the instruments, that may be freed
+    bounds : of the former, which finite differences go by
 
     Attributes
     ----------
@@ -40,8 +42,10 @@ class Predictions:
     slots : the variables that may be freed, inner ones first
     """
 
-    def __init__(self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...]) -> None:
-        self.experiment = experiment
+    def __init__(
+        self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...], bounds: Bounds
+    ) -> None:
+        self.experiment, self._bounds = experiment, bounds
         self.variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
         self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
         self.slots = (*inner, *outer)
@@ -98,6 +102,7 @@ class Predictions:
         """
         largest = 0.0
         for i, z in enumerate(values):
+            self._readings[i].forward.linearise(z[: len(self._inner)])
             error = self.finest(i, z) - self._means(self._readings, i, z)[0]
             self._corrections[i] = error
             largest = max(largest, float(np.abs(error / self.floors).max()))
@@ -146,13 +151,22 @@ class Predictions:
         return self._simulated(FINAL.cells, [FINAL] * len(self.data))
 
     def _simulated(
-        self, cells: int, grids: Sequence[Resolution | Forward], derivatives: bool = False
+        self, cells: int, grids: Sequence[Resolution | Forward | Loop], derivatives: bool = False
     ) -> list[Readings]:
         """Readings of each run, simulated on the grid for that run."""
-        compiled = equations(self.experiment.rig, cells, self._inner, self.variables)
+
+        def simulation(run: Run, grid: Resolution | Forward | Loop) -> Forward | Loop:
+            known, rig = self.known_of(run), self.experiment.rig
+            if not isinstance(grid, Loop) and not rig.in_loop:
+                compiled = equations(rig, cells, self._inner, self.variables)
+                return Forward(compiled, run, known, grid, derivatives)
+            coarser = grid if isinstance(grid, Loop) else None
+            bounds = self._bounds if derivatives else None
+            return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
+
         return [
             Readings(
-                Forward(compiled, run, self.known_of(run), grid, derivatives),
+                simulation(run, grid),
                 self.variables,
                 self._outer,
                 data.within.ravel(),

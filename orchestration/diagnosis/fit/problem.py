@@ -84,7 +84,19 @@ class Problem(Predictions):
     def __init__(self, experiment: Experiment) -> None:
         self.names = names_of(experiment.columns)
         inner, outer = _slots(experiment, self.names)
-        super().__init__(experiment, inner, outer)
+        super().__init__(experiment, inner, outer, lambda: self._ordinary(len(inner)))
+
+    def _ordinary(self, count: int) -> tuple[Vector, Vector]:
+        """Bounds between which the first slots are freed, the narrowest, shape (count,) each."""
+        middle = self.neutral[0][:count]
+        lower, upper = middle - 1.0, middle + 1.0
+        narrowest = np.full(count, np.inf)
+        for freed in (*self.calibrated, *(f for item in self.items for f in item.freed)):
+            for i in freed.slots:
+                if i < count and freed.span < narrowest[i]:
+                    start = middle[i] if freed.added else 0.0
+                    narrowest[i], lower[i], upper[i] = freed.span, start + freed.lower, start + freed.upper
+        return lower, upper
 
     def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Vector:
         """Slots of a run for fitted values; the later of two that share a slot counts."""
@@ -174,4 +186,5 @@ def _slots(experiment: Experiment, names: Mapping[str, str]) -> tuple[tuple[str,
     for cause in experiment.catalogue:
         for _, variables in freed_by(cause, experiment, names):
             (inner if cause.kind in INNER else outer).extend(variables)
-    return tuple(dict.fromkeys([*inner, *experiment.rig.wandering])), tuple(dict.fromkeys(outer))
+    wandering = (slot for slots in experiment.rig.wandering.values() for slot in slots)
+    return tuple(dict.fromkeys([*inner, *wandering])), tuple(dict.fromkeys(outer))

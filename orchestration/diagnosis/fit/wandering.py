@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.orchestration.diagnosis.data.rig import WANDERING
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.forward import Courses
 
@@ -71,10 +70,10 @@ class Responses:
 
     def __init__(self, problem: Problem, values: Sequence[Vector]) -> None:
         slots = {
-            name: tuple(i for i, slot in enumerate(problem.slots) if slot.endswith(f".{parameter}"))
-            for name, parameter in WANDERING.items()
+            name: tuple(i for i, slot in enumerate(problem.slots) if slot in wandering)
+            for name, wandering in problem.experiment.rig.wandering.items()
         }
-        self.signals = tuple(name for name, found in slots.items() if found)
+        self.signals = tuple(slots)
         self.nodes: list[Vector] = []
         self.columns: list[Vector] = []
         for run, z in enumerate(values):

@@ -15,14 +15,10 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component.wiring import part_of
 from warmlink.fmus.thermal_link.equations import sensor_positions
-from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 
 Vector = NDArray[np.float64]
 
-
-SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
-"""Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
-an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
 
 _BESIDE = 1e-6
 """m from a node at which a sensor is placed: on the node itself the course has a kink."""
@@ -78,11 +74,6 @@ class Equations:
     def parameter_values(self) -> Vector:
         """Start values of all parameters, shape (parameters,)."""
         return np.asarray(self.rig.component.start_values()[0], dtype=float)
-
-    @cached_property
-    def external_values(self) -> Vector:
-        """Start values of the inputs that nothing feeds, shape (externals,)."""
-        return np.asarray(self.rig.component.start_values()[1], dtype=float)
 
     def begin(self, z: Vector, p: Vector, w: Vector) -> tuple[Vector, Vector]:
         """States at the start, shape (n,), and their derivatives by the slots, shape (n, slots)."""

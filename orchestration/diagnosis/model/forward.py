@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.model.equations import SCALE, Equations, Linearised
+from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
+from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite
 
@@ -84,6 +85,7 @@ class Forward:
 
     Attributes
     ----------
+    rig, slots : as of the equations
     steps : what they are in time
     """
 
@@ -95,15 +97,15 @@ class Forward:
         grid: Resolution | Forward,
         derivatives: bool = True,
     ) -> None:
-        self.equations = equations
+        self.equations, self.slots = equations, equations.slots
         self._slots = len(equations.slots) if derivatives else 0
-        rig = equations.rig
+        self.rig = rig = equations.rig
         self._p = equations.parameter_values.copy()
         index = {name: i for i, name in enumerate(rig.parameters)}
         for name, value in known.items():
             if name in index:
                 self._p[index[name]] = value
-        self._w, self._rows = input_table(equations, run, known), run.time
+        self._known, self._w, self._rows = known, input_table(rig, run, known), run.time
         discrete = np.array([rig.variables[name].is_discrete for name in rig.externals], dtype=bool)
         levels = Levels(run.time, self._w, discrete)
         if isinstance(grid, Forward):
@@ -111,12 +113,17 @@ class Forward:
         else:
             self.steps = self._controlled(levels, grid)
 
+    @property
+    def time(self) -> Vector:
+        """Points between steps in s."""
+        return self.steps.time
+
     def start_values(self) -> Vector:
         """Values of the freed variables as the experiment has them, shape (slots,)."""
-        rig = self.equations.rig
-        held = dict(zip(rig.parameters, self._p, strict=True))
-        held |= dict(zip(rig.externals, self._w[:, 0], strict=True))
-        return np.array([held.get(s, float(s.startswith(SCALE))) for s in self.equations.slots])
+        return start_values(self.rig, self.slots, self._known, self._w)
+
+    def linearise(self, z: Vector) -> None:
+        """Nothing to do: the derivatives hold everywhere."""
 
     def current(self, times: Vector) -> Vector:
         """Motor current in A as logged at times in s, shape (times,); 0 where the system has no motor."""
@@ -253,10 +260,17 @@ def held_row(rows: Vector, times: Vector) -> NDArray[np.int64]:
     return np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)
 
 
-def input_table(equations: Equations, run: Run, known: Mapping[str, float]) -> Vector:
+def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], table: Vector) -> Vector:
+    """Values of what may be freed as an experiment has them, shape (slots,); see `input_table`."""
+    held = {name: float(rig.variables[name].start or 0.0) for name in rig.parameters} | dict(known)
+    held |= dict(zip(rig.externals, table[:, 0].tolist(), strict=True))
+    return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in slots])
+
+
+def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Vector:
     """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows)."""
-    rig = equations.rig
-    table = np.repeat(equations.external_values[:, None], run.time.size, axis=1)
+    begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
+    table = np.repeat(begun[:, None], run.time.size, axis=1)
     index = {name: i for i, name in enumerate(rig.externals)}
     for name, value in known.items():
         if name in index:

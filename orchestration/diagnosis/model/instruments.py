@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.model.forward import Forward, held_row
+from warmlink.orchestration.diagnosis.model.loop import Loop
 
 Vector = NDArray[np.float64]
 _Read = tuple[Vector, Vector, dict[str, Vector]]
@@ -101,7 +102,7 @@ class Readings:
 
     def __init__(
         self,
-        forward: Forward,
+        forward: Forward | Loop,
         outputs: Sequence[str],
         slots: Sequence[str],
         times: Vector,
@@ -110,9 +111,9 @@ class Readings:
         self.forward, self.times = forward, times
         self._outputs = outputs
         self._slots = {name: i for i, name in enumerate(slots)}
-        self._inner = len(forward.equations.slots)
+        self._inner = len(forward.slots)
         self._ambient = ambient
-        rig = forward.equations.rig
+        rig = forward.rig
         self._channels = [channel_of(rig, output) for output in outputs]
         self._clocks = [(f"{CLOCK}:{logger_of(rig, each)}", f"{CLOCK}:{each}") for each in outputs]
 
@@ -129,7 +130,7 @@ class Readings:
             Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
         """
         named = {name: float(z[self._inner + i]) for name, i in self._slots.items()}
-        ends = self.forward.steps.time
+        ends = self.forward.time
         fast = 1 + named.get(DRIFT, 0.0)
         late = [sum(named.get(clock, 0.0) for clock in (CLOCK, *clocks)) for clocks in self._clocks]
         wanted = {lag: self.times * fast - lag for lag in late}

@@ -123,7 +123,7 @@ class LocalWorkers:
         process = multiprocessing.get_context("spawn").Process(
             target=_work, args=(there, self._fmus), daemon=True
         )
-        with _no_interrupts(), _without_main():
+        with _no_interrupts(), without_main():
             process.start()
         there.close()
         return _Worker(process, here)
@@ -162,7 +162,7 @@ def _no_interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def _without_main() -> Iterator[None]:
+def without_main() -> Iterator[None]:
     """Keep a new process from running the script of whoever calls once more: it needs nothing of it."""
     main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
+from warmlink.orchestration.system.write import write_ssp
 
 Values = Mapping[str, Mapping[str, Value]]
 
@@ -46,6 +47,14 @@ INPUTS = {
     "torque [N.m]": "motor1.torque",
     "room [degC]": "motor1.ambient_temperature",
 }
+CELL = {name: CHAIN[f"{name}1"] for name in ("motor", "link")} | {"duty": "DutyCycle"}
+CELL_WIRES = tuple(
+    (source.replace("1.", "."), target.replace("1.", "."))
+    for source, target in CHAIN_WIRES
+    if "2." not in source + target
+)
+CELL_INPUTS = {header: name.replace("1.", ".") for header, name in INPUTS.items()}
+CELL_CHANNELS = {h.replace(" 1", ""): n.replace("1.", ".") for h, n in CHANNELS.items() if "1." in n}
 SEGMENTS = ((1200.0, 3.4, 2.5), (900.0, 0.0, 0.0), (1500.0, 1.0, 4.0), (900.0, 0.0, 0.0))
 """s, rad/s, N.m"""
 
@@ -60,12 +69,22 @@ def system(
     return System(name, parts, found, DefaultExperiment(0.0, 4500.0, 5.0))
 
 
-def chain(values: Values | None = None) -> System:
+def chain() -> System:
     """Two motors, each with a link, side by side."""
+    return system("Chain", CHAIN, CHAIN_WIRES, {"duty": _duty(SEGMENTS)})
+
+
+def cell() -> System:
+    """One motor with a link, for a short time."""
+    whole = system("Cell", CELL, CELL_WIRES, {"duty": _duty(((600.0, 3.4, 4.0), (900.0, 1.0, 0.0)))})
+    return replace(whole, default_experiment=DefaultExperiment(0.0, 1500.0, 7.5))
+
+
+def _duty(segments: Sequence[tuple[float, float, float]]) -> dict[str, Value]:
     duty: dict[str, Value] = {}
-    for i, (duration, speed, torque) in enumerate(SEGMENTS, start=1):
+    for i, (duration, speed, torque) in enumerate(segments, start=1):
         duty |= {f"duration[{i}]": duration, f"segment_speed[{i}]": speed, f"segment_torque[{i}]": torque}
-    return system("Chain", CHAIN, CHAIN_WIRES, {**(values or {}), "duty": duty})
+    return duty
 
 
 def measured(
@@ -98,3 +117,16 @@ def with_values(of: System, values: Values) -> System:
     """The same with other start values."""
     parts = {n: replace(p, values={**p.values, **values.get(n, {})}) for n, p in of.components.items()}
     return replace(of, components=parts)
+
+
+def experiment(folder: Path, of: System, columns: Mapping[str, str], causes: str, more: str = "") -> Path:
+    """An experiment on a system with causes of its own, in a folder."""
+    write_ssp(of, folder / "system.ssp")
+    (folder / "causes.toml").write_text(causes, "utf-8")
+    channels = "\n".join(f'"{header}" = "{variable}"' for header, variable in columns.items())
+    (folder / "experiment.toml").write_text(
+        f'system = "system.ssp"\n{more}\n[[run]]\ndata = "run.csv"\n[channels]\n{channels}\n'
+        '[causes]\nfile = "causes.toml"\nshipped = false\n',
+        "utf-8",
+    )
+    return folder / "experiment.toml"

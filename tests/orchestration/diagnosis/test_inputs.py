@@ -15,7 +15,6 @@ from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.nominal import with_nominal
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
-from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
@@ -158,9 +157,9 @@ def test_remarks_stand_in_json_on_the_page_and_on_the_terminal(
 def test_the_pad_is_switched_by_whatever_was_said_of_it(
     inputs: dict[str, np.ndarray], known: dict[str, float], mode: list[int]
 ) -> None:
-    equations = Equations(rig("WarmupCell", 20), [], ["link.elongation"])
-    table = input_table(equations, Run("run", np.array([0.0, 1.0]), inputs, {}), known)
-    assert table[equations.rig.externals.index("motor.pad_mode")].tolist() == mode
+    cell = rig("WarmupCell", 20)
+    table = input_table(cell, Run("run", np.array([0.0, 1.0]), inputs, {}), known)
+    assert table[cell.externals.index("motor.pad_mode")].tolist() == mode
 
 
 def test_a_discrete_input_of_a_condensed_run_is_taken_not_averaged() -> None:

@@ -13,6 +13,7 @@ from tests.orchestration.diagnosis.own_systems import (
     CHANNELS,
     INPUTS,
     chain,
+    experiment,
     measured,
     with_values,
     write_csv,
@@ -24,7 +25,6 @@ from warmlink.orchestration.diagnosis.data.own.system import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.write import write_ssp
 
 FLANGE = """
 [[cause]]
@@ -57,21 +57,8 @@ between = ["0 s", "10 min"]
 """
 
 
-def experiment(folder: Path, causes: str, more: str = "", columns: dict[str, str] | None = None) -> Path:
-    """An experiment on the chain with its causes, in a folder."""
-    write_ssp(chain(), folder / "chain.ssp")
-    (folder / "causes.toml").write_text(causes, "utf-8")
-    channels = "\n".join(f'"{h}" = "{v}"' for h, v in (columns or {**INPUTS, **CHANNELS}).items())
-    (folder / "experiment.toml").write_text(
-        f'system = "chain.ssp"\n{more}\n[[run]]\ndata = "run.csv"\n[channels]\n{channels}\n'
-        '[causes]\nfile = "causes.toml"\nshipped = false\n',
-        "utf-8",
-    )
-    return folder / "experiment.toml"
-
-
 def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: Path) -> None:
-    path = experiment(tmp_path, FLANGE + OTHERS)
+    path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, FLANGE + OTHERS)
     own = Own.of(chain(), read_causes(tmp_path / "causes.toml").paths)
     truth = with_values(own.system, {"flange": {"conductance": 0.3}})
     columns = measured(truth, {**INPUTS, **CHANNELS}, 0.05, 1)
@@ -123,7 +110,7 @@ def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
     ids=range(11),
 )
 def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
-    path = experiment(tmp_path, causes)
+    path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, causes)
     time = np.arange(0.0, 600.0, 15.0)
     columns = dict.fromkeys((*INPUTS, *CHANNELS), 20 + 0.01 * time)
     write_csv({"time [s]": time, **columns}, tmp_path / "run.csv")
@@ -133,7 +120,7 @@ def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -
 
 
 def test_a_path_wants_a_system_as_a_file(tmp_path: Path) -> None:
-    path = experiment(tmp_path, FLANGE)
-    path.write_text(path.read_text("utf-8").replace("chain.ssp", "WarmupCell"), "utf-8")
+    path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, FLANGE)
+    path.write_text(path.read_text("utf-8").replace("system.ssp", "WarmupCell"), "utf-8")
     with pytest.raises(InputError, match="a cause that adds heat is for a system as a file"):
         read([path])

@@ -1,0 +1,161 @@
+"""One run of a system of FMUs whose inputs follow a log; in a process of its own, as FMUs may crash."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from functools import cache
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.assembly import assemble
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.slave import Names, SlaveError
+from warmlink.orchestration.studies.cores.local import without_main
+from warmlink.orchestration.system.description import Capabilities, Variable, read_description
+from warmlink.orchestration.system.model import Connection, System, Value
+
+Vector = NDArray[np.float64]
+
+LOG = "measured log"
+"""Name of the slave that plays the log."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a run takes.
+
+    Attributes
+    ----------
+    system : FMUs, connections, and start values in the variables' own units
+    signals : course of each input or tunable parameter that does not stay as it starts, by full name and in
+        its own unit, shape (points,)
+    outputs : full names of what is wanted
+    step : communication step size in s; the run has one step fewer than points
+    """
+
+    system: System
+    signals: Mapping[str, Vector]
+    outputs: tuple[str, ...]
+    points: int
+    step: float
+
+    def halved(self) -> Driven:
+        """The same with half of each step."""
+        signals = {name: np.repeat(signal, 2)[:-1] for name, signal in self.signals.items()}
+        return replace(self, signals=signals, points=2 * self.points - 1, step=self.step / 2)
+
+
+def courses(runs: Sequence[Driven]) -> list[Vector]:
+    """Outputs of each run in the variables' own units, shape (points, outputs) each, on all cores.
+
+    Raises
+    ------
+    InputError
+        A run failed, or an FMU ended its process.
+    """
+    try:
+        with without_main():
+            waiting = [_pool().submit(_course, run) for run in runs]
+        return [each.result() for each in waiting]
+    except BrokenProcessPool:
+        _pool.cache_clear()
+        names = ", ".join(runs[0].system.components)
+        raise InputError(
+            f"{runs[0].system.name}: one of its FMUs ended the process that it ran in ({names}); "
+            "try each by itself with `warmlink check`"
+        ) from None
+
+
+@cache
+def _pool() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(os.cpu_count(), get_context("spawn"))
+
+
+def _course(run: Driven) -> Vector:
+    """What `courses` gives for one run, in a process of the pool."""
+    unpacked = cache_folder() / "unpacked" / str(os.getpid())
+    unpacked.mkdir(parents=True, exist_ok=True)
+    try:
+        assembly = assemble(run.system, unpacked=unpacked)
+        log = _Log(run)
+        assembly.slaves = [log, *assembly.slaves]
+        assembly.connections = [*log.wires, *assembly.connections]
+        stop = (run.points - 1) * run.step
+        result = simulate(
+            assembly,
+            stop,
+            run.step,
+            GaussSeidel(),
+            record=run.outputs,
+            stepping="plain",
+            check_stability=False,
+        )
+    except SlaveError as fault:
+        raise InputError(f"{run.system.name}: {fault}") from None
+    if result.status != "completed":
+        raise InputError(f"{run.system.name}: {result.reason}")
+    return np.column_stack([result[name] for name in run.outputs])
+
+
+class _Log:
+    """A slave that gives, after a step, what held at its beginning: the next slaves step with that."""
+
+    name = LOG
+    capabilities = Capabilities(variable_step=True)
+    accepts_nan: frozenset[str] = frozenset()
+    remarks: Sequence[str] = ()
+
+    def __init__(self, run: Driven) -> None:
+        self._run, self._point = run, 0
+        self.variables: dict[str, Variable] = {}
+        self.wires = []
+        for target in run.signals:
+            part = max((p for p in run.system.components if target.startswith(f"{p}.")), key=len)
+            info = read_description(run.system.components[part].fmu)
+            variable = target[len(part) + 1 :]
+            self.variables[target] = replace(
+                info.variables[variable], name=target, causality="output", initial=None
+            )
+            self.wires.append(Connection(LOG, target, part, variable))
+        self.dependencies: dict[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())
+
+    def get(self, names: Names) -> list[Value]:
+        return [self._value(name, float(self._run.signals[name][self._point])) for name in names]
+
+    def _value(self, name: str, value: float) -> Value:
+        kind = self.variables[name].kind
+        return value if kind == "Real" else bool(value) if kind == "Boolean" else round(value)
+
+    def step(self, time: float, step_size: float) -> None:
+        self._point = min(round(time / self._run.step), self._run.points - 1)
+
+    def set(self, names: Names, values: Sequence[Value]) -> None: ...
+
+    def enter_initialization(self, start_time: float, stop_time: float | None) -> None: ...
+
+    def exit_initialization(self) -> None: ...
+
+    def terminate(self) -> None: ...
+
+    def state(self, reuse: object = None) -> object:
+        return self._point
+
+    def restore(self, state: object) -> None: ...
+
+    def free(self, state: object) -> None: ...
+
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None: ...
+
+    def serialize(self) -> bytes:
+        return b""
+
+    def deserialize(self, data: bytes) -> None: ...

@@ -1,0 +1,117 @@
+"""FMUs in the loop: the same readings, derivatives and verdict as from the equations in one piece."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.orchestration.diagnosis.own_systems import (
+    CELL_CHANNELS,
+    CELL_INPUTS,
+    cell,
+    experiment,
+    measured,
+    with_values,
+    write_csv,
+)
+from warmlink.orchestration.diagnosis.causes.declared import read_causes
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.own.system import Own
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.model import driven
+
+CAUSES = """
+[[cause]]
+name = "tube"
+sentence = "A tube with air from the winding warms the link's tip."
+check = "Close the tube."
+adds = { conductance = "W/K", from = "motor.winding_temperature", to = "link.tip_temperature", \
+into = "link.tip_heat_flow" }
+between = ["0 W/K", "2 W/K"]
+[[cause]]
+name = "paint"
+sentence = "The link is painted."
+check = "Look at it."
+frees = ["link.emissivity"]
+between = [0, 1]
+[[cause]]
+name = "slow"
+sentence = "The thermometer at the base follows late."
+check = "Exchange it."
+reading = { of = "link.base_temperature", lag = "s" }
+between = ["0 s", "10 min"]
+"""
+CALIBRATED = '[calibrate]\n"link.convection_still" = { min = 1, max = 12, start = 5 }\n'
+COLUMNS = {**CELL_INPUTS, **CELL_CHANNELS}
+
+
+class Here(Executor):
+    """Runs what it is given at once, in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        done.set_result(fn(*args, **kwargs))
+        return done
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A run of a cell with a hidden tube."""
+    monkeypatch.setattr(driven, "_pool", Here)
+    (tmp_path / "causes.toml").write_text(CAUSES, "utf-8")
+    own = Own.of(cell(), read_causes(tmp_path / "causes.toml").paths)
+    truth = with_values(own.system, {"tube": {"conductance": 0.1}})
+    write_csv(measured(truth, COLUMNS, 0.05, 1), tmp_path / "run.csv")
+    return tmp_path
+
+
+def said(folder: Path, more: str) -> Experiment:
+    return read([experiment(folder, cell(), COLUMNS, CAUSES, more)])
+
+
+def test_readings_and_derivatives_are_those_of_the_joined_component(folder: Path) -> None:
+    joined, looped = (Problem(said(folder, more)) for more in ("", "in_loop = true"))
+    assert joined.slots == looped.slots
+    z = joined.neutral[0].copy()
+    assert np.array_equal(z, looped.neutral[0])
+    for step in (0.0, 0.2):
+        z[joined.slots.index("tube.conductance")] = step
+        for each in (joined, looped):
+            each.refine([z])
+        ours, theirs = (each.predict(0, z) for each in (joined, looped))
+        assert np.abs(ours[0] - theirs[0]).max() < 2e-3, "K"
+        for i, slot in enumerate(joined.slots):
+            size = np.abs(ours[1][:, :, i]).max()
+            # Steps of 7.5 s blur a leap of the inputs, and the slopes in time that a lag goes by even more.
+            share = 0.1 if slot.endswith("lag") else 0.03
+            assert np.abs(ours[1][:, :, i] - theirs[1][:, :, i]).max() < share * size + 1e-9, slot
+
+
+def test_in_a_loop_the_same_cause_is_named(folder: Path) -> None:
+    found = [diagnose_experiment(said(folder, more)) for more in ("", "in_loop = true")]
+    assert [each.verdict for each in found] == ["named", "named"]
+    assert [each.assessment.best.name for each in found] == ["tube", "tube"]
+    joined, looped = (each.assessment.best for each in found)
+    assert looped.theta[0] == pytest.approx(joined.theta[0], abs=0.1 * np.sqrt(joined.covariance()[0, 0]))
+    assert looped.covariance()[0, 0] == pytest.approx(joined.covariance()[0, 0], rel=0.05)
+
+
+def test_a_part_that_nobody_knows_is_simulated_in_a_loop(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, _: "Link" not in fmu.name
+    )
+    found = Problem(said(folder, CALIBRATED))
+    rig = found.experiment.rig
+    assert rig.in_loop
+    assert set(rig.foreign) == {"link"}
+    assert "link.convection_still" in found.slots
+    assert rig.unit("link.conductivity") == "W/(m.K)"
+    assert rig.variables["link.base_temperature"].is_temperature
