@@ -19,7 +19,9 @@ from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smo
 
 Vector = NDArray[np.float64]
 
-_MOST_EVALUATIONS = 12
+_MOST_EVALUATIONS, _TRIED = 12, 3
+"""Simulations that a fit may take, and those after which it may be given up."""
+
 _BEYOND = 10.8
 """Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
 
@@ -195,7 +197,8 @@ class Fitter:
     ) -> Fit:
         """Fit a model, from given values as far as there are any.
 
-        The fit is given up where its linearisation promises no chi-square below what makes it `worth` more.
+        The fit is given up where its linearisation, some steps on, promises no chi-square below what makes it
+        `worth` more.
         """
         freed = (*self.problem.calibrated, *(f for item in items for f in item.freed))
         theta = np.array([(start or {}).get(f, f.start) for f in freed])
@@ -206,7 +209,7 @@ class Fitter:
         while evaluations > 0:
             columns = Columns(freed, freed, point)
             step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
-            if point.chi2 - expected > worth:
+            if evaluations <= _MOST_EVALUATIONS - _TRIED and point.chi2 - expected > worth:
                 break
             gained, share = 0.0, min(1.0, 4 * share)
             while gained <= 0 and share * expected >= _SMALL and evaluations > 0:
