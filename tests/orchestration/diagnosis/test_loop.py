@@ -85,7 +85,8 @@ def test_readings_and_derivatives_are_those_of_the_joined_component(folder: Path
         for each in (joined, looped):
             each.refine([z])
         ours, theirs = (each.predict(0, z) for each in (joined, looped))
-        assert np.abs(ours[0] - theirs[0]).max() < 2e-3, "K"
+        # Each step of either may err by 3 mK while the winding leaps; the noise is 50 mK.
+        assert np.abs(ours[0] - theirs[0]).max() < 1e-2, "K"
         for i, slot in enumerate(joined.slots):
             size = np.abs(ours[1][:, :, i]).max()
             # Steps of 7.5 s blur a leap of the inputs, and the slopes in time that a lag goes by even more.
