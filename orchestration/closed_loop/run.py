@@ -43,17 +43,18 @@ def changed(
     InputError
         If a controller or mismatch does not exist, or a time is not valid.
     """
-    scenario = replace(
-        scenario,
+    known = scenario.as_believed
+    asked = replace(
+        known,
         duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
         step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
         master=master or scenario.master,
         controller=scenario.controller if controller is None else controller_named(controller),
-        parameters={**scenario.parameters, **given_values(parameters)},
+        parameters={**known.parameters, **given_values(parameters)},
     )
-    for name in mismatches:
-        scenario = mismatch.load(name).applied(scenario)
-    return scenario
+    for name in (*scenario.mismatches, *mismatches):
+        asked = mismatch.load(name).applied(asked)
+    return asked
 
 
 def run(

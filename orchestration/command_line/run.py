@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    scenario: ScenarioName = "windshield_wiper",
+    scenario: ScenarioName = "warm_up",
     controller: Annotated[
         str | None,
         typer.Option(

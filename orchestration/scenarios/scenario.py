@@ -16,7 +16,7 @@ from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, S
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.shipped import Blueprint
 
-DEFAULT_SCENARIO = "windshield_wiper"
+DEFAULT_SCENARIO = "warm_up"
 DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
 DEFAULT_MASTER = "gauss_seidel"
@@ -63,6 +63,13 @@ class Scenario:
     def stop_time(self) -> float:
         """Stop time in s, that of what drives the system."""
         return self.duty.stop_time
+
+    @property
+    def as_believed(self) -> Scenario:
+        """The scenario without its mismatches."""
+        if self.believed is None:
+            return self
+        return replace(self, parameters=self.believed, mismatches=(), believed=None)
 
     @property
     def in_use(self) -> Sensors:

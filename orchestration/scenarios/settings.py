@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from warmlink.orchestration.own_law import controller_named
-from warmlink.orchestration.scenarios.entries import Entry, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios import mismatch
+from warmlink.orchestration.scenarios.entries import Entry, Names, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors
 from warmlink.orchestration.text_files import read_toml
@@ -48,6 +49,7 @@ class Settings:
     tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
     materials: Mapping[str, Annotated[str, Material()]] = field(default_factory=dict)
     parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
+    mismatches: Annotated[tuple[str, ...], Names("draw_1")] = ()
     sensors: Sensors = AS_THEY_ARE
 
     def applied(self, default: Scenario) -> Scenario:
@@ -56,9 +58,9 @@ class Settings:
         Raises
         ------
         InputError
-            If the controller does not exist.
+            If the controller or a mismatch does not exist.
         """
-        return replace(
+        scenario = replace(
             default,
             title=default.title if self.title is None else self.title,
             about=default.about if self.about is None else self.about,
@@ -69,6 +71,9 @@ class Settings:
             parameters={**self._of_materials(), **self.parameters},
             sensors=self.sensors,
         )
+        for name in self.mismatches:
+            scenario = mismatch.load(name).applied(scenario)
+        return scenario
 
     def _of_materials(self) -> dict[str, str | float]:
         """Start values that follow from the materials, under `instance.variable`."""

@@ -191,7 +191,7 @@ def plant_in(scenario: Scenario) -> Plant:
     wires = {target: source for source, target in setup.blueprint.wires}
     among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
     joined = join(setup.name, {name: declared[name] for name in plant}, among)
-    values = scenario.values()
+    values = scenario.as_believed.values()
     given = {
         f"{name}.{variable}": float(value)
         for name in plant

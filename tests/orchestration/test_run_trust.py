@@ -22,6 +22,7 @@ from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
 
 MY_LAW = Path(__file__).parent / "studies" / "my_law.py"
 STEEL = ["--set", "link.length=800 mm", "--set", "link.tip_position=790 mm", "--set", "link.conductivity=50"]
+NOMINAL = "windshield_wiper"
 SHORT = ["--stop", "20 min", "--no-report"]
 
 Warmlink = Callable[..., tuple[int, str]]
@@ -83,7 +84,7 @@ def test_the_default_run_loads_no_designer() -> None:
 
 
 def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
-    code, printed = warmlink("run", "--controller", "observer", "--stop", "20 min", "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--controller", "observer", "--stop", "20 min", "--out", "o")
     assert code == 0
     assert "the thermometers are perfect and the cell is exactly the one" in printed
     assert "removed" not in printed, "a share of an error within the error budget means nothing"
@@ -94,7 +95,7 @@ def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
 @pytest.mark.parametrize("mismatch", [["thermal_high"], ["noisy_sensors"], ["thermal_high", "noisy_sensors"]])
 def test_a_mismatch_is_that_of_compare(warmlink: Warmlink, mismatch: list[str]) -> None:
     chosen = [part for name in mismatch for part in ("--mismatch", name)]
-    code, printed = warmlink("run", "--controller", "observer", *chosen, *SHORT, "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--controller", "observer", *chosen, *SHORT, "--out", "o")
     assert code == 0
     assert " · ".join(mismatch) in printed
     assert "note" not in printed
@@ -112,7 +113,7 @@ def test_a_mismatch_is_that_of_compare(warmlink: Warmlink, mismatch: list[str]) 
 
 
 def test_a_law_for_another_cell_is_told_with_the_command_that_mends_it(warmlink: Warmlink) -> None:
-    worse, printed = warmlink("run", "--controller", "observer", *STEEL, *SHORT, "--out", "o")
+    worse, printed = warmlink("run", NOMINAL, "--controller", "observer", *STEEL, *SHORT, "--out", "o")
     assert worse == 0
     note = next(line for line in printed.splitlines() if line.startswith("note  observer was designed for"))
     assert "link.length, link.tip_position and link.conductivity" in note
@@ -120,7 +121,7 @@ def test_a_law_for_another_cell_is_told_with_the_command_that_mends_it(warmlink:
     assert warmlink(*shlex.split(command[0]))[0] == 0
     before = metrics("o")["compensated"]
     code, printed = warmlink(
-        "run", "--controller", "observer", *STEEL, *shlex.split(command[2]), *SHORT, "--out", "o"
+        "run", NOMINAL, "--controller", "observer", *STEEL, *shlex.split(command[2]), *SHORT, "--out", "o"
     )
     after = metrics("o")["compensated"]
     assert code == 0
@@ -154,7 +155,7 @@ def test_a_law_for_another_cell_is_told_with_the_command_that_mends_it(warmlink:
 def test_advice_is_given_where_the_cell_is_another_and_not_elsewhere(
     warmlink: Warmlink, arguments: list[str], told: str | None
 ) -> None:
-    code, printed = warmlink("run", *arguments, "--stop", "1 min", "--no-report")
+    code, printed = warmlink("run", NOMINAL, *arguments, "--stop", "1 min", "--no-report")
     assert code == 0
     if told is None:
         assert "warmlink design" not in printed
@@ -163,14 +164,14 @@ def test_advice_is_given_where_the_cell_is_another_and_not_elsewhere(
 
 
 def test_no_share_of_an_error_that_is_none(warmlink: Warmlink) -> None:
-    code, printed = warmlink("run", "--stop", "10", "--no-report")
+    code, printed = warmlink("run", NOMINAL, "--stop", "10", "--no-report")
     assert code == 0
     assert "worse" not in printed
     assert "0.0 µm         0.4 µm" in printed
 
 
 def test_a_law_of_ones_own_runs_by_its_place(warmlink: Warmlink) -> None:
-    code, printed = warmlink("run", "--controller", f"{MY_LAW}:MyLaw", *SHORT, "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--controller", f"{MY_LAW}:MyLaw", *SHORT, "--out", "o")
     assert code == 0
     assert printed.splitlines()[1].split() == ["none", "MyLaw"]
     assert metrics("o")["controller"] == "MyLaw"
@@ -203,7 +204,7 @@ def test_ctrl_c_keeps_what_was_computed(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.1, times))
-    code, printed = warmlink("run", "--stop", "20 min", "--fmus", "python", "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--stop", "20 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "of 20 min" in printed
     assert "stopped early: interrupted at" in printed
@@ -223,7 +224,7 @@ def test_ctrl_c_in_the_second_run_costs_the_coupling_error_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.6, 1))
-    code, printed = warmlink("run", "--stop", "20 min", "--fmus", "python", "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--stop", "20 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "in the run at half the step" in printed
     found = metrics("o")

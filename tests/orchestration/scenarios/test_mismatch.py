@@ -5,9 +5,11 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
+from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
+from warmlink.orchestration.studies.design import plant_in
 
 IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("none"))
 
@@ -15,12 +17,12 @@ IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("
 @pytest.mark.parametrize("name", [*mismatches.names(), "draw_1", "draw_12"])
 def test_every_mismatch_gives_values_that_the_components_take(name: str) -> None:
     mismatch = mismatches.load(name)
-    changed = mismatch.applied(IDLE)
-    changed.values()
+    applied = mismatch.applied(IDLE)
+    applied.values()
     assert mismatch.about
-    assert bool(changed.parameters) == (name != "nominal")
-    assert changed.mismatches == (name,)
-    assert changed.believed == {}
+    assert bool(applied.parameters) == (name != "nominal")
+    assert applied.mismatches == (name,)
+    assert applied.believed == {}
 
 
 def test_the_corners_are_20_percent_and_3_percent_off() -> None:
@@ -85,3 +87,17 @@ def test_a_bad_mismatch_is_refused_in_one_sentence(content: str, sentence: str, 
 def test_an_unknown_mismatch_names_those_there_are() -> None:
     with pytest.raises(InputError, match="thermal_high"):
         mismatches.load("nothing")
+
+
+def test_a_scenario_names_its_mismatches_and_a_design_goes_by_the_cell_without_them() -> None:
+    given = {"motor.joint_conductance": "2 W/K"}
+    plain = changed(load_scenario("windshield_wiper"), controller="observer", parameters=given)
+    wanted = changed(plain, mismatches=["noisy_sensors", "draw_1"])
+    found = changed(load_scenario("warm_up"), parameters=given)
+    assert found.mismatches == ("noisy_sensors", "draw_1")
+    assert found.values() == wanted.values()
+    assert found.values() != plain.values()
+    assert found.as_believed.values() == plain.values()
+    assert dict(plant_in(found).given) == dict(plant_in(plain).given)
+    with pytest.raises(InputError, match="draw_one: no such mismatch"):
+        read_scenario("mine", 'duty = "stop_and_go"\nmismatches = ["draw_one"]\n')
