@@ -18,8 +18,8 @@ found = wl.diagnose(measured)
 print(found)
 print(found.to_frame())
 
-nominal = wl.run("stop_and_go", "none", stop="10 min")
-extended = wl.run("stop_and_go", "none", stop="10 min", parameters=found.extended)
+nominal = wl.run("stop_and_go", "none", stop="30 min")
+extended = wl.run("stop_and_go", "none", stop="30 min", parameters=found.extended)
 figure = wl.plot(extended, "link.elongation", against=nominal)
 
 assert found.causes == ("hub_heat_loss",)

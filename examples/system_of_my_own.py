@@ -45,7 +45,7 @@ system = wl.assemble(
         ("link.base_temperature", "thermostat.temperature"),
     ],
 )
-wl.write_ssp(system, folder / "rod.ssp")
+wl.write_ssp(system, f"{folder}/rod.ssp")
 result = wl.simulate(folder / "rod.ssp", stop="40 min", step="1 s")
 frame = result.to_frame()
 figure = wl.plot(frame, "link.base_temperature", "link.tip_temperature")

@@ -130,6 +130,16 @@ def test_rooms_and_files_can_be_overlooked(room: str) -> None:
             assert lines <= 320, f"{path.relative_to(ROOT)} has {lines} lines; part it by subject"
 
 
+def test_contributing_says_of_each_room_what_the_room_says_of_itself() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    for path in (each for room in (*FLOORS, "benchmarks") for each in (ROOT / room).rglob("__init__.py")):
+        folder = path.parent.relative_to(ROOT)
+        if len(folder.parts) <= 2:
+            sentence = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+            line = f"| `{folder}/` | {sentence} |"
+            assert line in text, f"CONTRIBUTING.md, The tree: wants the line {line}"
+
+
 @pytest.mark.parametrize("path", LAWS, ids=str)
 def test_equations_know_neither_fmi_nor_tables_nor_plots(path: Path) -> None:
     assert not {name.partition(".")[0] for name in imports(path)} & {*HEAVY, "pythonfmu", "matplotlib"}

@@ -54,7 +54,8 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
             lines.append(Line(f"{name}, the other", there))
     if unit == "m" and max(np.nanmax(np.abs(line.values)) for line in lines) < 1e-3:
         unit, lines = "µm", [Line(line.name, 1e6 * np.asarray(line.values)) for line in lines]
-    return time_plot(frame[TIME], lines, f"{', '.join(variables)} [{unit}]")
+    name = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
+    return time_plot(frame[TIME], lines, f"{name} [{unit}]".strip())
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:

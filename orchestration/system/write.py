@@ -32,7 +32,7 @@ PARAMETER_SET = "parameters"
 OMS = "org.openmodelica"
 
 
-def write_ssp(system: System, path: Path, ports: Ports | None = None) -> None:
+def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> None:
     """Write a system with its FMUs into one SSP file, whole or not at all; equal systems give equal bytes.
 
     Each component is bound to a parameter set of its own under `resources`. A connection that is more
@@ -53,7 +53,7 @@ def write_ssp(system: System, path: Path, ports: Ports | None = None) -> None:
         If the system does not fit its FMUs, or two FMUs define one unit differently.
     """
     system = _checked(system)
-    _write(*((system, flat(system)) if ports is None else opened(system, ports)), path)
+    _write(*((system, flat(system)) if ports is None else opened(system, ports)), Path(path))
 
 
 def write_nested_ssp(system: System, path: Path) -> None:

@@ -1,0 +1,62 @@
+"""What the site computes when it is built: blocks that run, pictures, and pages made from the code."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from extension import reference, texts
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Register the directives, and the pages that are written before Sphinx reads."""
+    from extension.blocks import File, Gallery, Run
+
+    app.add_directive("run", Run)
+    app.add_directive("file", File)
+    app.add_directive("gallery", Gallery)
+    app.add_html_math_renderer("mathml", (_inline_math, None), (_block_math, None))
+    app.connect("builder-inited", _write_pages)
+    app.connect("build-finished", _write_assets)
+    return {"version": "1", "parallel_read_safe": False, "parallel_write_safe": False}
+
+
+def _inline_math(writer: Any, node: Any, block: bool = False) -> None:
+    """Formulas as MathML, which browsers draw by themselves."""
+    from docutils import nodes
+    from docutils.utils.math.latex2mathml import tex2mathml
+
+    writer.body.append(tex2mathml(node.astext(), as_block=block))
+    raise nodes.SkipNode
+
+
+def _block_math(writer: Any, node: Any) -> None:
+    _inline_math(writer, node, block=True)
+
+
+def _write_pages(app: Any) -> None:
+    home = Path(app.srcdir) / "generated"
+    shutil.rmtree(home, ignore_errors=True)
+    for name, text in {**texts.pages(), **reference.pages()}.items():
+        path = home / f"{name}.md"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, "utf-8")
+
+
+def _write_assets(app: Any, failure: Exception | None) -> None:
+    """Plotly's library, which the pictures need, and the page to play with."""
+    if failure is not None:
+        return
+    from plotly.offline import get_plotlyjs
+
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.own_law import controller_named
+    from warmlink.orchestration.report.live.content import Asked
+    from warmlink.orchestration.report.live.page import write_live_page
+
+    out = Path(app.outdir)
+    (out / "_static" / "plotly.min.js").write_text(get_plotlyjs(), "utf-8")
+    name = "windshield_wiper"
+    laws = [controller_named("lag"), controller_named("observer")]
+    write_live_page(out / "live.html", load_scenario(name), laws, Asked(name, {}))

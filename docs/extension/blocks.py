@@ -1,0 +1,155 @@
+"""Directives whose content runs when the site is built, and is shown with what came of it.
+
+`run sh` and `run python` run in a folder of the page, one block after another; `file NAME` writes a file
+there. A Plotly figure that a block calls `figure` is drawn. A block that fails fails the build.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import io
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import traceback
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+from docutils import nodes
+from docutils.parsers.rst import directives
+from sphinx.util import logging
+from sphinx.util.docutils import SphinxDirective
+
+ROOT = Path(__file__).parents[2]
+
+_LOG = logging.getLogger(__name__)
+"""A warning fails the build, once everything has been tried."""
+
+
+@dataclass
+class Place:
+    """Where the blocks of one page run."""
+
+    folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="site-")))
+    names: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
+
+
+_PLACES: dict[str, Place] = {}
+
+
+class Block(SphinxDirective):
+    """A block that belongs to the place of its page."""
+
+    has_content = True
+    required_arguments = 1
+
+    @property
+    def place(self) -> Place:
+        """Where this page's blocks run."""
+        return _PLACES.setdefault(self.env.docname, Place())
+
+    def shown(self, text: str, language: str, css: str = "") -> nodes.Node:
+        """Text as a block of code."""
+        return nodes.literal_block(text, text, language=language, classes=[css] if css else [])
+
+    def drawn(self, figure: Any) -> nodes.Node:
+        """Plotly figure; `static/figures.js` draws it in the colours of the page."""
+        content = figure.to_json().replace("</", "<\\/")
+        up = "../" * self.env.docname.count("/")
+        height = figure.layout.height or 360
+        html = (
+            f'<script src="{up}_static/plotly.min.js" defer></script>'
+            f'<div class="figure-scroll"><div class="drawn" style="min-height:{height}px;'
+            f'min-width:{figure.layout.meta or 10}px">'
+            f'<script type="application/json">{content}</script></div></div>'
+        )
+        return nodes.raw("", html, format="html")
+
+    def in_python(self, source: str, name: str, names: dict[str, Any]) -> list[nodes.Node]:
+        """Run Python in the page's folder; give what it printed, and its figure."""
+        printed = io.StringIO()
+        before = Path.cwd()
+        os.chdir(self.place.folder)
+        try:
+            with contextlib.redirect_stdout(printed):
+                exec(compile(ast.parse(source), name, "exec"), names)
+        except Exception:
+            _LOG.warning("%s: %s", name, traceback.format_exc())
+        finally:
+            os.chdir(before)
+        found: list[nodes.Node] = []
+        if printed.getvalue().strip():
+            found.append(self.shown(printed.getvalue().rstrip(), "text", "output"))
+        figure = names.pop("figure", None)
+        return found if figure is None else [*found, self.drawn(figure)]
+
+
+class Run(Block):
+    """Commands or Python that run; `:refused:` where exit code 2 and its sentence are what is shown."""
+
+    option_spec: ClassVar = {"refused": directives.flag, "hide-output": directives.flag}
+
+    def run(self) -> list[nodes.Node]:
+        """Run the block."""
+        source, kind = "\n".join(self.content), self.arguments[0]
+        where = f"{self.env.docname}:{self.lineno}"
+        if kind == "python":
+            return [self.shown(source, "python"), *self.in_python(source, where, self.place.names)]
+        came = self._in_shell(source, where)
+        nothing = not came or "hide-output" in self.options
+        return [self.shown(source, "sh"), *([] if nothing else [self.shown(came, "text", "output")])]
+
+    def _in_shell(self, source: str, where: str) -> str:
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        done = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", source],
+            cwd=self.place.folder,
+            env={**os.environ, "PATH": path, "COLUMNS": "100"},
+            capture_output=True,
+            text=True,
+        )
+        wanted = 2 if "refused" in self.options else 0
+        if done.returncode != wanted:
+            told = f"{source}\n{done.stderr}{done.stdout}"
+            _LOG.warning("%s: exit code %s: %s", where, done.returncode, told)
+        return re.sub(r"[ \t]+$", "", done.stderr if wanted else done.stdout, flags=re.MULTILINE).rstrip()
+
+
+class File(Block):
+    """A file that the reader writes."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write it, and show it under its name."""
+        name, text = self.arguments[0], "\n".join(self.content)
+        (self.place.folder / name).write_text(text + "\n", "utf-8")
+        caption = nodes.paragraph("", "", nodes.literal(name, name), classes=["file-name"])
+        return [
+            caption,
+            self.shown(text, {"py": "python", "toml": "toml"}.get(name.rpartition(".")[2], "text")),
+        ]
+
+
+class Gallery(Block):
+    """A script with a docstring, run: its title, what it says, its picture, and its code to be unfolded."""
+
+    def run(self) -> list[nodes.Node]:
+        """Run the script of the given path in the checkout."""
+        path = ROOT / self.arguments[0]
+        self.env.note_dependency(str(path))
+        source = path.read_text("utf-8")
+        title, _, about = (ast.get_docstring(ast.parse(source)) or path.stem).partition("\n\n")
+        code = source.split('"""', 2)[2].strip()
+        found = self.in_python(source, str(path), {"__name__": "__main__", "__file__": str(path)})
+        section = nodes.section(ids=[nodes.make_id(title)], names=[nodes.fully_normalize_name(title)])
+        section += nodes.title(title, title.rstrip("."))
+        section += self.parse_text_to_nodes(" ".join(about.split()))
+        section += [each for each in found if isinstance(each, nodes.raw)]
+        printed = [each for each in found if not isinstance(each, nodes.raw)]
+        section += nodes.raw("", f"<details><summary>{path.relative_to(ROOT)}</summary>", format="html")
+        section += [self.shown(code, "python"), *printed]
+        section += nodes.raw("", "</details>", format="html")
+        return [section]

@@ -1,0 +1,22 @@
+"""What a communication step costs.
+
+FMUs exchange values at communication points only. The same cell joined into one component has no such
+error; against it, Jacobi and Gauss-Seidel err in proportion to the step.
+"""
+
+import numpy as np
+import plotly.graph_objects as go
+
+from warmlink.orchestration import api as wl
+from warmlink.orchestration.report.figures import COLOURS, styled
+
+exact = wl.run("stop_and_go", "none", step="0.25 s", stop="20 min").uncompensated_error[-1]
+steps = [1, 2, 5, 10, 20, 30, 60]
+figure = go.Figure()
+for colour, master in zip(COLOURS, ("jacobi", "gauss_seidel"), strict=False):
+    ends = [wl.run("stop_and_go", "none", step=s, stop="20 min", master=master) for s in steps]
+    errors = [1e6 * abs(run.uncompensated_error[-1] - exact) for run in ends]
+    figure.add_scatter(x=steps, y=np.array(errors), name=master, mode="lines+markers", line={"color": colour})
+figure.update_xaxes(title="communication step [s]", type="log")
+figure.update_yaxes(title="error after 20 min [µm]", type="log")
+figure = styled(figure)
