@@ -35,7 +35,7 @@ def _from_casadi(kind: type) -> bool:
 
 
 def _dimensions(value: Number) -> int:
-    """Those of an array, and none of a Python number: quicker than `numpy.ndim`, which makes an array of it."""
+    """Those of an array, none of a Python number: quicker than `numpy.ndim`, which makes an array of it."""
     return getattr(value, "ndim", 0)
 
 

@@ -87,7 +87,17 @@ def test_native_and_python_fmus_give_one_answer(tmp_path: Path, monkeypatch: pyt
     elongation = {}
     for kind in ("native", "python"):
         folder = tmp_path / kind
-        arguments = ["run", "windshield_wiper", "--stop", "10 min", "--fmus", kind, "--no-report", "--out", str(folder)]
+        arguments = [
+            "run",
+            "windshield_wiper",
+            "--stop",
+            "10 min",
+            "--fmus",
+            kind,
+            "--no-report",
+            "--out",
+            str(folder),
+        ]
         assert run(arguments, monkeypatch) == 0
         elongation[kind] = pd.read_parquet(folder / "results.parquet")["link.elongation [m]"].to_numpy()
     assert np.abs(elongation["native"] - elongation["python"]).max() < 1e-9 * elongation["python"].max()
