@@ -24,7 +24,7 @@ def symbolic(*values: Number) -> bool:
     """Whether any of the values is a CasADi expression."""
     # A loop and a cache, since this is asked for every operation.
     for value in values:  # noqa: SIM110
-        if _from_casadi(type(value)):
+        if _from_casadi(value.__class__):
             return True
     return False
 
