@@ -74,6 +74,10 @@ def diagnose(
     decimal: Annotated[
         str, typer.Option(help="Decimal mark, `comma` or `point`, if the file could be read either way.")
     ] = "",
+    calibrate_only: Annotated[
+        bool,
+        typer.Option("--calibrate-only", help="Fit what the experiment calibrates, and look for no causes."),
+    ] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Show how the files are understood, without a diagnosis.")
     ] = False,
@@ -92,7 +96,9 @@ def diagnose(
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
-    hints = Hints(assume or [], set_ or [], scenario, noise or [], unit or [], map_ or [], decimal)
+    hints = Hints(
+        assume or [], set_ or [], scenario, noise or [], unit or [], map_ or [], decimal, calibrate_only
+    )
     if check:
         _show(data, bool(whole_arm), hints, json)
     elif not whole_arm:
@@ -121,18 +127,21 @@ class Hints:
     units: list[str] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     decimal: str = ""
+    calibrate_only: bool = False
 
     def experiment(self, paths: list[Path]) -> Experiment:
         """Read the measurements, and apply the options to them."""
         from warmlink.orchestration.command_line.options import settings_given
         from warmlink.orchestration.diagnosis.data.columns import said
+        from warmlink.orchestration.diagnosis.data.experiment import calibrating
         from warmlink.orchestration.diagnosis.data.nominal import parameters_of, with_noise
         from warmlink.orchestration.diagnosis.diagnose import read
 
         settings = parameters_of(self.scenario) if self.scenario else {}
         settings |= settings_given(self.settings)
         experiment = read(paths, self.assumed, settings, said(self.units, self.names, self.decimal))
-        return with_noise(experiment, settings_given(self.noise, "--noise"))
+        experiment = with_noise(experiment, settings_given(self.noise, "--noise"))
+        return calibrating(experiment) if self.calibrate_only else experiment
 
 
 def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     wrong_entries,
 )
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.answer.profile import profiles_of
+from warmlink.orchestration.diagnosis.answer.profile import calibration, profiles_of
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
@@ -33,6 +33,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
     sections = [
         Section("In short", "\n".join(lines[2:]), warning=_growing(diagnosis)),
         *_remarks(diagnosis),
+        *_calibrated(diagnosis),
         *_causes(diagnosis),
         *heat_sections(diagnosis.missing_heat),
         *run_sections(diagnosis),
@@ -76,6 +77,16 @@ def _growing(diagnosis: Diagnosis) -> str:
 def _remarks(diagnosis: Diagnosis) -> list[Section]:
     remarks = diagnosis.experiment.remarks
     return [Section("How the measurements were read", "\n".join(remarks))] if remarks else []
+
+
+def _calibrated(diagnosis: Diagnosis) -> list[Section]:
+    rows = [
+        (c.name, f"{c.value:.4g}", f"{c.low95:.4g} to {c.high95:.4g}", c.unit, ", ".join(c.alike) or "-")
+        for c in calibration(diagnosis)
+    ]
+    columns = ("variable", "value", "95 % interval", "unit", "not told apart from")
+    text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
+    return [Section("Calibrated", text, Table(columns, rows))] if rows else []
 
 
 def _causes(diagnosis: Diagnosis) -> list[Section]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
+from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
@@ -17,9 +19,6 @@ from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
 
 Vector = NDArray[np.float64]
-
-_INTERVAL = 1.959964
-"""Standard deviations on either side of a 95 % interval."""
 
 
 def shown(unit: str) -> str:
@@ -46,6 +45,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
     return {
         "verdict": diagnosis.verdict,
         "causes": [cause_entry(diagnosis, item) for item in diagnosis.causes],
+        "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
         "ambiguous": diagnosis.ambiguous,
         "next_experiment": None
         if proposed is None
@@ -132,7 +132,7 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
     effect = None
     if item.cause.relative:
         first, nominal = item.freed[0], item.freed[0].start
-        spread = _INTERVAL * float(deviations[first])
+        spread = INTERVAL * float(deviations[first])
         effect = {
             "factor": values[first] / nominal,
             "low95": (values[first] - spread) / nominal,
@@ -173,8 +173,8 @@ def _interval(freed: Freed, unit: str, value: float, deviation: float) -> dict[s
     return {
         "value": value * factor,
         "std": deviation * factor,
-        "low95": max(value - _INTERVAL * deviation, freed.lower) * factor,
-        "high95": min(value + _INTERVAL * deviation, freed.upper) * factor,
+        "low95": max(value - INTERVAL * deviation, freed.lower) * factor,
+        "high95": min(value + INTERVAL * deviation, freed.upper) * factor,
         "unit": unit,
     }
 

@@ -1,5 +1,6 @@
-"""Profile likelihood: how chi-square rises as one strength moves away and everything else is fitted anew.
+"""How well numbers are known: what was calibrated with its intervals, and the profile of each strength.
 
+Profile likelihood is how chi-square rises as one strength moves away and everything else is fitted anew.
 W. Q. Meeker and L. A. Escobar, The American Statistician 49 (1995) 48-53: unlike an interval from the
 curvature it shows where a bound, or another cause, ends what the data can say.
 """
@@ -12,6 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.fit.fitting import Columns
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
@@ -19,6 +22,75 @@ Vector = NDArray[np.float64]
 
 _AWAY = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 """Standard deviations at which a strength is held."""
+
+
+INTERVAL = 1.959964
+"""Standard deviations on either side of a 95 % interval."""
+
+_ALIKE = 0.95
+"""Correlation of two numbers from which the data know only a combination of them."""
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A calibrated number in SI.
+
+    Attributes
+    ----------
+    name : its variable, with the label that it belongs to
+    low95, high95 : interval, within its bounds
+    at_bound : whether the data would have it beyond a bound
+    unknown : whether the interval covers all between the bounds
+    alike : others with which it is correlated so much that only a combination is known
+    """
+
+    name: str
+    value: float
+    std: float
+    low95: float
+    high95: float
+    unit: str
+    at_bound: bool
+    unknown: bool
+    alike: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Value, interval, and what restricts them."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        text = f"{self.name} = {self.value:.4g}{unit} (95 %: {self.low95:.4g} to {self.high95:.4g})"
+        if self.unknown:
+            text += ", of which the data say nothing"
+        if self.alike:
+            text += f", not told apart from {', '.join(self.alike)}"
+        return f"{text}, at its bound" if self.at_bound else text
+
+
+def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
+    """Numbers by which the model to use from now on was calibrated, in order."""
+    fit, rig = diagnosis.chosen(), diagnosis.experiment.rig
+    # Where the data know only a combination, the bounds are all that is known of the rest.
+    span = np.array([freed.span for freed in fit.freed])
+    gram = Columns(fit.freed, fit.freed, fit.point).gram
+    covariance = np.linalg.inv(gram * np.outer(span, span) + np.eye(span.size)) * np.outer(span, span)
+    spreads = np.sqrt(np.diag(covariance))
+    alike = np.abs(covariance) > _ALIKE * np.outer(spreads, spreads)
+    names = [f"{f.variable} ({f.group})" if f.group else f.variable for f in fit.freed]
+    return [
+        Calibrated(
+            names[i],
+            float(fit.theta[i]),
+            float(spreads[i]),
+            max(float(fit.theta[i] - INTERVAL * spreads[i]), freed.lower),
+            min(float(fit.theta[i] + INTERVAL * spreads[i]), freed.upper),
+            rig.unit(freed.variable),
+            fit.at_bound[i],
+            bool(2 * INTERVAL * spreads[i] > freed.span),
+            tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
+        )
+        for i, freed in enumerate(fit.freed)
+        if freed.calibrated
+    ]
 
 
 @dataclass(frozen=True)

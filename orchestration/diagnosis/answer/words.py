@@ -5,6 +5,7 @@ from __future__ import annotations
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_in_noise, wrong_entries
 from warmlink.orchestration.diagnosis.answer.prediction import difference
+from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
@@ -16,7 +17,9 @@ _PLAIN = {
 
 
 def summary(diagnosis: Diagnosis) -> str:
-    """Say in at most ten lines of plain words what was found."""
+    """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated."""
+    if not diagnosis.experiment.catalogue:
+        return _calibrated(diagnosis)
     lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", _verdict_line(diagnosis)]
     name = max(diagnosis.wrong, key=lambda each: diagnosis.wrong[each].rmse / diagnosis.wrong[each].noise)
     wrong = wrong_entries(diagnosis, diagnosis.wrong)[name]
@@ -38,6 +41,24 @@ def summary(diagnosis: Diagnosis) -> str:
     if diagnosis.proposed is not None:
         lines.append(f"Next: {diagnosis.proposed.why}")
     return "\n".join(lines[:10])
+
+
+def _calibrated(diagnosis: Diagnosis) -> str:
+    within = diagnosis.verdict == "adequate"
+    told = diagnosis.judged[1] or (
+        "The calibrated model explains the data to within their noise."
+        if within
+        else "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
+    )
+    values = [each.sentence for each in calibration(diagnosis)]
+    lines = [f"{diagnosis.experiment.title}: calibrated", told, *values]
+    for word, heldout in (("fitted", False), ("held-out", True)):
+        errors = errors_in_noise(diagnosis, diagnosis.before, heldout)
+        if errors is not None:
+            low, high = errors["rmse_before_95"]
+            error = f"{errors['rmse_before']:.3g} times the noise (95 %: {low:.3g} to {high:.3g})"
+            lines.append(f"Error on {word} rows: {error}.")
+    return "\n".join(lines)
 
 
 def _verdict_line(diagnosis: Diagnosis) -> str:

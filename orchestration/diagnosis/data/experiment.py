@@ -83,6 +83,16 @@ class Experiment:
         return tuple({each.name: each for each in (*shipped, *self.declared)}.values())
 
 
+def calibrating(experiment: Experiment) -> Experiment:
+    """The same without any causes; raises InputError where nothing is calibrated."""
+    if not experiment.calibrated:
+        raise InputError(
+            f"--calibrate-only: {experiment.title} calibrates nothing; name under [calibrate] in an "
+            'experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
+        )
+    return replace(experiment, declared=(), with_shipped=False)
+
+
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
     """Read an experiment file, or bare measurements as a run of the warm-up cell.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,9 +10,12 @@ import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.own_systems import (
+    CELL_CHANNELS,
+    CELL_INPUTS,
     CHAIN,
     CHANNELS,
     INPUTS,
+    cell,
     chain,
     experiment,
     measured,
@@ -19,8 +23,12 @@ from tests.orchestration.diagnosis.own_systems import (
     write_csv,
 )
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
+from warmlink.orchestration.diagnosis.answer.profile import calibration
+from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
+from warmlink.orchestration.diagnosis.data.experiment import calibrating
 from warmlink.orchestration.diagnosis.data.own.system import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
@@ -92,6 +100,12 @@ def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
     assert set(rig.called("motor")) == {"motor1", "motor2"}
 
 
+def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
+    """A run in which everything rises alike: enough to be read."""
+    time = np.arange(0.0, 600.0, 15.0)
+    return {"time [s]": time, **dict.fromkeys(headers, 20 + 0.01 * time)}
+
+
 @pytest.mark.parametrize(
     ("causes", "sentence"),
     [
@@ -111,9 +125,7 @@ def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
 )
 def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, causes)
-    time = np.arange(0.0, 600.0, 15.0)
-    columns = dict.fromkeys((*INPUTS, *CHANNELS), 20 + 0.01 * time)
-    write_csv({"time [s]": time, **columns}, tmp_path / "run.csv")
+    write_csv(flat([*INPUTS, *CHANNELS]), tmp_path / "run.csv")
     with pytest.raises(InputError) as told:
         read([path])
     assert sentence in str(told.value)
@@ -124,3 +136,36 @@ def test_a_path_wants_a_system_as_a_file(tmp_path: Path) -> None:
     path.write_text(path.read_text("utf-8").replace("system.ssp", "WarmupCell"), "utf-8")
     with pytest.raises(InputError, match="a cause that adds heat is for a system as a file"):
         read([path])
+
+
+def test_calibration_gives_intervals_and_what_is_not_told_apart(tmp_path: Path) -> None:
+    truth = with_values(cell(), {"link": {"convection_still": 6.0}, "motor": {"joint_conductance": 1.5}})
+    columns = {**CELL_INPUTS, **CELL_CHANNELS}
+    write_csv(measured(truth, columns, 0.05, 1), tmp_path / "run.csv")
+    asked = """[calibrate]
+"link.convection_still" = { min = "1 W/(m2.K)", max = "12 W/(m2.K)", start = "4.5 W/(m2.K)" }
+"link.density" = { min = "2000 kg/m3", max = "4000 kg/m3", start = "2700 kg/m3" }
+"link.specific_heat" = { min = "600 J/(kg.K)", max = "1200 J/(kg.K)", start = "890 J/(kg.K)" }
+"motor.joint_conductance" = { min = "0.2 W/K", max = "8 W/K" }
+"""
+    causes = OTHERS.replace("link2", "link").replace("motor1", "motor")
+    path = experiment(tmp_path, cell(), columns, causes, asked)
+    found = diagnose_experiment(calibrating(read([path])))
+    known = {each.name: each for each in calibration(found)}
+    for name, value in (("link.convection_still", 6.0), ("motor.joint_conductance", 1.5)):
+        assert abs(known[name].value - value) < 4 * known[name].std, name
+        assert not known[name].alike
+    assert known["link.density"].alike == ("link.specific_heat",)
+    assert known["link.density"].unknown
+    said = summary(found)
+    assert "The calibrated model explains the data to within their noise." in said
+    assert "of which the data say nothing, not told apart from link.specific_heat" in said
+    assert "Error on fitted rows: " in said
+    assert json_content(found)["calibrated"]["motor.joint_conductance"]["unit"] == "W/K"
+
+
+def test_a_calibration_wants_something_to_calibrate(tmp_path: Path) -> None:
+    columns = {**INPUTS, **CHANNELS}
+    write_csv(flat(columns), tmp_path / "run.csv")
+    with pytest.raises(InputError, match=r"calibrates nothing; name under \[calibrate\]"):
+        calibrating(read([experiment(tmp_path, chain(), columns, OTHERS)]))
