@@ -7,7 +7,7 @@ Both FMUs, their model descriptions, the documentation tables and the SSP connec
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -189,14 +189,15 @@ class Component:
         """Layout of the outputs."""
         return Layout(self.outputs)
 
-    def scalars(self) -> Iterator[Scalar]:
+    def scalars(self) -> tuple[Scalar, ...]:
         """Every scalar variable of the interface, in the order of its value reference."""
-        reference = 0
+        return self._scalars
+
+    @cached_property
+    def _scalars(self) -> tuple[Scalar, ...]:
         declared: tuple[Input | Parameter | Output, ...] = (*self.parameters, *self.inputs, *self.outputs)
-        for variable in declared:
-            for i, name in enumerate(variable.scalar_names):
-                yield Scalar(reference, name, variable, i)
-                reference += 1
+        each = ((name, variable, i) for variable in declared for i, name in enumerate(variable.scalar_names))
+        return tuple(Scalar(reference, *scalar) for reference, scalar in enumerate(each))
 
     def start_values(self, given: Mapping[str, float] | None = None) -> tuple[Number, Number]:
         """Flat parameters and inputs at their start values, but for those given by name.

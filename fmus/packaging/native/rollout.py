@@ -81,9 +81,9 @@ class Rollout:
         started += [started[-1]] * (self.lanes - len(given))
         *columns, refused = zip(*started, strict=True)
         sources, settled, states = (self._side_by_side(column) for column in columns)
-        rows = _aligned((count + 1, len(self.recorded) + 1, self.lanes))
+        rows = aligned((count + 1, len(self.recorded) + 1, self.lanes))
         arrays = (tasks, times, steps, sources, settled, states, rows)
-        _loaded(self.library).rollout(
+        loaded(self.library).rollout(
             ctypes.c_long(tasks.size), *(ctypes.c_void_p(each.ctypes.data) for each in arrays)
         )
         values = np.ascontiguousarray(rows.transpose(2, 1, 0)[: len(given)])
@@ -94,7 +94,7 @@ class Rollout:
         return [np.array(each).ravel() for each in _function(self.starting)(p)]
 
     def _side_by_side(self, column: Sequence[Array]) -> Array:
-        held = _aligned((column[0].size, self.lanes))
+        held = aligned((column[0].size, self.lanes))
         held[:] = np.stack(column, axis=1)
         return held
 
@@ -130,7 +130,7 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
     return tasks[order].astype(np.int8), times[order].copy(), steps[order].copy()
 
 
-def _aligned(shape: tuple[int, ...]) -> Array:
+def aligned(shape: tuple[int, ...]) -> Array:
     """Zeros that begin where vectors may be loaded from."""
     size = int(np.prod(shape))
     room = np.zeros(size + 8)
@@ -146,7 +146,7 @@ def _function(text: str) -> Any:
 
 
 @lru_cache(maxsize=16)
-def _loaded(library: bytes) -> ctypes.CDLL:
+def loaded(library: bytes) -> ctypes.CDLL:
     folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
     file = folder / "rollout"
     file.write_bytes(library)

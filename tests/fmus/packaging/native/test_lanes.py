@@ -1,0 +1,61 @@
+"""CasADi's C in vectors: every lane computes what the plain function computes."""
+
+import ctypes
+
+import casadi
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.casadi_code import function, functions_text
+from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+from warmlink.fmus.packaging.native.lanes import in_lanes
+from warmlink.fmus.packaging.native.rollout import aligned, loaded
+
+LANES = 4
+CALL = """
+__attribute__((visibility("default"))) void call(const lanes *given, lanes *found)
+{ all_of(given, found); }
+"""
+
+
+def everything(kind: type, a: casadi.SX, b: casadi.SX) -> list[casadi.SX]:
+    """What components use: arithmetic, choices, comparisons, and functions of one number and of two."""
+    whole = casadi.floor(a) + casadi.ceil(b)
+    chosen = casadi.if_else(casadi.logic_and(a > 0, b <= 1), a * b, a - b)
+    told = casadi.logic_or(a == b, casadi.logic_not(a < b)) + (a != b)
+    one = [
+        getattr(casadi, name)(a)
+        for name in ("fabs", "sqrt", "exp", "log", "sin", "cos", "erf", "tanh", "sign")
+    ]
+    two = [casadi.atan2(a, b), casadi.fmin(a, b), casadi.fmax(a, b), casadi.power(a, b), casadi.fmod(a, b)]
+    constants = [kind(float("inf")), kind(3.5), casadi.if_else(a > 1e300, kind(float("nan")), 2.0)]
+    return [whole, chosen, told, *one, *two, *constants, a / b, a * a]
+
+
+@pytest.mark.parametrize("kind", [casadi.SX, casadi.MX])
+def test_each_lane_computes_what_one_number_would(kind: type) -> None:
+    given = kind.sym("given", 2)
+    found = everything(kind, given[0], given[1])
+    vectors = [
+        casadi.mtimes(kind.ones(3, 2) * given[0], given),
+        casadi.if_else(given > 0.5, given, kind.zeros(2)),
+    ]
+    whole = function("all", [given], casadi.vertcat(*found, *vectors))
+    text = in_lanes(functions_text("tried", [whole], ()), LANES) + CALL
+    try:
+        (compiler,) = compilers(platforms_named(None))
+    except InputError as fault:
+        pytest.skip(str(fault))
+    library = compiler.library({"tried.c": text}, "tried")
+    call = loaded(library).call
+    rng = np.random.default_rng(2)
+    pairs = [rng.uniform(-3, 3, (2, LANES)) for _ in range(200)]
+    pairs += [rng.uniform(0, 1, (2, LANES)) ** 9 for _ in range(50)]
+    pairs += [np.array([[0.0, np.inf, np.nan, 1e9], [-0.0, 1.0, 2.0, -7e8]])]
+    inside, outside = aligned((2, LANES)), aligned((whole.size1_out(0), LANES))
+    for pair in pairs:
+        inside[:] = pair
+        call(*(ctypes.c_void_p(each.ctypes.data) for each in (inside, outside)))
+        expected = np.column_stack([np.array(whole(column)).ravel() for column in pair.T])
+        np.testing.assert_allclose(outside, expected, rtol=4e-15, atol=4e-16)
