@@ -9,7 +9,7 @@ from warmlink.fmus.packaging.release import COPYRIGHT
 from warmlink.fmus.packaging.release import version as release_version
 
 project = "warmlink"
-copyright = COPYRIGHT
+copyright = COPYRIGHT.removeprefix("Copyright (c) ")
 release = release_version()
 html_title = f"warmlink {release}"
 html_theme = "furo"

@@ -54,9 +54,10 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
     from warmlink.orchestration.own_law import controller_named
     from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import write_live_page
+    from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
 
     out = Path(app.outdir)
     (out / "_static" / "plotly.min.js").write_text(get_plotlyjs(), "utf-8")
-    name = "windshield_wiper"
+    name = DEFAULT_SCENARIO
     laws = [controller_named("lag"), controller_named("observer")]
     write_live_page(out / "live.html", load_scenario(name), laws, Asked(name, {}))

@@ -7,7 +7,7 @@ the tolerance of 5 µm, orange above it. `warmlink compare` draws this for all o
 from warmlink.orchestration import api as wl
 from warmlink.orchestration.report.figures import heat_map
 
-laws = ["none", "lag", "regression", "observer", "observer_drift"]
+laws = ["none", "lag", "regression", "observer"]
 duties = ["stop_and_go", "windshield_wiper", "heavy_payload"]
 compared = wl.compare(laws, duties, ["thermal_high", "noisy_sensors"], means=wl.Means(jobs=1))
 table = compared.to_frame().pivot_table("max_abs_um", "duty_cycle", "controller", "max")[laws]

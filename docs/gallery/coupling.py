@@ -1,7 +1,7 @@
 """What a communication step costs.
 
-FMUs exchange values at communication points only. The same cell joined into one component has no such
-error; against it, Jacobi and Gauss-Seidel err in proportion to the step.
+FMUs exchange values at communication points only. Compared with steps of 0.25 s, Jacobi and Gauss-Seidel
+err in proportion to the step, until at a minute the exchange itself becomes unstable.
 """
 
 import numpy as np

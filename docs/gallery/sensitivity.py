@@ -28,4 +28,4 @@ figure = go.Figure(
 )
 figure.update_xaxes(title="change of the growth [µm]")
 figure.update_yaxes(automargin=True)
-figure = styled(figure, 420)
+figure = styled(figure, 420, 520)
