@@ -79,7 +79,7 @@ def bench_scale(counts: Sequence[int] = AXES, axis_steps: int = AXIS_STEPS) -> I
     Raises
     ------
     InputError
-        If there is no C compiler, or no Numba.
+        If there is no C compiler.
     """
     prepare()
     for count in counts:

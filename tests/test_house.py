@@ -18,7 +18,6 @@ HEAVY = (
     "plotly",
     "casadi",
     "scipy",
-    "numba",
     "pint",
     "fmpy",
     "optuna",

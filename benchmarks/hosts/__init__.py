@@ -74,7 +74,7 @@ class Host:
 
 HOSTS = (
     Host("warmlink, plain", "ours:plain"),
-    Host("warmlink, compiled", "ours:compiled", ("numba",)),
+    Host("warmlink, compiled", "ours:compiled"),
     Host("warmlink, fixed_point", "ours:iterated", iterates=True),
     Host("FMPy, plain loop", "fmpy_loop:run"),
     Host("libcosim", "libcosim:run", ("libcosimpy",)),

@@ -51,8 +51,8 @@ def simulate(
     stepping: Annotated[
         str,
         typer.Option(
-            help="How the loop over the steps runs: `plain` (Python), `compiled` (Numba), or `auto`, which "
-            "compiles it if that is faster."
+            help="How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which "
+            "takes the faster one."
         ),
     ] = "auto",
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,

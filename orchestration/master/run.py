@@ -14,7 +14,7 @@ from warmlink.orchestration.master.algorithms.retry import Retry
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import obstacle
-from warmlink.orchestration.master.compiled.loop import Stepping, choose, is_loaded
+from warmlink.orchestration.master.compiled.loop import Stepping, choose
 from warmlink.orchestration.master.pacing import Clock, Pacing
 from warmlink.orchestration.master.recording.audit import Balance, heat_balances
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
@@ -102,12 +102,9 @@ def simulate(
                 "compiled stepping: goes neither with isolated slaves nor with a pace; leave one out"
             )
         stepping = "plain"
-    # The loop must be compiled before an FMU's library is loaded, so this comes first.
-    compiled = isinstance(system, System) and choose(stepping, whole, points, len(system.components))
     assembly = assemble(system, isolation, unpacked) if isinstance(system, System) else system
     try:
-        if isinstance(system, Assembly) and (stepping == "compiled" or is_loaded()):
-            compiled = choose(stepping, whole, points, len(assembly.slaves))
+        compiled = choose(stepping, whole, points, len(assembly.slaves))
         if balances is None:
             balances = heat_balances(assembly.slaves, assembly.connections)
         outputs = outputs_of(assembly.slaves)

@@ -28,7 +28,7 @@ from warmlink.orchestration.master.compiled import loop as compiled
 try:
     compiled.prepare()
 except InputError:
-    pass  # without Numba it takes longer, and no more memory
+    pass  # without a compiler it takes longer, and no more memory
 
 def private(process="self"):
     # The run is done in a child. What forked processes share is counted once, not in each of them.

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.packaging.native.lanes import runs_here
+from warmlink.fmus.packaging.native.library import loaded
 
 Array = NDArray[np.float64]
 
@@ -143,15 +141,3 @@ def _function(text: str) -> Any:
     import casadi
 
     return casadi.Function.deserialize(text)
-
-
-@lru_cache(maxsize=16)
-def loaded(library: bytes) -> ctypes.CDLL:
-    folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
-    file = folder / "rollout"
-    file.write_bytes(library)
-    loaded = ctypes.CDLL(str(file))
-    with contextlib.suppress(OSError):  # Windows keeps the file of a loaded library
-        file.unlink()
-        folder.rmdir()
-    return loaded

@@ -26,6 +26,7 @@ _KINDS = {
     ("fmi3", "Boolean"): 2,
 }
 Place = tuple[int, int]
+Numbers = NDArray[np.int64]
 
 
 def obstacle(network: Network, recorder: Recorder) -> str | None:

@@ -2,77 +2,42 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 import time
 from typing import Literal
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.compiled import kernel
 from warmlink.orchestration.master.compiled.layout import Layout
 from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.slaves import fmi, under_way
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 
 Stepping = Literal["auto", "plain", "compiled"]
 
-# A plain step of one slave takes about 3 µs; loading Numba and its cache takes about a second.
-PAYS_FROM_SLAVE_STEPS = 500_000
-PAYS_WHEN_LOADED_FROM = 5_000
+PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
-_KERNEL = "warmlink.orchestration.master.compiled.kernel"
 
 
 def prepare() -> None:
-    """Compile the loop or load it from Numba's cache; call it before any FMU is loaded.
-
-    Raises
-    ------
-    InputError
-        Where Numba is not installed, or an FMU was loaded in this process before: compiled after a Python
-        FMU was loaded, processes crashed at their exit.
-    """
-    if is_loaded():
-        return
-    if importlib.util.find_spec("numba") is None:
-        raise MissingExtraError("compiled stepping", "studies")
-    if fmi.LOADED:
-        raise InputError(
-            "compiled stepping: is no longer possible in this process, in which FMUs were loaded before it "
-            "was prepared; choose auto"
-        )
+    """Compile the loop, or take what was compiled before; InputError where there is no C compiler."""
     try:
-        importlib.import_module(_KERNEL)
-    except (ImportError, RuntimeError, OSError) as fault:  # half installed, or its cache cannot be written
-        sys.modules.pop(_KERNEL, None)
-        raise InputError(f"compiled stepping: Numba does not work here ({fault}); choose auto") from None
-
-
-def try_to_prepare() -> bool:
-    """Do as `prepare`, where that can be done; tell whether the compiled loop is there."""
-    try:
-        prepare()
-    except InputError:  # which steps plainly, and gives the same values
-        return False
-    return True
-
-
-def is_loaded() -> bool:
-    """Tell whether the compiled loop is there."""
-    return _KERNEL in sys.modules
+        kernel.library()
+    except (InputError, OSError) as fault:
+        raise InputError(f"compiled stepping: {fault}; choose auto") from None
 
 
 def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints, slaves: int) -> bool:
-    """Decide before the FMUs are loaded whether to step by the compiled loop, and prepare it.
+    """Decide whether to step by the compiled loop, and prepare it.
 
     Parameters
     ----------
     stepping : str
-        `auto` takes it where it can be had and the run is long enough to pay for loading it.
+        `auto` takes it where it can be had and the run is long enough to pay for laying out its tables.
     algorithm : Algorithm
         Jacobi with held inputs and Gauss-Seidel can be compiled.
     points : CommunicationPoints
@@ -95,8 +60,13 @@ def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints
             )
         prepare()
         return True
-    pays = points.count * slaves >= (PAYS_WHEN_LOADED_FROM if is_loaded() else PAYS_FROM_SLAVE_STEPS)
-    return algorithm.compiles and pays and try_to_prepare()
+    if not algorithm.compiles or points.count * slaves < PAYS_FROM_SLAVE_STEPS:
+        return False
+    try:
+        prepare()
+    except InputError:  # stepping plainly gives the same values
+        return False
+    return True
 
 
 class CompiledLoop:
@@ -117,9 +87,6 @@ class CompiledLoop:
     def __init__(
         self, network: Network, schedule: Schedule, recorder: Recorder, points: CommunicationPoints
     ) -> None:
-        from warmlink.orchestration.master.compiled import kernel
-
-        self._kernel = kernel
         self.network = network
         self.recorder = recorder
         self.layout = Layout(network, recorder)
@@ -147,16 +114,13 @@ class CompiledLoop:
         failure = self._cells
         failure[:3] = 0
         began = time.perf_counter()
-        reached = self._kernel.advance(
+        reached = kernel.advance(
             self._at_once,
             self._order,
             first,
             last,
             self._times,
-            self.layout.tables,
-            self.layout.factors,
-            self.layout.buffers,
-            self.layout.ranges,
+            self.layout,
             recorder.block,
             recorder.place(first + 1),
             failure,
@@ -164,7 +128,7 @@ class CompiledLoop:
         took = time.perf_counter() - began
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.
-        if failure[0] == self._kernel.STEP and failure[2] == _DISCARD and self._keyframe is not None:
+        if failure[0] == kernel.STEP and failure[2] == _DISCARD and self._keyframe is not None:
             network.rewind(self._keyframe)
             return False
         self.layout.unload()
@@ -177,7 +141,7 @@ class CompiledLoop:
 
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
         """Raise what plain stepping would have raised."""
-        kernel, network = self._kernel, self.network
+        network = self.network
         slave = self.layout.slaves[max(k, 0)]
         slave.time = self._points.time(reached)
         if what == kernel.NOT_FINITE:

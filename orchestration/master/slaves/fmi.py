@@ -31,10 +31,6 @@ _CALLS = {
 _CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"logStatusFatal")
 
 
-# FMUs whose libraries were loaded in this process: nothing may be compiled after that.
-LOADED: set[str] = set()
-
-
 class FmiSlave(ABC):
     """One instance of an FMU.
 
@@ -267,7 +263,6 @@ class FmiSlave(ABC):
 
     def _load(self, folder: Path) -> Any:
         slave_class, platform = self.load_class()
-        LOADED.add(str(self.info.path))
         name, info = self.name, self.info
         if not (folder / "binaries" / platform).is_dir():
             offered = ", ".join(sorted(p.name for p in (folder / "binaries").glob("*"))) or "none"

@@ -7,7 +7,6 @@ from typing import Protocol
 
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.orchestration.files import FULL_DISK
-from warmlink.orchestration.master.compiled import loop as compiled
 from warmlink.orchestration.studies.case import Case, Outcome, failed, run_case
 from warmlink.orchestration.studies.cores import joined
 from warmlink.orchestration.studies.cores.joined import lane_of
@@ -41,9 +40,6 @@ def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
         rollout = None if lane_of(mine[0], fmus.rollouts) is None else fmus.rollouts[mine[0].law]
         found = [None] * len(mine) if rollout is None else joined.outcomes(mine, rollout)
         outcomes |= zip(places, found, strict=True)
-    left = [place for place, outcome in outcomes.items() if outcome is None]
-    if left:
-        prepare_stepping()
     return [outcomes[place] or attempt(case, fmus) for place, case in enumerate(cases)]
 
 
@@ -62,11 +58,6 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
         return failed(f"{type(fault).__name__}: {fault}")
     except Exception as fault:
         return failed(f"{type(fault).__name__}: {fault}")
-
-
-def prepare_stepping() -> None:
-    """Load the compiled stepping before the first FMU, which it must precede, where Numba is installed."""
-    compiled.try_to_prepare()
 
 
 def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:

@@ -17,7 +17,7 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
-from warmlink.orchestration.master.compiled.loop import Stepping, prepare
+from warmlink.orchestration.master.compiled.loop import Stepping
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
@@ -25,9 +25,6 @@ from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 from .pairs import interrupt_at
-
-pytest.importorskip("numba", reason="numba is not installed")
-prepare()
 
 ELONGATION = "link.elongation"
 LAW = controller("lag").name

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,18 +13,14 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.compiled.loop import PAYS_WHEN_LOADED_FROM, Stepping, prepare
+from warmlink.orchestration.master.compiled import kernel
+from warmlink.orchestration.master.compiled.loop import PAYS_FROM_SLAVE_STEPS, Stepping
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves import fmi
 from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import assembly, counter, interrupt_at, wire
-
-pytest.importorskip("numba", reason="numba is not installed")
-# While tests are collected: once another test has loaded an FMU, nothing may be compiled any more.
-prepare()
 
 WIRES = (
     wire("a.y -> b.u"),
@@ -86,7 +81,7 @@ def test_a_discard_is_retried_as_in_plain_stepping(trivial2: Path) -> None:
 
 def test_it_is_chosen_by_itself_where_it_pays(trivial2: Path) -> None:
     system = loop(trivial2, trivial2, trivial2)
-    long, short = PAYS_WHEN_LOADED_FROM, PAYS_WHEN_LOADED_FROM / 6
+    long, short = PAYS_FROM_SLAVE_STEPS, PAYS_FROM_SLAVE_STEPS / 6
     assert simulate(system, float(long), 1.0, GaussSeidel(), record=["a.y"]).statistics.compiled
     assert not simulate(system, short // 1, 1.0, GaussSeidel(), record=["a.y"]).statistics.compiled
     assert not simulate(system, 2000.0, 1.0, FixedPoint(interpolation=0), record=["a.y"]).statistics.compiled
@@ -117,24 +112,6 @@ def calls_in(system: System, steps: int) -> int:
         sys.setprofile(None)
     assert result.statistics.communication_steps == steps
     return calls
-
-
-def test_nothing_is_compiled_once_an_fmu_was_loaded(trivial2: Path) -> None:
-    script = f"""
-from pathlib import Path
-from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.compiled.loop import prepare
-from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, System
-simulate(System("s", {{"a": Component("a", Path({str(trivial2)!r}))}}), 1.0, 1.0)
-try:
-    prepare()
-except InputError as error:
-    print(error)
-"""
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert "FMUs were loaded before it was prepared; choose auto" in done.stdout
-    assert fmi.LOADED
 
 
 @pytest.mark.parametrize("status", [2, 3, 7])
@@ -179,32 +156,14 @@ def test_compiled_runs_stream_and_resume_as_plain_ones(
     np.testing.assert_array_equal(whole.table.values, part.table.values)
 
 
-def test_auto_steps_plainly_where_numba_came_too_late(trivial2: Path) -> None:
-    # As where it is installed while a study runs, or its cache cannot be written.
-    script = """
-import sys
-from pathlib import Path
-from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.compiled import loop as compiled
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.studies.cores.workers import prepare_stepping
-from warmlink.orchestration.system.model import Component, System
-system = System("s", {"a": Component("a", Path(sys.argv[1]))})
-simulate(system, 10.0, 1.0)
-prepare_stepping()
-compiled.PAYS_FROM_SLAVE_STEPS = 10
-print(simulate(system, 100.0, 1.0, GaussSeidel()).statistics.compiled)
-try:
-    simulate(system, 100.0, 1.0, GaussSeidel(), stepping="compiled")
-except InputError as refusal:
-    print(refusal)
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", script, str(trivial2)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    plainly, refusal = done.stdout.splitlines()
-    assert plainly == "False"
-    assert refusal.endswith("; choose auto")
-    assert "prepare()" not in refusal
+def test_auto_steps_plainly_where_nothing_compiles(
+    trivial2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = loop(trivial2, trivial2, trivial2)
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
+    monkeypatch.setenv("CC", str(tmp_path / "absent"))
+    monkeypatch.setattr(kernel, "library", kernel.library.__wrapped__)
+    long = float(PAYS_FROM_SLAVE_STEPS)
+    assert not simulate(system, long, 1.0, GaussSeidel(), record=["a.y"]).statistics.compiled
+    with pytest.raises(InputError, match=r"compiled stepping: .*; choose auto"):
+        simulate(system, long, 1.0, GaussSeidel(), stepping="compiled")

@@ -20,7 +20,6 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.case import Case, Outcome, figures
-from warmlink.orchestration.studies.cores.workers import prepare_stepping
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.points import best
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
@@ -38,7 +37,6 @@ class Followed:
     """Workers for the lag law in the nominal cell."""
 
     def __init__(self, study: Study, fmus: FmuSet) -> None:
-        prepare_stepping()
         self.growth: dict[str, Array] = {}
         # A sample sees the demands that begin with it.
         self.demands = {duty.name: duty.duty.table(duty.step_size)[1:] for duty in study.scenarios}

@@ -10,7 +10,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import function, functions_text
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.lanes import in_lanes
-from warmlink.fmus.packaging.native.rollout import aligned, loaded
+from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.rollout import aligned
 
 LANES = 4
 CALL = """

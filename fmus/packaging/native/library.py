@@ -1,0 +1,23 @@
+"""Shared libraries that are called from Python."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+
+
+@lru_cache(maxsize=16)
+def loaded(library: bytes) -> ctypes.CDLL:
+    """A library, loaded from its contents."""
+    folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
+    file = folder / "library"
+    file.write_bytes(library)
+    try:
+        return ctypes.CDLL(str(file))
+    finally:
+        with contextlib.suppress(OSError):  # Windows keeps the file of a loaded library
+            file.unlink()
+            folder.rmdir()

@@ -1,0 +1,149 @@
+/* The macro-step loop over the functions of FMUs. Tables and buffers are those of layout.py. */
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { FLOAT64, INT32, UINT8 };                        /* kinds of values, as buffers hold them */
+enum { NOTHING, STEP, GET, SET, NOT_FINITE, TERMINATE }; /* what failed */
+enum { READS, WRITES, WIRES, CHECKS };                 /* rows of the ranges */
+
+typedef struct {
+    int64_t component, step, version, flags, last_time, stepping;
+} Slave;
+
+typedef struct {
+    int64_t function, component, references, count, values, version;
+} Batch;
+
+typedef struct {
+    int64_t kind, index;
+} Place;
+
+typedef struct {
+    Place source, target;
+} Wire;
+
+typedef struct {
+    double *doubles;
+    int32_t *ints;
+    uint8_t *octets;
+} Buffers;
+
+/* What failed at which slave and how, then the call under way and the rows recorded: see under_way.py. */
+typedef struct {
+    int64_t what, slave, detail, call, rows;
+} Cells;
+
+typedef int Exchange2(void *, const uint32_t *, size_t, void *);
+typedef int Exchange3(void *, const uint32_t *, size_t, void *, size_t);
+typedef int Step2(void *, double, double, int);
+typedef int Step3(void *, double, double, bool, bool *, bool *, bool *, double *);
+
+#define POINTER(type, address) ((type *)(intptr_t)(address))
+
+static double value_at(const Buffers *held, Place place)
+{
+    if (place.kind == FLOAT64)
+        return held->doubles[place.index];
+    return place.kind == INT32 ? held->ints[place.index] : held->octets[place.index] != 0;
+}
+
+/* Gets or sets batches; gives the worst status. */
+static int exchange(const Batch *batches, int64_t first, int64_t last)
+{
+    int status = 0;
+    for (const Batch *each = batches + first; each < batches + last && status <= 1; each++) {
+        void *component = POINTER(void, each->component), *values = POINTER(void, each->values);
+        const uint32_t *references = POINTER(const uint32_t, each->references);
+        size_t count = (size_t)each->count;
+        status = each->version == 2
+                     ? POINTER(Exchange2, each->function)(component, references, count, values)
+                     : POINTER(Exchange3, each->function)(component, references, count, values, count);
+    }
+    return status;
+}
+
+/* Passes outputs on to inputs. */
+static void pass_on(const Wire *wires, const double *factors, const Buffers *held, int64_t first, int64_t last)
+{
+    for (int64_t w = first; w < last; w++) {
+        double value = value_at(held, wires[w].source);
+        Place target = wires[w].target;
+        if (target.kind == FLOAT64) {
+            if (factors[2 * w] != 1 || factors[2 * w + 1] != 0)
+                value = factors[2 * w] * value + factors[2 * w + 1];
+            held->doubles[target.index] = value;
+        } else if (target.kind == INT32)
+            held->ints[target.index] = (int32_t)value;
+        else
+            held->octets[target.index] = value != 0;
+    }
+}
+
+static int do_step(const Slave *slave, double time, double step)
+{
+    void *component = POINTER(void, slave->component);
+    bool *flags = POINTER(bool, slave->flags);
+    if (slave->version == 2)
+        return POINTER(Step2, slave->step)(component, time, step, 0);
+    return POINTER(Step3, slave->step)(component, time, step, false, flags, flags + 1, flags + 2,
+                                       POINTER(double, slave->last_time));
+}
+
+/* Steps from communication point `first` to `last` and gives the point reached. A step is a list of jobs, one
+   for each slave: Jacobi (at once) steps all, reads all, writes all; Gauss-Seidel writes, steps and reads one
+   after another in the sequence. Each point fills a row, from `row` on. */
+__attribute__((visibility("default"))) int64_t advance(
+    int at_once, const int64_t *sequence, int64_t count, int64_t first, int64_t last, const double *times,
+    const Slave *slaves, const Batch *reads, int64_t all_reads, const Batch *writes, const Wire *wires,
+    const int64_t *checks, const Place *columns, int64_t width, const double *factors, double *doubles,
+    int32_t *ints, uint8_t *octets, const int64_t *ranges, double *row, Cells *cells)
+{
+    const Buffers held = {doubles, ints, octets};
+    for (int64_t point = first; point < last; point++) {
+        double time = times[0] + (double)point * times[1];
+        for (int64_t job = 0; job < 3 * count; job++) {
+            int64_t k = at_once ? job % count : sequence[job / 3], deed = at_once ? job / count : (job % 3 + 2) % 3;
+            const int64_t *range = ranges + k, size = count + 1;
+            int status = 0;
+            cells->call = slaves[k].stepping + (deed != 0);
+            cells->slave = k;
+            if (deed == 0) {
+                cells->what = STEP;
+                status = do_step(&slaves[k], time, times[1]);
+                if (status <= 1 && slaves[k].version == 3 && octets[1]) {
+                    cells->what = TERMINATE;
+                    cells->detail = status;
+                    return point;
+                }
+            } else if (deed == 1) {
+                cells->what = GET;
+                status = exchange(reads, range[READS * size], range[READS * size + 1]);
+                for (int64_t c = range[CHECKS * size]; status <= 1 && c < range[CHECKS * size + 1]; c++)
+                    if (!isfinite(doubles[checks[c]])) {
+                        cells->what = NOT_FINITE;
+                        cells->detail = c;
+                        return point;
+                    }
+            } else {
+                cells->what = SET;
+                pass_on(wires, factors, &held, range[WIRES * size], range[WIRES * size + 1]);
+                status = exchange(writes, range[WRITES * size], range[WRITES * size + 1]);
+            }
+            if (status > 1) {
+                cells->detail = status;
+                return point;
+            }
+        }
+        cells->what = NOTHING;
+        if (exchange(reads, ranges[count], all_reads) > 1) {
+            *cells = (Cells){GET, -1, 3, cells->call, cells->rows};
+            return point;
+        }
+        for (int64_t c = 0; c < width; c++)
+            *row++ = value_at(&held, columns[c]);
+        cells->rows = point + 2;
+    }
+    return last;
+}
