@@ -4,62 +4,79 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from inspect import cleandoc
 from typing import Annotated
 
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import (
-    build,
-    check,
-    diagnose,
-    hide,
-    init,
-    live,
-    plot,
-    reproduce,
-    run,
-    save,
-    schema,
-    simulate,
-)
-from warmlink.orchestration.command_line import list as list_
-from warmlink.orchestration.command_line.laws import design, export
-from warmlink.orchestration.command_line.studies import compare, sweep, tune
 from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
-app = typer.Typer(
-    name="warmlink",
-    help="How far off a robot's tool point is while a link warms up, and how well a controller corrects it.",
-    epilog="Begin with: warmlink run",
-    no_args_is_help=True,
-    rich_markup_mode="markdown",
-    pretty_exceptions_enable=False,
-)
-COMMANDS: dict[str, Callable[..., None]] = {
-    "run": run.run,
-    "live": live.live,
-    "build": build.build,
-    "save": save.save,
-    "plot": plot.plot,
-    "simulate": simulate.simulate,
-    "compare": compare.compare,
-    "tune": tune.tune,
-    "sweep": sweep.sweep,
-    "design": design.design,
-    "export": export.export,
-    "check": check.check,
-    "diagnose": diagnose.diagnose,
-    "hide": hide.hide,
-    "reproduce": reproduce.reproduce,
-    "init": init.init,
-    "schema": schema.schema,
-    "list": list_.list_,
+COMMANDS = {
+    "run": "run:run",
+    "live": "live:live",
+    "build": "build:build",
+    "save": "save:save",
+    "plot": "plot:plot",
+    "simulate": "simulate:simulate",
+    "compare": "studies.compare:compare",
+    "tune": "studies.tune:tune",
+    "sweep": "studies.sweep:sweep",
+    "design": "laws.design:design",
+    "export": "laws.export:export",
+    "check": "check:check",
+    "diagnose": "diagnose:diagnose",
+    "hide": "hide:hide",
+    "reproduce": "reproduce:reproduce",
+    "init": "init:init",
+    "schema": "schema:schema",
+    "list": "list:list_",
 }
-for name, command in COMMANDS.items():
-    app.command(name)(command)
+"""Module and function of each command."""
+
+_HELP: tuple[list[str], ...] = (["--help"], [])
+"""Arguments to which the answer is the list of commands."""
+
+
+def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> None:
+    """Run the command that the arguments name; by default those of the process."""
+    given = sys.argv[1:] if arguments is None else [*arguments]
+    application(given)(given, prog_name=prog_name)
+
+
+def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
+    """What some arguments need: the command that they name, else all; for the list of them, their outlines.
+
+    Reading what every command takes, and drawing frames around it, is half of the time that help takes.
+    """
+    listed = list(arguments) in _HELP and "_WARMLINK_COMPLETE" not in os.environ
+    found = typer.Typer(
+        name="warmlink",
+        help="How far off a robot's tool point is while a link warms up, and how well a controller corrects "
+        "it.",
+        epilog="Begin with: warmlink run",
+        no_args_is_help=True,
+        rich_markup_mode=None if listed else "markdown",
+        pretty_exceptions_enable=False,
+    )
+    found.callback()(_before_any_command)
+    named = [name for name in COMMANDS if [name] == list(arguments[:1])]
+    for name in named or COMMANDS:
+        module, _, function = COMMANDS[name].partition(":")
+        command = getattr(import_module(f"warmlink.orchestration.command_line.{module}"), function)
+        if listed:
+            sentence = cleandoc(command.__doc__ or "").partition("\n\n")[0]
+            found.command(name, short_help=sentence.replace("\n", " "))(_outline)
+        else:
+            found.command(name)(command)
+    return found
+
+
+def _outline() -> None:
+    """Stand for a command in the list of commands."""
 
 
 def _say_version(asked: bool) -> None:
@@ -70,7 +87,6 @@ def _say_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _before_any_command(
     version: Annotated[
         bool,
@@ -81,7 +97,7 @@ def _before_any_command(
 
 def main() -> None:
     """Entry point of the command."""
-    guarded(lambda: app(prog_name="warmlink"))
+    guarded(app)
 
 
 def guarded(command: Callable[[], None]) -> None:

@@ -18,9 +18,9 @@ def commands() -> str:
     """Every command with its arguments and options, from its help."""
     import typer
 
-    from warmlink.orchestration.cli import app
+    from warmlink.orchestration.cli import application
 
-    group: Any = typer.main.get_command(app)
+    group: Any = typer.main.get_command(application())
     whole = group.context_class(group, info_name="warmlink")
     text = ["# Commands\n", "Each command explains itself: `warmlink COMMAND --help`.\n"]
     for name, command in group.commands.items():
