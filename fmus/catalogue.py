@@ -36,7 +36,9 @@ class Entry:
 
     @property
     def readme(self) -> Path:
-        """README.md beside the declaration."""
+        """README.md beside the declaration; NAME.md in the current folder for a script or a notebook."""
+        if self.module == "__main__":
+            return Path(f"{self.component.name}.md")
         return Path(str(importlib.import_module(self.module).__file__)).with_name("README.md")
 
 

@@ -50,6 +50,7 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
         return
     from plotly.offline import get_plotlyjs
 
+    from extension.blocks import ROOT, notebook
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.own_law import controller_named
     from warmlink.orchestration.report.live.content import Asked
@@ -57,6 +58,10 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
     from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
 
     out = Path(app.outdir)
+    (out / "notebooks").mkdir(exist_ok=True)
+    for path in (*ROOT.glob("examples/*.py"), *ROOT.glob("docs/gallery/*.py")):
+        text = notebook(path.read_text("utf-8"))
+        (out / "notebooks" / f"{path.stem}.ipynb").write_text(text, "utf-8")
     (out / "_static" / "plotly.min.js").write_text(get_plotlyjs(), "utf-8")
     name = DEFAULT_SCENARIO
     laws = [controller_named("lag"), controller_named("observer")]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import io
+import json
 import os
 import re
 import subprocess
@@ -52,6 +53,11 @@ class Block(SphinxDirective):
         """Where this page's blocks run."""
         return _PLACES.setdefault(self.env.docname, Place())
 
+    @property
+    def up(self) -> str:
+        """Way from this page to the first one's folder."""
+        return "../" * self.env.docname.count("/")
+
     def shown(self, text: str, language: str, css: str = "") -> nodes.Node:
         """Text as a block of code."""
         return nodes.literal_block(text, text, language=language, classes=[css] if css else [])
@@ -59,10 +65,9 @@ class Block(SphinxDirective):
     def drawn(self, figure: Any) -> nodes.Node:
         """Plotly figure; `static/figures.js` draws it in the colours of the page."""
         content = figure.to_json().replace("</", "<\\/")
-        up = "../" * self.env.docname.count("/")
         height = figure.layout.height or 360
         html = (
-            f'<script src="{up}_static/plotly.min.js" defer></script>'
+            f'<script src="{self.up}_static/plotly.min.js" defer></script>'
             f'<div class="figure-scroll"><div class="drawn" style="min-height:{height}px;'
             f'min-width:{figure.layout.meta or 10}px">'
             f'<script type="application/json">{content}</script></div></div>'
@@ -141,8 +146,7 @@ class Gallery(Block):
         path = ROOT / self.arguments[0]
         self.env.note_dependency(str(path))
         source = path.read_text("utf-8")
-        title, _, about = (ast.get_docstring(ast.parse(source)) or path.stem).partition("\n\n")
-        code = source.split('"""', 2)[2].strip()
+        title, about, code = parts_of(source)
         found = self.in_python(source, str(path), {"__name__": "__main__", "__file__": str(path)})
         section = nodes.section(ids=[nodes.make_id(title)], names=[nodes.fully_normalize_name(title)])
         section += nodes.title(title, title.rstrip("."))
@@ -151,5 +155,23 @@ class Gallery(Block):
         printed = [each for each in found if not isinstance(each, nodes.raw)]
         section += nodes.raw("", f"<details><summary>{path.relative_to(ROOT)}</summary>", format="html")
         section += [self.shown(code, "python"), *printed]
-        section += nodes.raw("", "</details>", format="html")
+        link = f'<a href="{self.up}notebooks/{path.stem}.ipynb" download>The same as a notebook</a>'
+        section += nodes.raw("", f"{link}</details>", format="html")
         return [section]
+
+
+def parts_of(source: str) -> tuple[str, str, str]:
+    """Title, what follows it in the docstring, and code of a script."""
+    title, _, about = (ast.get_docstring(ast.parse(source)) or "").partition("\n\n")
+    return title, about, source.split('"""', 2)[2].strip()
+
+
+def notebook(source: str) -> str:
+    """A script as a Jupyter notebook."""
+    title, about, code = parts_of(source)
+    shown = f"{code}\nfigure.show()" if re.search(r"^figure = ", code, re.MULTILINE) else code
+    cells: list[dict[str, Any]] = [
+        {"cell_type": "markdown", "metadata": {}, "source": f"# {title}\n\n{about}"},
+        {"cell_type": "code", "metadata": {}, "source": shown, "execution_count": None, "outputs": []},
+    ]
+    return json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 4}, indent=1)

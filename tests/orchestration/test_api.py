@@ -35,7 +35,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scenario = load_scenario("stop_and_go")
     write_ssp(scenario.system(scenario.files(FmuStore("native"))), folder / "dist" / "WarmupCell.ssp")
     work = [Segment(1800.0, 3.43, 2.5), Segment(1800.0)]
-    hide.write_csv(hide.hide({"hub_heat_loss": 0.1}, work), folder / "run.csv")
+    hide.write_csv(hide.hide({"hub_heat_loss": 0.1}, work, interval=60.0), folder / "run.csv")
     return folder
 
 
