@@ -32,11 +32,7 @@ def changed(
 
     Parameters
     ----------
-    controller : name of a shipped controller, or a law of your own, as `my_law.py:MyLaw`
-    parameters : start values, `"2 W/K"` under `motor.joint_conductance`, or the path of a parameter set (SSV)
-    mismatches : names or files; several mismatches add up
-    step, stop : communication step size and stop time, `"1 h"` or in s
-    master : name of the algorithm
+    controller, parameters, mismatches, step, stop, master : as for `run`
 
     Raises
     ------
@@ -72,8 +68,12 @@ def run(
 
     Parameters
     ----------
-    scenario : name of a shipped scenario, or a TOML or CSV file
-    controller, parameters, mismatches, step, stop, master : changes to the scenario, as for `changed`
+    scenario : name of a shipped scenario, or a TOML or CSV file; what is not given below stays as it says
+    controller : name of a shipped controller, or a law of your own, as `my_law.py:MyLaw`
+    parameters : start values, `"2 W/K"` under `motor.joint_conductance`, or the path of a parameter set (SSV)
+    mismatches : names or files; several mismatches add up
+    step, stop : communication step size and stop time, `"1 h"` or in s
+    master : name of the algorithm
     fmus : native (C) or python; by default native if there is a C compiler
 
     Raises
