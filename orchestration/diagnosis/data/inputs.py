@@ -85,7 +85,7 @@ def _is_given(experiment: Experiment, run: Run, name: str) -> bool:
 
 def _refuse_undriven(experiment: Experiment) -> None:
     driving = [group for group in experiment.rig.driven_by if not group[0].endswith(_AMBIENT)]
-    for run in experiment.runs:
+    for run in experiment.runs if driving else ():
         if not any(_is_given(experiment, run, name) for group in driving for name in group):
             names = [experiment.rig.column_of(group[0]) for group in driving]
             still = " ".join(f"--assume {name}={_neutral(experiment.rig, name)[1]}" for name in names)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis.own_systems import (
+from benchmarks.own_systems import (
     CELL_CHANNELS,
     CELL_INPUTS,
     cell,

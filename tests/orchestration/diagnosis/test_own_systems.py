@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis.own_systems import (
+from benchmarks.own_systems import (
     CELL_CHANNELS,
     CELL_INPUTS,
     CHAIN,

@@ -55,6 +55,36 @@ CELL_WIRES = tuple(
 )
 CELL_INPUTS = {header: name.replace("1.", ".") for header, name in INPUTS.items()}
 CELL_CHANNELS = {h.replace(" 1", ""): n.replace("1.", ".") for h, n in CHANNELS.items() if "1." in n}
+INPUT_HEADERS = ("speed", "torque", "room")
+SPINDLE = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+START = {
+    Fmi2Causality.input: {"speed": 0.0, "room": 295.15, "column": 295.15, "cover": 0.0},
+    Fmi2Causality.parameter: {"friction": 2.0, "capacity": 900.0, "loss": 0.4, "flange": 1.5},
+    Fmi2Causality.output: {"temperature": 295.15, "heat": 0.0},
+}
+
+
+class Spindle(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for causality, values in START.items():
+            for name, value in values.items():
+                setattr(self, name, value)
+                more = {"variability": Fmi2Variability.tunable} if "parameter" in str(causality) else {}
+                self.register_variable(Real(name, causality=causality, **more))
+
+    def do_step(self, time, step):
+        for _ in range(4):
+            self.heat = self.flange * (self.temperature - self.column)
+            lost = self.loss * (self.temperature - self.room) + self.heat
+            gained = self.friction * abs(self.speed) + self.cover - lost
+            self.temperature += step / 4 * gained / self.capacity
+        return True
+"""
+"""Source of an FMU that was not made by warmlink, without units: a machine tool's spindle, in SI."""
+
 SEGMENTS = ((1200.0, 3.4, 2.5), (900.0, 0.0, 0.0), (1500.0, 1.0, 4.0), (900.0, 0.0, 0.0))
 """s, rad/s, N.m"""
 
@@ -80,6 +110,42 @@ def cell() -> System:
     return replace(whole, default_experiment=DefaultExperiment(0.0, 1500.0, 7.5))
 
 
+def spindle(folder: Path) -> Path:
+    """FMU of a spindle, built in a folder."""
+    from pythonfmu.builder import FmuBuilder
+
+    script = folder / "spindle_of_a_stranger.py"
+    script.write_text(SPINDLE, "utf-8")
+    return Path(FmuBuilder.build_FMU(str(script), dest=str(folder), needsExecutionTool="false"))
+
+
+def machine(fmu: Path) -> System:
+    """A foreign spindle on a column of ours."""
+    kinds = {"duty": "DutyCycle", "column": "ThermalLink"}
+    files = FmuStore("native").files(kinds.values())
+    values = {"duty": _duty(((1500.0, 6.0, 0.0), (900.0, 0.0, 0.0), (1200.0, 3.0, 0.0)))}
+    parts = {name: component(name, files[kind], values.get(name)) for name, kind in kinds.items()}
+    parts["spindle"] = component("spindle", fmu)
+    wires = (
+        ("duty.speed", "spindle.speed"),
+        ("duty.ambient_temperature", "spindle.room"),
+        ("duty.ambient_temperature", "column.ambient_temperature"),
+        ("spindle.heat", "column.heat_flow"),
+        ("column.base_temperature", "spindle.column"),
+    )
+    found = tuple(connect(parts, *wire) for wire in wires)
+    return System("Machine", parts, found, DefaultExperiment(0.0, 3600.0, 5.0))
+
+
+MACHINE_COLUMNS = {
+    "speed [1]": "spindle.speed",
+    "room [degC]": "column.ambient_temperature",
+    "spindle [1]": "spindle.temperature",
+    "base [degC]": "column.base_temperature",
+    "tip [degC]": "column.tip_temperature",
+}
+
+
 def _duty(segments: Sequence[tuple[float, float, float]]) -> dict[str, Value]:
     duty: dict[str, Value] = {}
     for i, (duration, speed, torque) in enumerate(segments, start=1):
@@ -90,7 +156,7 @@ def _duty(segments: Sequence[tuple[float, float, float]]) -> dict[str, Value]:
 def measured(
     truth: System, columns: Mapping[str, str], noise: float, seed: int, row: float = 15.0, step: float = 0.25
 ) -> dict[str, np.ndarray]:
-    """Columns of a run; those in degC that are not the room have a noise in K (1 sigma)."""
+    """Columns of a run; readings have a noise in K (1 sigma)."""
     random = np.random.default_rng(seed)
     stop = truth.default_experiment.stop_time or 3600.0
     sources = {each.target: each.source for each in truth.connections}
@@ -102,13 +168,14 @@ def measured(
         values = result[name][::every]
         if header.endswith("[degC]"):
             values = values - 273.15
-            if not header.startswith("room"):
-                values = values + noise * random.standard_normal(values.size)
+        if not header.startswith(INPUT_HEADERS):
+            values = values + noise * random.standard_normal(values.size)
         found[header] = values
     return found
 
 
 def write_csv(columns: Mapping[str, np.ndarray], path: Path) -> None:
+    """Write a run."""
     rows = np.column_stack(list(columns.values()))
     np.savetxt(path, rows, "%.6g", ",", header=",".join(columns), comments="")
 
