@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Replace
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
@@ -68,12 +68,13 @@ def diagnose(
         typer.Option(
             "--map",
             help='Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" '
-            "ignores the column. Repeatable.",
+            "ignores the column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.",
         ),
     ] = None,
     decimal: Annotated[
         str, typer.Option(help="Decimal mark, `comma` or `point`, if the file could be read either way.")
     ] = "",
+    replace: Replace = None,
     calibrate_only: Annotated[
         bool,
         typer.Option("--calibrate-only", help="Fit what the experiment calibrates, and look for no causes."),
@@ -97,7 +98,15 @@ def diagnose(
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
     hints = Hints(
-        assume or [], set_ or [], scenario, noise or [], unit or [], map_ or [], decimal, calibrate_only
+        assume or [],
+        set_ or [],
+        scenario,
+        noise or [],
+        unit or [],
+        map_ or [],
+        decimal,
+        calibrate_only,
+        replace or [],
     )
     if check:
         _show(data, bool(whole_arm), hints, json)
@@ -128,6 +137,7 @@ class Hints:
     names: list[str] = field(default_factory=list)
     decimal: str = ""
     calibrate_only: bool = False
+    replaced: list[str] = field(default_factory=list)
 
     def experiment(self, paths: list[Path]) -> Experiment:
         """Read the measurements, and apply the options to them."""
@@ -136,10 +146,15 @@ class Hints:
         from warmlink.orchestration.diagnosis.data.experiment import calibrating
         from warmlink.orchestration.diagnosis.data.nominal import parameters_of, with_noise
         from warmlink.orchestration.diagnosis.diagnose import read
+        from warmlink.orchestration.system.replacement import Replacements
 
         settings = parameters_of(self.scenario) if self.scenario else {}
         settings |= settings_given(self.settings)
-        experiment = read(paths, self.assumed, settings, said(self.units, self.names, self.decimal))
+        parts = tuple(f"{each.partition('=')[0].strip()}." for each in self.replaced)
+        own = [name for name in self.names if parts and name.startswith(parts)]
+        columns = [name for name in self.names if name not in own]
+        told = said(self.units, columns, self.decimal, Replacements.given(self.replaced, own))
+        experiment = read(paths, self.assumed, settings, told)
         experiment = with_noise(experiment, settings_given(self.noise, "--noise"))
         return calibrating(experiment) if self.calibrate_only else experiment
 

@@ -116,6 +116,17 @@ ScenarioFile = Annotated[
     Path | None,
     typer.Option(help="A scenario (TOML) of a cell of your own: its parameters and sensors hold."),
 ]
+Replace = Annotated[
+    list[str] | None,
+    typer.Option(help="An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable."),
+]
+Rename = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--map",
+        help="What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
+    ),
+]
 StudyFile = Annotated[
     str,
     typer.Argument(

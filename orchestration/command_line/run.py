@@ -44,6 +44,8 @@ def run(
     master: Annotated[
         str | None, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
     ] = None,
+    replace: options.Replace = None,
+    map_: options.Rename = None,
     report: Report = True,
     json: Json = False,
 ) -> None:
@@ -58,10 +60,12 @@ def run(
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.pacing import interruption
+    from warmlink.orchestration.scenarios.replaced import with_replaced
+    from warmlink.orchestration.system.replacement import Replacements
 
     sets = options.sets_given(parameters, set_)
     asked = changed(
-        load_scenario(scenario),
+        with_replaced(load_scenario(scenario), Replacements.given(replace, map_)),
         controller=controller,
         parameters={name: value for each in sets for name, value in each.values.items()},
         mismatches=mismatch or (),

@@ -93,6 +93,8 @@ def simulate(
             "yes, unless --checkpoint, --resume or --real-time is given.",
         ),
     ] = None,
+    replace: options.Replace = None,
+    map_: options.Rename = None,
     watch: Annotated[
         list[str] | None,
         typer.Option(
@@ -115,6 +117,7 @@ def simulate(
     from warmlink.orchestration.report.series import series_writers
     from warmlink.orchestration.simulation import experiment_of
     from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.replacement import Replacements
 
     chosen, folder, pacing = algorithm(master), out or Path("out") / system.stem, _pacing(real_time)
     long_run = None
@@ -124,7 +127,7 @@ def simulate(
     # By default a run that keeps pace with the clock, or that may last for days, is not repeated.
     repeats = error_budget if error_budget is not None else pacing is None and long_run is None
     with temporary_folder() as work, locked_folder(folder):
-        read = read_system(system, work)
+        read = Replacements.given(replace, map_).in_system(read_system(system, work))
         for told in read.remarks:
             remark(told)
         stop_time, step_size = experiment_of(read, stop, step)

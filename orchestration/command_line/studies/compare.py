@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Annotated
 
@@ -51,6 +52,8 @@ def compare(
         str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.")
     ] = "WarmupCell",
     scenario: ScenarioFile = None,
+    replace: options.Replace = None,
+    map_: options.Rename = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
     jobs: Jobs = 2,
     exact: Exact = False,
@@ -72,15 +75,19 @@ def compare(
     from warmlink.orchestration.command_line.studies.compare_table import print_table
     from warmlink.orchestration.command_line.studies.in_order import interruptible, results
     from warmlink.orchestration.fmu_store import kind_named
+    from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.studies.at_work import Means, at_work
     from warmlink.orchestration.studies.compare import run_comparison, write_csv
     from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
+    from warmlink.orchestration.system.replacement import Replacements
 
     sets = options.sets_given(parameters, set_)
     laws = options.listed(controllers)
     if with_ and system in SYSTEMS:
         laws = [*(designed_for(system) if laws is None else laws), *with_]
     plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
+    given = Replacements.given(replace, map_)
+    plan = dataclasses.replace(plan, scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
     for each in sets:
         sentence = reached_controllers(each, plan.laws)
         if sentence is not None:

@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.headings import (
 )
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.data.sheet import Sheet
+from warmlink.orchestration.system.replacement import Replacements
 
 _DATE = "date"
 _ALIKE = 0.8
@@ -33,15 +34,22 @@ class Said:
     units : unit by header or name of a column; under "" those for every column of that quantity without one
     names : name of a column or variable by header; "" leaves the column out
     decimal : "point", "comma", or "" for what the file shows
+    replaced : FMUs in place of parts of the system
     """
 
     units: Mapping[str, str] = field(default_factory=dict)
     common: Sequence[str] = ()
     names: Mapping[str, str] = field(default_factory=dict)
     decimal: str = ""
+    replaced: Replacements | None = None
 
 
-def said(units: Sequence[str] = (), names: Sequence[str] = (), decimal: str = "") -> Said:
+def said(
+    units: Sequence[str] = (),
+    names: Sequence[str] = (),
+    decimal: str = "",
+    replaced: Replacements | None = None,
+) -> Said:
     """What `--unit`, `--map` and `--decimal` say; raises InputError where one does not have its form."""
     for text in names:
         if "=" not in text:
@@ -52,6 +60,7 @@ def said(units: Sequence[str] = (), names: Sequence[str] = (), decimal: str = ""
         [text.strip() for text in units if "=" not in text],
         {name.strip(): meant.strip() for name, _, meant in pairs},
         decimal,
+        replaced,
     )
 
 

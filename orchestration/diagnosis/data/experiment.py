@@ -21,12 +21,11 @@ from warmlink.orchestration.diagnosis.data.experiment_file import (
     RunTable,
 )
 from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, names_of, read_run
-from warmlink.orchestration.diagnosis.data.own.system import Own
-from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+from warmlink.orchestration.diagnosis.data.own.system import rig_of
+from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.diagnosis.data.table import Column
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import read_table
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.text_files import is_file, measured_text, tables_of
 
 if TYPE_CHECKING:
@@ -114,7 +113,7 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
 
 
 def _bare(source: Path | pd.DataFrame, told: Said) -> Experiment:
-    system = rig("WarmupCell")
+    system = rig_of(CELL, replaced=told.replaced)
     run, columns = read_run(source, system, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, system, (replace(run, fit_until=until),), columns)
@@ -172,20 +171,10 @@ class _Reader:
         self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
         causes = self.file.causes.file
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
-        self.rig = self._rig(self.folder / self.file.system)
+        paths, looped = self.declared.paths, self.file.in_loop
+        found = rig_of(self.file.system, self.folder, paths, looped, told.replaced)
+        self.rig = found.measured_at(found.moved.get(name, name) for name in self.file.channels.values())
         self.channels = {header: self._named(name) for header, name in self.file.channels.items()}
-
-    def _rig(self, path: Path) -> Rig:
-        if path.suffix.lower() not in (".ssp", ".ssd"):
-            if self.declared.paths or self.file.in_loop:
-                raise InputError(
-                    f"{self.name}: {'in_loop' if self.file.in_loop else 'a cause that adds heat'} is for a "
-                    f"system as a file; write one with `warmlink build`, and name it, as system = "
-                    f'"{self.file.system}.ssp"'
-                )
-            return rig(self.file.system)
-        found = Own.of(read_system(path), self.declared.paths).rig(self.file.in_loop)
-        return found.measured_at(found.moved.get(name, name) for name in self.file.channels.values())
 
     def _named(self, variable: str) -> str:
         """Variable that stands for one that the file names: a heat path's, where one is before that."""

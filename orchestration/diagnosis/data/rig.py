@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 ELONGATION = "link.elongation"
 
+CELL = WARMUP_CELL.name
+
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
 """Elements of a link's `sensor_temperature` that are outputs of their own as well."""
 
@@ -187,7 +189,7 @@ class Rig:
     def measured_at(self, variables: Iterable[str]) -> Rig:
         """The same with logged inputs, whatever feeds them."""
         wanted = set(variables)
-        cut = {source for source, target in self._wires(inside=True) if target in wanted}
+        cut = {source for source, target in self._wires(inside=True) if target in wanted and self.own}
         return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property

@@ -131,11 +131,19 @@ def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -
     assert sentence in str(told.value)
 
 
-def test_a_path_wants_a_system_as_a_file(tmp_path: Path) -> None:
-    path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, FLANGE)
+def test_a_shipped_system_takes_paths_too(tmp_path: Path) -> None:
+    tube = (
+        FLANGE.replace("motor1.", "motor.")
+        .replace("link2.base", "link.tip")
+        .replace("link2.heat", "link.tip_heat")
+    )
+    path = experiment(tmp_path, chain(), {"base": "link.base_temperature"}, tube)
     path.write_text(path.read_text("utf-8").replace("system.ssp", "WarmupCell"), "utf-8")
-    with pytest.raises(InputError, match="a cause that adds heat is for a system as a file"):
-        read([path])
+    write_csv({**flat(["speed [rad/s]"]), **flat(["base [degC]"])}, tmp_path / "run.csv")
+    found = read([path])
+    assert "flange.conductance" in found.rig.parameters
+    assert "speed" in found.rig.columns
+    assert found.rig.component.name == "WarmupCell"
 
 
 def test_calibration_gives_intervals_and_what_is_not_told_apart(tmp_path: Path) -> None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
 
 from warmlink.fmus.component import Component, Input, Output, Parameter
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.own_system import parts_of
 from warmlink.orchestration.system.assemble import component, connect
@@ -20,6 +23,8 @@ from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
 from warmlink.orchestration.system.model import Component as Part
 from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.replacement import Replacements
 from warmlink.orchestration.system.shipped import Blueprint
 from warmlink.orchestration.system.units import Conversion, Unit, meaning
 
@@ -79,6 +84,45 @@ class Own:
                 by_part[part][key] = from_si(info, key, value)
         parts = {name: component(name, c.fmu, by_part[name]) for name, c in system.components.items()}
         return replace(system, components=parts)
+
+
+def rig_of(
+    name: str,
+    folder: Path = Path(),
+    paths: Paths = MappingProxyType({}),
+    looped: bool = False,
+    replaced: Replacements | None = None,
+) -> Rig:
+    """Rig of a system that an experiment names.
+
+    Parameters
+    ----------
+    name : of a shipped system, or of an .ssp file
+    folder : in which the file is
+    paths : heat paths that causes may add
+    looped : whether its FMUs are simulated in a loop, even where every part is known
+    replaced : FMUs in place of its parts
+
+    Raises
+    ------
+    InputError
+        There is no such system, or something does not fit it.
+    """
+    is_file = name.lower().endswith((".ssp", ".ssd"))
+    changed = replaced is not None and bool(replaced.fmus)
+    if not (is_file or paths or looped or changed):
+        return rig(name)
+    base = read_system(folder / name) if is_file else _shipped(rig(name).blueprint)
+    if replaced is not None:
+        base = replaced.in_system(base)
+    return Own.of(base, paths).rig(looped)
+
+
+def _shipped(blueprint: Blueprint) -> System:
+    """A shipped system with its FMUs, and no compensation."""
+    none = controller("none").name
+    kinds = set(blueprint.components_with(none).values())
+    return blueprint.system(store(None, sorted(kinds), remark).files(kinds), none)
 
 
 def to_si(info: ModelInfo, name: str) -> Conversion:

@@ -1,0 +1,163 @@
+"""Another FMU in place of a part: what does not fit is said in one message, other names are given to it.
+
+An FMU's variables are known to it by value reference, so that its names may be replaced in a copy of its
+model description: whatever reads the system then finds the names that it looks for.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.system.archive import extract, file_digest
+from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.check import own_unit
+from warmlink.orchestration.system.description import ModelInfo, read_description
+from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.ssp.elements import to_bytes
+from warmlink.orchestration.system.units import QuantityError, Unit, conversion
+from warmlink.orchestration.system.xml import parse_xml
+
+DESCRIPTION = "modelDescription.xml"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a system asks of a variable of a part: causality, unit; `exact`: no other unit of its quantity."""
+
+    causality: str
+    unit: Unit | None
+    exact: bool = False
+
+
+@dataclass(frozen=True)
+class Replacements:
+    """FMUs by the instance that they replace, and their own name of a variable by `instance.variable`."""
+
+    fmus: Mapping[str, Path]
+    names: Mapping[str, str]
+
+    @classmethod
+    def given(cls, fmus: list[str] | None, names: list[str] | None) -> Replacements:
+        """What `--replace link=My.fmu` and `--map link.heat_flow=Q` say.
+
+        Raises
+        ------
+        InputError
+            One does not have its form, or a name is of a part that is not replaced.
+        """
+        pairs = dict(_pair(each, "--replace", "link=My.fmu") for each in fmus or ())
+        renamed = dict(_pair(each, "--map", "link.heat_flow=Q") for each in names or ())
+        for name in renamed:
+            if not any(name.startswith(f"{instance}.") for instance in pairs):
+                raise InputError(f"--map {name}: is of no part that --replace names; {instead(name, pairs)}")
+        return cls({instance: Path(path) for instance, path in pairs.items()}, renamed)
+
+    def fmu(self, instance: str, asked: Mapping[str, Asked], interface: str) -> Path:
+        """File of the FMU that replaces an instance, under the names that are asked for.
+
+        Parameters
+        ----------
+        asked : what the system asks, by the variable's name
+        interface : name of the component that is replaced
+
+        Raises
+        ------
+        InputError
+            With everything that does not fit.
+        """
+        path = self.fmus[instance]
+        info = read_description(path)
+        own = {name: self.names.get(f"{instance}.{name}", name) for name in asked}
+        problems = [
+            f"{name} {fault}" for name, each in asked.items() for fault in _faults(info, own[name], each)
+        ]
+        problems += [
+            f"{name} is another variable of {path.name}, so that {other} cannot be called so"
+            for name, other in own.items()
+            if name != other and name in info.variables and name not in own.values()
+        ]
+        if problems:
+            raise InputError(
+                f"--replace {instance}={path}: {'; '.join(problems)}. Where it has another name, say --map "
+                f"{instance}.{next(iter(asked))}=NAME; see `warmlink list interface {interface}`"
+            )
+        renamed = {other: name for name, other in own.items() if name != other}
+        return _renamed(path, renamed) if renamed else path
+
+    def in_system(self, system: System) -> System:
+        """A system with its parts replaced; raises InputError where one does not fit."""
+        parts = dict(system.components)
+        for instance in self.fmus:
+            if instance not in parts:
+                raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
+            before = read_description(parts[instance].fmu)
+            ends = [(c.source_component, c.source_variable) for c in system.connections]
+            ends += [(c.target_component, c.target_variable) for c in system.connections]
+            asked = {
+                name: Asked(before.variables[name].causality, own_unit(before, before.variables[name]))
+                for part, name in dict.fromkeys(ends)
+                if part == instance
+            }
+            parts[instance] = component(instance, self.fmu(instance, asked, before.model_name))
+        touched = [{c.source_component, c.target_component} & set(self.fmus) for c in system.connections]
+        connections = tuple(
+            connect(parts, c.source, c.target) if at else c
+            for c, at in zip(system.connections, touched, strict=True)
+        )
+        return replace(system, components=parts, connections=connections)
+
+
+def _pair(text: str, option: str, example: str) -> tuple[str, str]:
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise InputError(f"{option} {text}: is no pair; write {option} {example}")
+    return name, value
+
+
+def _faults(info: ModelInfo, name: str, asked: Asked) -> Iterator[str]:
+    """What is wrong with a variable of an FMU."""
+    unit = "" if asked.unit is None else f" [{asked.unit.name}]"
+    if name not in info.variables:
+        yield f"is missing: an {asked.causality}{unit}"
+        return
+    found = info.variables[name]
+    if found.causality != asked.causality:
+        yield f"is of causality {found.causality}, but an {asked.causality}{unit} is needed"
+    own = own_unit(info, found)
+    if own is not None and asked.unit is not None:
+        try:
+            factor = conversion(own, asked.unit)
+        except QuantityError:
+            yield f"is in {own.name}, but{unit} is needed"
+        else:
+            if asked.exact and not factor.identity:
+                yield f"is in {own.name}, but the score is made in{unit}"
+
+
+def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
+    """Copy of an FMU in the cache with other names of variables."""
+    key = hashlib.sha256(json.dumps([file_digest(fmu), sorted(names.items())]).encode()).hexdigest()[:16]
+    folder = cache_folder() / "renamed" / key
+    target = folder / fmu.name
+    if target.is_file():
+        return target
+    extract(fmu, folder / "files")
+    files = {
+        path.relative_to(folder / "files").as_posix(): path.read_bytes()
+        for path in (folder / "files").rglob("*")
+        if path.is_file()
+    }
+    root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}")
+    for element in root.find("ModelVariables").iter():
+        if element.get("name") in names:
+            element.set("name", names[element.get("name")])
+    write_archive(target, {**files, DESCRIPTION: to_bytes(root)})
+    return target
