@@ -164,6 +164,7 @@ class ClosedLoop(Answer):
             "stopped": self.cut_short,
             "remarks": list(self.remarks),
             "wall_seconds": self.wall_seconds,
+            **({"statistics": self.result.statistics.to_dict()} if self.result.statistics.slaves else {}),
         }
 
 
@@ -196,7 +197,9 @@ def discretisation_um(result: Result) -> float:
     return 1e6 * float(np.max(np.abs(estimates), initial=0.0))
 
 
-def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None = None) -> ClosedLoop:
+def run_scenario(
+    scenario: Scenario, store: FmuStore, progress: Progress | None = None, statistics: bool = False
+) -> ClosedLoop:
     """Run a scenario with its controller, and once more with half the step.
 
     Ctrl-C ends the run in order: what was computed up to there is kept.
@@ -206,6 +209,7 @@ def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None 
     scenario : the scenario to run
     store : the FMUs to run it with
     progress : called with the share of the work that is done
+    statistics : count and time the calls of each FMU in the first run
 
     Raises
     ------
@@ -224,7 +228,9 @@ def run_scenario(scenario: Scenario, store: FmuStore, progress: Progress | None 
     stop, step = scenario.stop_time, scenario.step_size
     with temporary_folder() as home:
         result = guarded(
-            lambda line: simulate(system, stop, step, chosen, unpacked=home, line=line),
+            lambda line: simulate(
+                system, stop, step, chosen, unpacked=home, statistics=statistics, line=line
+            ),
             lambda at, count: report(at / count / 3),
         )
         coupling, cut_short = None, result.reason

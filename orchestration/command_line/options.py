@@ -11,6 +11,7 @@ import typer
 from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.master.recording.result import Statistics as RunStatistics
     from warmlink.orchestration.scenarios.overrides import StartValueSet
 
 
@@ -76,6 +77,15 @@ def listed(text: str | None) -> list[str] | None:
     return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 
+def print_statistics(statistics: RunStatistics) -> None:
+    """Print what each FMU was asked for, and how long it took."""
+    from warmlink.orchestration.console import answer, print_table
+
+    headings, rows = statistics.table()
+    print_table("calls of each FMU", headings, rows, texts=1, width=120)
+    answer(statistics.summary())
+
+
 def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
@@ -105,6 +115,10 @@ Fmus = Annotated[
     typer.Option(help="`native` (C) or `python` FMUs. Default: native if there is a C compiler."),
 ]
 Jobs = Annotated[int, typer.Option(help="How many processes run at the same time.")]
+Statistics = Annotated[
+    bool,
+    typer.Option("--statistics", help="Count and time the calls of each FMU; the steps then go plainly."),
+]
 Exact = Annotated[
     bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
 ]

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Fmus, Json, Parameters, Report, ScenarioName, Set
+from warmlink.orchestration.command_line.options import (
+    Fmus,
+    Json,
+    Parameters,
+    Report,
+    ScenarioName,
+    Set,
+    Statistics,
+)
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
 if TYPE_CHECKING:
@@ -46,6 +54,7 @@ def run(
     ] = None,
     replace: options.Replace = None,
     map_: options.Rename = None,
+    statistics: Statistics = False,
     report: Report = True,
     json: Json = False,
 ) -> None:
@@ -77,7 +86,7 @@ def run(
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
         with progress_bar(asked.title) as progress:
-            outcome = run_scenario(asked, built, progress)
+            outcome = run_scenario(asked, built, progress, statistics)
         if outcome.time.size == 0:
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
@@ -87,6 +96,8 @@ def run(
         answer_json(outcome.to_dict())
     else:
         answer(outcome.summary())
+        if statistics:
+            options.print_statistics(outcome.result.statistics)
         answer(f"report  {folder / 'report.html'}" if report else f"results  {folder}")
     if lost is not None:
         remark(f"{folder}: {lost}")

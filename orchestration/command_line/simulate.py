@@ -12,7 +12,7 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Statistics
 from warmlink.orchestration.console import (
     FAILED,
     answer,
@@ -101,6 +101,7 @@ def simulate(
             help="Variable whose coupling error is to be bounded. Repeatable. Default: every output."
         ),
     ] = None,
+    statistics: Statistics = False,
     json: Json = False,
 ) -> None:
     """Run a system of FMUs and write its outputs as CSV and Parquet.
@@ -148,6 +149,7 @@ def simulate(
                     record=_recorded(read, watch),
                     long_run=long_run,
                     pacing=pacing,
+                    statistics=statistics,
                     line=line,
                 ),
                 lambda done, count: progress(done / count / (1 + 2 * repeats)),
@@ -173,6 +175,8 @@ def simulate(
         answer_json(summary)
     else:
         _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
+        if statistics:
+            options.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
     if lost is not None:
@@ -245,6 +249,7 @@ def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> d
         "stopped": result.reason,
         "remarks": list(result.remarks),
         "compiled": result.statistics.compiled,
+        **({"statistics": result.statistics.to_dict()} if result.statistics.slaves else {}),
         "largest_lag_s": result.statistics.largest_lag,
         "results": str(folder),
         "outputs": {

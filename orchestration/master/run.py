@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -24,7 +26,8 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.recording.stores import VALUES, Store
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
+from warmlink.orchestration.master.slaves.timed import TimedSlave
 from warmlink.orchestration.master.stepping import Progress, Run
 from warmlink.orchestration.system.model import System
 
@@ -44,6 +47,7 @@ def simulate(
     long_run: LongRun | None = None,
     pacing: Pacing | None = None,
     check_stability: bool = True,
+    statistics: bool = False,
     progress: Progress | None = None,
     line: Line | None = None,
 ) -> Result:
@@ -75,6 +79,8 @@ def simulate(
     check_stability : bool
         After a run by Jacobi or Gauss-Seidel, with slaves that can restore their states, go back to its
         beginning and check whether a small disturbance grows; this is not done in a paced run.
+    statistics : bool
+        Count and time the calls of every slave, which plain stepping makes.
     progress : callable, optional
         Called with communication steps done and to do, about 200 times a run.
     line : Line, optional
@@ -96,13 +102,16 @@ def simulate(
     if not algorithm.repeats_steps:
         algorithm = Retry(algorithm)
     whole = algorithm.whole_steps
-    if isolation is not None or pacing is not None:
+    if isolation is not None or pacing is not None or statistics:
         if stepping == "compiled":
             raise InputError(
-                "compiled stepping: goes neither with isolated slaves nor with a pace; leave one out"
+                "compiled stepping: goes neither with isolated slaves nor with a pace or statistics; "
+                "leave one out"
             )
         stepping = "plain"
     assembly = assemble(system, isolation, unpacked) if isinstance(system, System) else system
+    if statistics:
+        assembly = replace(assembly, slaves=[cast(Slave, TimedSlave(each)) for each in assembly.slaves])
     try:
         compiled = choose(stepping, whole, points, len(assembly.slaves))
         if balances is None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
@@ -19,6 +21,7 @@ from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.timed import TimedSlave
 from warmlink.orchestration.master.stability import GROWS_FROM, growth
 from warmlink.orchestration.system.model import Value
 
@@ -80,6 +83,10 @@ class Run:
             wall_seconds=time.perf_counter() - began,
             compiled=self.compiled,
             largest_lag=0.0 if self.clock is None else self.clock.lag,
+            slaves=tuple(
+                deepcopy(each.statistics) for each in network.slaves if isinstance(each, TimedSlave)
+            ),
+            memory_bytes=_memory(),
         )
         remarks = (*self.stepper.remarks, *self._stability(failure))
         conduct = tuple(told for slave in network.slaves for told in slave.remarks)
@@ -159,3 +166,12 @@ class Run:
             return None
         schedule = self.algorithm.schedule(self.network)
         return CompiledLoop(self.network, schedule, self.recorder, self.recorder.points)
+
+
+def _memory() -> int:
+    """Largest memory in bytes that this process has held; 0 where the platform does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return 0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -63,6 +63,7 @@ def write_report(outcome: ClosedLoop, path: Path) -> None:
             *_of_the_system(outcome),
             Section("How far to trust this", _trust(outcome), table=_budget(outcome)),
             Section("Settings", table=_settings(outcome)),
+            *_calls(outcome),
             Section("Versions", table=versions()),
         ],
     )
@@ -72,6 +73,14 @@ _ERROR_TEXT = "{score}, at the communication points."
 
 MOST_LINES = 10
 """Most lines in a plot of a user's own system."""
+
+
+def _calls(outcome: ClosedLoop) -> list[Section]:
+    """What each FMU was asked for, where that was counted."""
+    statistics = outcome.result.statistics
+    if not statistics.slaves:
+        return []
+    return [Section("Calls of each FMU", f"{statistics.summary()}.", Table(*statistics.table()))]
 
 
 def _of_the_system(outcome: ClosedLoop) -> list[Section]:

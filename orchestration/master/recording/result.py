@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from warmlink.orchestration.console import Answer
 from warmlink.orchestration.master.recording.audit import Audit, Balance
 from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.timed import CALLS, SlaveStatistics
 
 if TYPE_CHECKING:
     import pandas
@@ -37,6 +38,10 @@ class Statistics:
         Whether the compiled loop did it.
     largest_lag : float
         Largest delay behind real time in s, in a paced run.
+    slaves : tuple of SlaveStatistics
+        What each slave was asked for, where that was to be counted.
+    memory_bytes : int
+        Largest memory that the process has held; 0 where the platform does not tell.
     """
 
     communication_steps: int = 0
@@ -46,6 +51,35 @@ class Statistics:
     wall_seconds: float = 0.0
     compiled: bool = False
     largest_lag: float = 0.0
+    slaves: tuple[SlaveStatistics, ...] = ()
+    memory_bytes: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; the FMU that refused most steps is the one that limits them."""
+        found = asdict(self)
+        for each in found["slaves"]:
+            each["step_sizes"] = {f"{size:g}": count for size, count in sorted(each["step_sizes"].items())}
+        refused = {each.name: each.calls["step"].refused for each in self.slaves}
+        found["limits_the_step"] = max(refused, key=refused.__getitem__) if any(refused.values()) else None
+        return found
+
+    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Headings and rows for people: a row for each slave, times in ms."""
+        headings = ("FMU", "steps", "sizes in s", "refused", "rollbacks", *(f"{name} ms" for name in CALLS))
+        rows = []
+        for each in self.slaves:
+            sizes = ", ".join(f"{size:g} ({count})" for size, count in sorted(each.step_sizes.items())[:4])
+            step, restored = each.calls["step"], each.calls["restore"].count
+            times = (f"{1e3 * each.calls[name].seconds:.1f}" for name in CALLS)
+            rows.append((each.name, str(step.count), sizes, str(step.refused), str(restored), *times))
+        return headings, rows
+
+    def summary(self) -> str:
+        """Whole figures in a line."""
+        return (
+            f"{self.communication_steps} communication steps in {self.wall_seconds:.3g} s, "
+            f"{self.rejected_steps} repeated in parts; memory {self.memory_bytes / 2**20:.0f} MB"
+        )
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,0 +1,77 @@
+"""Slaves whose calls are counted and timed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
+
+CALLS = ("step", "set", "get", "state", "restore")
+"""What is counted: steps, values set and got, copies of the state, and returns to one (rollbacks)."""
+
+
+@dataclass
+class Calls:
+    """Calls of one kind: how many, how long in s, and how many were refused (discard or error)."""
+
+    count: int = 0
+    seconds: float = 0.0
+    refused: int = 0
+
+
+@dataclass
+class SlaveStatistics:
+    """What a slave was asked for in a run.
+
+    Attributes
+    ----------
+    name : str
+        In the system.
+    calls : mapping
+        By the names of `CALLS`.
+    step_sizes : mapping
+        How many steps of each size in s it was asked for.
+    """
+
+    name: str
+    calls: Mapping[str, Calls] = field(default_factory=lambda: {name: Calls() for name in CALLS})
+    step_sizes: dict[float, int] = field(default_factory=dict)
+
+
+class TimedSlave:
+    """A slave as it is, but that its calls are counted."""
+
+    def __init__(self, slave: Slave) -> None:
+        self._slave = slave
+        self.statistics = SlaveStatistics(slave.name)
+        for name, calls in self.statistics.calls.items():
+            setattr(self, name, _timed(getattr(slave, name), calls))
+        timed = cast(Slave, self).step
+
+        def step(at: float, step_size: float) -> None:
+            sizes, size = self.statistics.step_sizes, float(f"{step_size:.6g}")
+            sizes[size] = sizes.get(size, 0) + 1
+            timed(at, step_size)
+
+        self.step = step
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._slave, name)
+
+
+def _timed(call: Callable[..., Any], calls: Calls) -> Callable[..., Any]:
+    def timed(*given: Any, **named: Any) -> Any:
+        calls.count += 1
+        began = time.perf_counter()
+        try:
+            return call(*given, **named)
+        except SlaveError:
+            calls.refused += 1
+            raise
+        finally:
+            calls.seconds += time.perf_counter() - began
+
+    return timed

@@ -1,0 +1,60 @@
+"""What each slave was asked for, and how long it took."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.cli import app
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.run import simulate
+
+from .test_compiled import loop
+
+
+def test_calls_are_counted_and_change_nothing(trivial2: Path, trivial3: Path) -> None:
+    system = loop(trivial2, trivial3, trivial2, b={"largest_step": 0.05})
+    usual = simulate(system, 30.0, 0.1, GaussSeidel(), stepping="plain")
+    found = simulate(system, 30.0, 0.1, GaussSeidel(), statistics=True)
+    np.testing.assert_array_equal(usual.table.values, found.table.values)
+    statistics = found.statistics
+    assert usual.statistics.slaves == ()
+    assert [each.name for each in statistics.slaves] == ["a", "b", "c"]
+    assert sum(each.calls["step"].count - each.calls["step"].refused for each in statistics.slaves) == (
+        statistics.slave_steps
+    )
+    a, b, c = statistics.slaves
+    assert b.calls["step"].refused == statistics.rejected_steps > 0
+    assert a.calls["step"].refused == c.calls["step"].refused == 0
+    assert set(b.step_sizes) == {0.1, 0.05}
+    assert b.step_sizes[0.1] == b.calls["step"].refused
+    assert a.calls["restore"].count == statistics.rejected_steps
+    assert all(calls.seconds > 0 for calls in b.calls.values())
+    told = json.loads(json.dumps(statistics.to_dict()))
+    assert told["limits_the_step"] == "b"
+    assert told["slaves"][1]["step_sizes"] == {"0.05": b.step_sizes[0.05], "0.1": b.step_sizes[0.1]}
+    headings, rows = statistics.table()
+    assert {len(row) for row in rows} == {len(headings)}
+    assert "memory" in statistics.summary()
+
+
+def test_what_is_compiled_is_not_timed(trivial2: Path) -> None:
+    with pytest.raises(InputError, match="statistics; leave one out"):
+        simulate(loop(trivial2, trivial2, trivial2), 1.0, 0.1, stepping="compiled", statistics=True)
+
+
+def test_run_tells_them_where_it_is_asked_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        app(["run", "--stop", "1 min", "--no-report", "--statistics", "--out", "out"])
+    assert stop.value.code == 0
+    said = capsys.readouterr().out
+    assert "60 communication steps" in said
+    assert "compensator" in said
+    told = json.loads(Path("out/metrics.json").read_text())["statistics"]
+    assert [each["calls"]["step"]["count"] for each in told["slaves"]] == [60] * 6
+    assert told["limits_the_step"] is None
