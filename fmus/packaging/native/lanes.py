@@ -19,9 +19,18 @@ typedef long long masks __attribute__((vector_size(8 * LANES)));
 #define EACH(number) ((lanes){0} + (number))
 #define TRUTH(condition) __builtin_convertvector(-(condition), lanes)
 #define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
+/* What is rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
+static inline lanes lanes_floor(lanes x)
+{
+    const masks sign = (masks){0} + (-0x7fffffffffffffffLL - 1);
+    lanes whole = (x + 0x1.8p52) - 0x1.8p52, size = (lanes)((masks)x & ~sign);
+    masks small = size < 0x1p51;
+    whole -= (lanes)((whole > x) & (masks)EACH(1));
+    return (lanes)((((masks)whole | ((masks)x & sign)) & small) | ((masks)x & ~small));
+}
 #define LANE_BY_LANE(name) \\
     static inline lanes lanes_##name(lanes x) \\
-    { for (int i = 0; i < LANES; i++) x[i] = name(x[i]); return x; }
+    { double *each = (double *)&x; for (int i = 0; i < LANES; i++) each[i] = name(each[i]); return x; }
 #define LANE_BY_LANE_2(name) \\
     static inline lanes lanes_##name(lanes x, lanes y) \\
     { for (int i = 0; i < LANES; i++) x[i] = name(x[i], y[i]); return x; }
@@ -71,7 +80,7 @@ static lanes quick_cos(lanes x)
 #define cos quick_cos
 """
 
-_FUNCTIONS = ("fabs", "sqrt", "floor", "ceil", "exp", "log", "sin", "cos", "tan", "tanh", "erf", "atan")
+_FUNCTIONS = ("fabs", "sqrt", "ceil", "exp", "log", "sin", "cos", "tan", "tanh", "erf", "atan")
 _OF_TWO = ("pow", "fmod", "atan2", "copysign", "fmin", "fmax")
 
 _NUMBER = r"-?[\d.]+(?:e[-+]?\d+)?"
@@ -95,7 +104,7 @@ def in_lanes(text: str, lanes: int) -> str:
     """C of CasADi's functions, as `functions_text` writes it, with a vector wherever it has a double."""
     for found, written in _REWRITTEN:
         text = re.sub(found, written, text)
-    functions = "".join(
+    functions = "#define floor lanes_floor\n" + "".join(
         f"{macro}({name})\n#define {name} lanes_{name}\n"
         for macro, names in (("LANE_BY_LANE", _FUNCTIONS), ("LANE_BY_LANE_2", _OF_TWO))
         for name in names
