@@ -22,6 +22,15 @@ def packed_size(size: int) -> int:
     return size * (size + 1) // 2
 
 
+def matrix(flat: Number, rows: int) -> Number:
+    """Matrix of so many rows from its elements, row after row."""
+    if symbolic(flat):
+        import casadi
+
+        return casadi.reshape(flat, flat.shape[0] // rows, rows).T
+    return np.reshape(flat, (rows, -1))
+
+
 def symmetric(packed: Number, size: int) -> Number:
     """Symmetric matrix from the rows of its upper triangle."""
     places = _places(size)

@@ -23,11 +23,13 @@ class Entry:
     component : the declaration
     module : name of the module that declares it
     attribute : its name in that module
+    remarks : what its documentation says after the README, in Markdown
     """
 
     component: Component
     module: str
     attribute: str = "COMPONENT"
+    remarks: str = ""
 
     @property
     def home(self) -> str:

@@ -30,6 +30,7 @@ COMMANDS = {
     "check": "check:check",
     "diagnose": "diagnose:diagnose",
     "hide": "hide:hide",
+    "reduce": "reduce:reduce",
     "reproduce": "reproduce:reproduce",
     "init": "init:init",
     "schema": "schema:schema",

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, carried, variance_along
-from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, outer, symmetric, upper
+from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric, upper
 from warmlink.controllers.observer import retained, witnesses
 from warmlink.controllers.observer.contradiction import plausible_link_heat, reconciled, tamed
 from warmlink.controllers.observer.filters import (
@@ -51,7 +51,6 @@ from warmlink.fmus.component.arithmetic import (
     clip,
     exp,
     finite,
-    matrix,
     maximum,
     minimum,
     placed,

@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.matrices import diagonal_of, dot, product
+from warmlink.controllers.matrices import diagonal_of, dot, matrix, product
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, matrix, maximum, minimum
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 MODES = 7

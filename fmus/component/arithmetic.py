@@ -169,15 +169,6 @@ def placed(value: Number, index: int, size: int) -> Number:
     return result
 
 
-def matrix(flat: Number, rows: int) -> Number:
-    """Matrix of so many rows from its elements, row after row."""
-    if symbolic(flat):
-        import casadi
-
-        return casadi.reshape(flat, flat.shape[0] // rows, rows).T
-    return np.reshape(flat, (rows, -1))
-
-
 def total(values: Number) -> Number:
     """Sum of a vector."""
     if symbolic(values):

@@ -98,6 +98,9 @@ class Component:
     update : `update(x, u, p, time, step)`, the next value of every state, by name; for components that
         sample: called each `sample_time` (a parameter) with the inputs held
     observe : `observe(x, u, p, time)`, the value of every output, by name
+    solve : `solve(right, p, step)`, by name the y of (I - step J) y = right, for components of many coupled
+        states: J stands in for the Jacobian of the rates, and holds what of it is stiff. Without it, or once
+        joined, the equations are solved with the Jacobian itself
     derive : `derive(p)`, the value of every derived quantity, by name; the other functions find these
         beside the parameters in `p`
     begin : `begin(u, p)`, start value of every state, by name, where the states' own `start` is not enough
@@ -118,6 +121,7 @@ class Component:
     outputs: tuple[Output, ...] = ()
     rates: Callable[[Record, Record, Record, Number], Mapping[str, Number]] | None = None
     update: Callable[[Record, Record, Record, Number, Number], Mapping[str, Number]] | None = None
+    solve: Callable[[Record, Record, Number], Mapping[str, Number]] | None = None
     derive: Callable[[Record], Mapping[str, Number]] | None = None
     begin: Callable[[Record, Record], Mapping[str, Number]] | None = None
     clocks: tuple[Clock, ...] = ()
@@ -259,6 +263,11 @@ class Component:
         return self.continuous.flat(
             self.rates(*given) if self.joint is None else self.joint.rates(*given, since)
         )
+
+    def solved(self, right: Number, p: Number, step: Number) -> Number:
+        """Solution by `solve` for flat right-hand side and settled parameters, shape (continuous.size,)."""
+        assert self.solve is not None
+        return self.continuous.flat(self.solve(self.continuous.read(right), self.d.read(p), step))
 
     def updated(
         self, x: Number, u: Number, p: Number, time: Number, step: Number, clock: Clock | None = None

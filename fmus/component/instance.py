@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.component.integrator import ComplexStepJacobian, Vector, rosenbrock_step
+from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, rosenbrock_step
 from warmlink.fmus.component.snapshot import CLOCK_TOLERANCE, TICK_TOLERANCE, Snapshot, samples_until
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -256,13 +256,18 @@ class Instance:
         def rates(x: Number, now: float, since: float) -> Number:
             return self.component.rates_of(stack(x, held), self._u, self._settled, now, since)
 
-        if self._jacobian is None:
+        if self._jacobian is None and self.component.solve is None:
             self._jacobian = ComplexStepJacobian(self._structure(partial(rates, now=time, since=time)))
         x = self._x[:size]
         for i in range(count):
             now = time + i * micro
-            matrix = self._jacobian(partial(rates, now=now, since=now), x)
-            x = rosenbrock_step(partial(rates, since=now), matrix, x, now, micro)
+            if self._jacobian is None:
+                solve = partial(self.component.solved, p=self._settled, step=GAMMA * micro)
+                ahead = partial(rates, now=now + micro, since=now)
+                x = ros2(rates(x, now, now), solve, ahead, x, micro)
+            else:
+                matrix = self._jacobian(partial(rates, now=now, since=now), x)
+                x = rosenbrock_step(partial(rates, since=now), matrix, x, now, micro)
         self._x = np.concatenate([x, held])
 
     def _structure(self, rates: Callable[[Number], Number]) -> NDArray[np.bool_]:

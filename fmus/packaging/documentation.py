@@ -51,6 +51,8 @@ def documentation_page(entry: Entry) -> bytes:
     text = f"# {component.name}\n\n{component.description}\n\n{MARK}\n"
     if entry.readme.is_file():
         text = entry.readme.read_text(encoding="utf-8")
+    if entry.remarks:
+        text += f"\n\n{entry.remarks}\n"
     if MARK not in text:
         text += f"\n\n## Variables\n\n{MARK}\n"
     body = MarkdownIt("commonmark").enable("table").render(text)

@@ -8,13 +8,14 @@ from finite elements by projection (A. C. Antoulas, *Approximation of Large-Scal
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, matrix, maximum, stack, total, where
-from warmlink.fmus.reduced_link.model import Array, ReducedModel
+from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
+from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import (
     STEFAN_BOLTZMANN,
     ambient_temperature,
@@ -25,58 +26,62 @@ PEAK_TIME = 1.0
 """s in which a peak follows what exceeds it."""
 
 
-def derive(p: Record, model: ReducedModel) -> Mapping[str, Number]:
-    """Matrices of the rates: what base and tip carry is stored there besides.
-
-    With the carried capacities, as shares of the material's, the amplitudes' rates are multiplied by the
-    inverse of I + hub base_load base_row + tip tip_load tip_row, a change of rank two (Woodbury's formula).
-    """
-    capacity = p.density * p.specific_heat
-    loads, rows = np.array([model.base_load, model.tip_load]), np.array([model.base_row, model.tip_row])
-    share = [p.hub_heat_capacity / capacity, p.tip_heat_capacity / capacity]
-    coupling = rows @ loads.T
-    a, b = 1 + share[0] * coupling[0, 0], share[0] * coupling[0, 1]
-    c, d = share[1] * coupling[1, 0], 1 + share[1] * coupling[1, 1]
-    inverse = [[d / (a * d - b * c), -b / (a * d - b * c)], [-c / (a * d - b * c), a / (a * d - b * c)]]
-
-    def shared(column: Array) -> Number:
-        """Rate of the amplitudes due to a column of loads, shape (n,)."""
-        held = [share[i] * float(rows[i] @ column) for i in range(2)]
-        carried = [inverse[i][0] * held[0] + inverse[i][1] * held[1] for i in range(2)]
-        return (column - loads[0] * carried[0] - loads[1] * carried[1]) / capacity
-
-    def columns(constant: Array) -> Number:
-        return stack(*(shared(column) for column in constant.T))
-
-    base, tip = shared(model.base_load), shared(model.tip_load)
-    losses = [
-        p.hub_conductance * base * model.base_row[i] + p.tip_conductance * tip * model.tip_row[i]
-        for i in range(model.order)
-    ]
-    return {
-        "conduction": p.conductivity * columns(model.conduction) + stack(*losses),
-        "cooling": stack(*(columns(each) for each in model.cooling)),
-        "base_load": base,
-        "tip_load": tip,
-        "surface_load": stack(*(shared(each) for each in model.surface_load)),
-    }
-
-
 def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Mapping[str, Number]:
     """Time derivatives of the states: amplitudes in K/s, heat received in W, peaks in units of theirs."""
-    n = model.order
-    coefficients = film_coefficients(u, p, model)
+    z = x.amplitude
     inflow = _inflow(u, p, time, model)
-    decay, loads = p.conduction, p.base_load * inflow[0] + p.tip_load * inflow[1]
-    for g, h in enumerate(coefficients):
-        decay = decay + h * p.cooling[g * n * n : (g + 1) * n * n]
-        loads = loads + p.surface_load[g * n : (g + 1) * n] * inflow[2 + g]
+    at_base = inflow[0] - p.hub_conductance * total(model.base_row * z)
+    at_tip = inflow[1] - p.tip_conductance * total(model.tip_row * z)
+    gain = model.base_load * at_base + model.tip_load * at_tip - p.conductivity * (model.conduction @ z)
+    for g, h in enumerate(film_coefficients(u, p, model)):
+        gain = gain + model.surface_load[g] * inflow[2 + g] - h * (model.cooling[g] @ z)
+    capacity = p.density * p.specific_heat
+    carried = [p.hub_heat_capacity / capacity, p.tip_heat_capacity / capacity]
     beyond = [maximum(absolute(each) - x.peak[i], 0.0) for i, each in enumerate(inflow)]
     return {
-        "amplitude": loads - matrix(decay, n).T @ x.amplitude,
+        "amplitude": _with_ends(lambda each: each, carried, gain, model) / capacity,
         "heat_received": u.heat_flow,
         "peak": stack(*beyond) / PEAK_TIME,
     }
+
+
+def solve(right: Record, p: Record, step: Number, model: ReducedModel) -> Mapping[str, Number]:
+    """Solve (I - step J) y = right with conduction, hub and tip in J; cooling and the peaks are not stiff."""
+    capacity = p.density * p.specific_heat
+    carried = [p.hub_heat_capacity / capacity, p.tip_heat_capacity / capacity]
+    stored = model.base_load * carried[0] * total(model.base_row * right.amplitude)
+    stored = stored + model.tip_load * carried[1] * total(model.tip_row * right.amplitude)
+    share = step / capacity
+    weights = [carried[0] + share * p.hub_conductance, carried[1] + share * p.tip_conductance]
+    conducted = partial(_conducted, share=share * p.conductivity, model=model)
+    return {
+        "amplitude": _with_ends(conducted, weights, right.amplitude + stored, model),
+        "heat_received": right.heat_received,
+        "peak": right.peak,
+    }
+
+
+def _conducted(right: Number, share: Number, model: ReducedModel) -> Number:
+    """Solve (I + share conduction) y = right, one pattern or pair of patterns at a time."""
+    diagonal = 1 + share * np.diag(model.conduction)
+    partner, coupling = model.partners
+    inverse = 1 / (diagonal**2 - share**2 * (coupling * coupling[partner]))
+    return (diagonal * right - share * coupling * right[partner]) * inverse
+
+
+def _with_ends(
+    inverse: Callable[[Number], Number], weights: Sequence[Number], right: Number, model: ReducedModel
+) -> Number:
+    """Solve (D + w_1 base_load base_row + w_2 tip_load tip_row) y = right by Woodbury's formula."""
+    loads, rows = (model.base_load, model.tip_load), (model.base_row, model.tip_row)
+    columns, plain = [inverse(load) for load in loads], inverse(right)
+    seen = [weights[i] * total(rows[i] * plain) for i in range(2)]
+    (a, b), (c, d) = (
+        [float(i == j) + weights[i] * total(rows[i] * columns[j]) for j in range(2)] for i in range(2)
+    )
+    determinant = a * d - b * c
+    first, second = (d * seen[0] - b * seen[1]) / determinant, (a * seen[1] - c * seen[0]) / determinant
+    return plain - columns[0] * first - columns[1] * second
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Mapping[str, Number]:

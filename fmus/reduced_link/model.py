@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ class ReducedModel:
     Attributes
     ----------
     material : nominal `conductivity`, `density`, `specific_heat` and `expansion_coefficient` in SI units
-    conduction : shape (n, n) [1/m2]
+    conduction : shape (n, n) [1/m2], diagonal but for pairs of patterns that it couples
     cooling : shape (G, n, n) [1/m]
     base_load, tip_load : shape (n,) [1/m3]
     surface_load : shape (G, n) [1/m]
@@ -68,6 +69,14 @@ class ReducedModel:
     def order(self) -> int:
         """Number of patterns."""
         return len(self.base_row)
+
+    @cached_property
+    def partners(self) -> tuple[NDArray[np.int64], Array]:
+        """Pattern that conduction couples each pattern with, itself where none, and the coupling [1/m2]."""
+        others = self.conduction - np.diag(np.diag(self.conduction))
+        coupled = np.abs(others).max(axis=1) > 0
+        partner = np.where(coupled, np.abs(others).argmax(axis=1), np.arange(self.order))
+        return partner, others[np.arange(self.order), partner]
 
     @property
     def surfaces(self) -> int:

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from warmlink.controllers import matrices as m
-from warmlink.fmus.component.arithmetic import matrix
 
 DRAW = np.random.default_rng(3)
 
@@ -29,7 +28,7 @@ def test_both_arithmetics_agree(size: int) -> None:
             m.dot(a, b),
             m.outer(a, b),
             m.product(square, a),
-            m.product(matrix(flat, 2), a),
+            m.product(m.matrix(flat, 2), a),
             m.upper(m.product(square, m.diagonal(b))),
             m.diagonal_of(square),
             stacked,

@@ -1,6 +1,7 @@
 """A straight bar of one-dimensional elements as a reduced link."""
 
 import numpy as np
+from scipy.linalg import eigh
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.reduced_link.component import reduced_link
@@ -26,8 +27,8 @@ def bar_model(order: int) -> ReducedModel:
         stiffness[i : i + 2, i : i + 2] += stiff
     base, tip = np.eye(order)[0], np.eye(order)[-1]
     cooling = PERIMETER * mass + SECTION * (np.outer(base, base) + np.outer(tip, tip))
-    # Amplitudes in which the heat capacity is 1.
-    patterns = np.linalg.inv(np.linalg.cholesky(SECTION * mass)).T
+    # Amplitudes in which the heat capacity is 1 and conduction is diagonal.
+    _, patterns = eigh(SECTION * stiffness, SECTION * mass)
     surface, zeros = cooling.sum(axis=0) @ patterns, np.zeros((3, order))
     places, nodes = np.array([0, 0.5, 1, 1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6]), np.linspace(0, 1, order)
     sensors = np.array([[np.interp(place, nodes, node) for node in np.eye(order)] for place in places])

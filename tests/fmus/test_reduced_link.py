@@ -1,5 +1,7 @@
 """A reduced link beside ThermalLink, whose connectors it has, and beside what its matrices say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,20 @@ def test_what_hub_and_tip_carry_is_a_change_of_rank_two() -> None:
     gain += model.surface_load[0] * (h * ambient + CARRIED["absorbed_flux"])
     gain -= (167.0 * model.conduction + h * model.cooling[0]) @ amplitudes
     assert found == pytest.approx(np.linalg.solve(held, gain), rel=1e-12)
+
+
+@pytest.mark.parametrize("carried", [{}, {**CARRIED, "hub_conductance": 30.0}], ids=["bare", "carrying"])
+def test_its_own_solution_of_stiff_equations_keeps_second_order(carried: dict[str, float]) -> None:
+    """Conduction and the ends are solved implicitly; no explicit method takes such a conductance."""
+    component, names = bar_link(13), ["elongation", "base_temperature"]
+    exact = integrate(component, [Phase(60.0, DUTY)], names, every=60.0, parameters=carried).values
+    errors = []
+    for micro in (4.0, 2.0, 1.0):
+        instance = started(replace(component, micro_step=micro), **carried, **DUTY)
+        instance.step(0.0, 60.0)
+        errors.append([instance.get(name) - exact[name][-1] for name in names])
+    assert np.all(np.abs(errors[-1]) < [2e-9, 2e-3])
+    assert np.all(np.abs(errors[0]) > 8 * np.abs(errors[-1]))
 
 
 def test_radiation_is_a_coefficient_and_surfaces_have_factors() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
@@ -157,12 +158,15 @@ def micro_step(component: Component, s: Symbols, later: Expression) -> Expressio
     size = component.continuous.size
     x, held = s.x[:size], s.x[size:]
     slope = component.rates_of(s.x, s.u, s.d, s.time)
-    system = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x))
+    if component.solve is None:
+        solve = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x)).solve
+    else:
+        solve = partial(component.solved, p=s.d, step=GAMMA * s.step)
 
     def slope_ahead(ahead: Expression) -> Expression:
         return component.rates_of(casadi.vertcat(ahead, held), later, s.d, s.time + s.step, since=s.time)
 
-    return ros2(slope, system.solve, slope_ahead, x, s.step)
+    return ros2(slope, solve, slope_ahead, x, s.step)
 
 
 def _like(symbols: Expression) -> Expression:

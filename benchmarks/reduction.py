@@ -1,0 +1,214 @@
+"""Whether a reduced link keeps the bounds that it states, in random runs beside the full elements."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from benchmarks.command import start
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.integrator import GAMMA
+from warmlink.fmus.reduced_link.component import reduced_link
+from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
+from warmlink.orchestration.console import answer, progress_bar
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.reduction.part import Part
+
+Array = NDArray[np.float64]
+
+COLD = 295.15
+STEP = 1.0
+EVERY = 20
+"""Steps between two comparisons."""
+
+BOUNDS = ("displacement", "rotation", "temperature")
+
+
+@dataclass(frozen=True)
+class Run:
+    """Parameters of a run and its duty: for each segment a number of steps and the inputs."""
+
+    parameters: Mapping[str, float]
+    segments: tuple[tuple[int, Mapping[str, float]], ...]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Largest errors of a run, m, rad and K, and the bounds stated at its end."""
+
+    errors: Array
+    bounds: Array
+
+    @property
+    def held(self) -> bool:
+        """Whether every error is within its bound."""
+        return bool(np.all(self.errors <= self.bounds))
+
+
+def random_run(part: Part, seed: Sequence[int], steps: int) -> Run:
+    """Parameters within the range that a part was reduced for, and a duty of so many steps."""
+    random = np.random.default_rng(seed)
+    within = part.within
+    low, high = within.convection
+    emissivity = random.uniform(0, 0.9)
+    radiation = 4 * emissivity * STEFAN_BOLTZMANN * COLD**3
+    top = high - radiation
+    still = max(low - radiation, 0.1) + random.uniform() ** 2 * (top - low) / 2
+    lever = float(np.linalg.norm(part.heat.reach)) / 2
+    parameters = {
+        "conductivity": random.uniform(*within.conductivity),
+        "density": within.material["density"] * random.uniform(0.8, 1.2),
+        "expansion_coefficient": within.material["expansion_coefficient"] * random.uniform(0.8, 1.2),
+        "convection_still": still,
+        "convection_per_speed": random.uniform(0, top - still) / (4.0 * lever),
+        "emissivity": emissivity,
+        "hub_conductance": random.uniform() ** 4,
+        "tip_conductance": random.uniform() ** 4,
+        "hub_heat_capacity": 60 * random.uniform() ** 4,
+        "tip_heat_capacity": 60 * random.uniform() ** 4,
+        "reference_temperature": COLD,
+    }
+    segments = []
+    while steps > 0:
+        length = min(steps, int(random.integers(30, 400)))
+        steps -= length
+        inputs = {
+            "heat_flow": 20 * random.uniform() * (random.uniform() > 0.3),
+            "tip_heat_flow": random.uniform(-5, 5) * (random.uniform() > 0.5),
+            "ambient_temperature": COLD + random.uniform(-8, 8),
+            "tip_sink_temperature": COLD,
+            "speed": random.uniform(0, 4) * (random.uniform() > 0.3),
+        }
+        segments.append((length, inputs))
+    return Run(parameters, tuple(segments))
+
+
+def compared(part: Part, run: Run) -> Kept:
+    """Run the component and the full elements side by side, both by ROS2 in steps of 1 s."""
+    instance = Instance(reduced_link("Reduced", part.model))
+    instance.set({**run.parameters, **run.segments[0][1]})
+    instance.initialize()
+    rise, largest, done = np.zeros(part.heat.unknowns), np.zeros(3), 0
+    for steps, inputs in run.segments:
+        instance.set(inputs)
+        step = full_step(part, {**run.parameters, **inputs})
+        for _ in range(steps):
+            rise = step(rise)
+            instance.step(done * STEP, STEP)
+            done += 1
+            if done % EVERY == 0:
+                largest = np.maximum(largest, _errors(part, run, instance, rise))
+    return Kept(largest, np.array([instance.get(f"{kind}_error_bound") for kind in BOUNDS]))
+
+
+def full_step(part: Part, values: Mapping[str, float]) -> Callable[[Array], Array]:
+    """Step of 1 s of all temperatures above 295.15 K while parameters and inputs are held."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import splu
+
+    from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
+
+    heat = part.heat
+    base, tip = heat.loads[:, 0], heat.loads[:, 1]
+    lever = float(np.linalg.norm(heat.reach)) / 2
+    h = values["convection_still"] + values["convection_per_speed"] * values["speed"] * lever
+    h += 4 * values["emissivity"] * STEFAN_BOLTZMANN * COLD**3
+    mass = values["density"] * part.within.material["specific_heat"] * heat.mass
+    decay = values["conductivity"] * heat.conduction + h * sum(heat.cooling)
+    for load, capacity, conductance in (
+        (base, values["hub_heat_capacity"], values["hub_conductance"]),
+        (tip, values["tip_heat_capacity"], values["tip_conductance"]),
+    ):
+        (on,) = np.nonzero(load)
+        rows, columns = np.meshgrid(on, on, indexing="ij")
+        outer = coo_matrix(
+            (np.outer(load[on], load[on]).ravel(), (rows.ravel(), columns.ravel())), shape=mass.shape
+        )
+        mass, decay = mass + capacity * outer, decay + conductance * outer
+    warmer = values["ambient_temperature"] - COLD
+    inflow = base * (values["heat_flow"] + values["hub_conductance"] * warmer)
+    sink = values["tip_sink_temperature"] - COLD
+    inflow = inflow + tip * (values["tip_heat_flow"] + values["tip_conductance"] * sink)
+    inflow = inflow + h * warmer * heat.loads[:, 2:].sum(axis=1)
+    factor = splu((mass + GAMMA * STEP * decay).tocsc(), **SYMMETRIC)
+    mass, decay = mass.tocsr(), decay.tocsr()
+
+    def step(rise: Array) -> Array:
+        # With the capacity matrix on both sides: ros2 solves for its product with the rates.
+        first = factor.solve(inflow - decay @ rise)
+        second = factor.solve(inflow - decay @ (rise + STEP * first) - 2 * (mass @ first))
+        return np.asarray(rise + STEP * (1.5 * first + 0.5 * second))
+
+    return step
+
+
+def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
+    """Distance of displacements [m] and rotations [rad], largest difference of temperatures [K]."""
+    exact = part.heat.outputs @ rise
+    expansion = run.parameters["expansion_coefficient"]
+
+    def vector(name: str, size: int) -> Array:
+        return np.array([instance.get(f"{name}[{i}]") for i in range(1, size + 1)])
+
+    temperatures = [
+        *vector("sensor_temperature", 8),
+        instance.get("base_temperature"),
+        instance.get("tip_temperature"),
+    ]
+    return np.array(
+        [
+            np.linalg.norm(vector("displacement", 3) - expansion * exact[:3]),
+            np.linalg.norm(vector("rotation", 3) - expansion * exact[3:6]),
+            np.abs(np.array(temperatures) - COLD - exact[6:]).max(),
+        ]
+    )
+
+
+def example_part(size: float | None = None, order: int | None = None) -> Part:
+    """The example part, reduced for aluminium at the command's defaults; elements of a size in m."""
+    from warmlink.orchestration.reduction.example import HEAT_FACE, TOOL_POINT, ribbed_link
+    from warmlink.orchestration.reduction.order import Demand
+    from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
+
+    with tempfile.TemporaryDirectory() as work:
+        path = Path(work) / "link.step"
+        ribbed_link(path)
+        wanted = Wanted([HEAT_FACE], TOOL_POINT, size=size, order=order)
+        return reduce_part(path, wanted, range_of("aluminium_6061"), Demand())
+
+
+def main(
+    runs: Annotated[int, typer.Option(help="Random parameter sets and duties.")] = 200,
+    seed: Annotated[int, typer.Option(help="Of all random choices.")] = 1,
+    steps: Annotated[int, typer.Option(help="Length of a run in s.")] = 1800,
+    mesh_size: Annotated[float | None, typer.Option(help="Of the elements in mm.")] = None,
+) -> None:
+    """Compare bounds of the reduced example part with its errors in random runs of the full elements."""
+    part = example_part(None if mesh_size is None else mesh_size / 1e3)
+    kept = []
+    with progress_bar("runs") as progress:
+        for i in range(runs):
+            kept.append(compared(part, random_run(part, [seed, i], steps)))
+            progress((i + 1) / runs)
+    answer(
+        f"order {part.model.order}, {part.heat.unknowns} temperatures, {runs} runs of {steps} s, seed {seed}"
+    )
+    for i, name in enumerate(BOUNDS):
+        ratios = np.array([each.bounds[i] / each.errors[i] for each in kept])
+        answer(
+            f"{name:13} held in {int((ratios >= 1).sum())} of {runs}; "
+            f"bound over error: least {ratios.min():.3g}, median {np.median(ratios):.3g}, "
+            f"largest {ratios.max():.3g}; largest error {max(each.errors[i] for each in kept):.3g}"
+        )
+
+
+if __name__ == "__main__":
+    start(main)

@@ -1,0 +1,211 @@
+"""`warmlink reduce`: a thermal link FMU from a solid, with a bound of its error."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.reduction.part import Part
+
+Faces = list[str] | None
+
+
+def reduce(
+    part: Annotated[Path, typer.Argument(help="A STEP file with one solid, or a mesh (.msh, .inp).")],
+    heat_face: Annotated[
+        Faces,
+        typer.Option(
+            help='Face that heat enters: "#3", a name, or a point on it, "25, 6, 0 mm". Repeatable.'
+        ),
+    ] = None,
+    tool_point: Annotated[str | None, typer.Option(help='The tool point, "330, 0, 0 mm".')] = None,
+    tool_face: Annotated[
+        Faces, typer.Option(help="Face that carries the tool. Default: the one nearest to the tool point.")
+    ] = None,
+    cooled: Annotated[
+        Faces,
+        typer.Option(
+            help='Faces that lose heat, as a group: "#1; #4". Repeat it for groups with factors of their '
+            "own. Default: all but the heated ones."
+        ),
+    ] = None,
+    sensor: Annotated[
+        Faces,
+        typer.Option(
+            help='Place of a thermometer, "100, 0, 3 mm"; up to eight. Default: base, middle, tip, ...'
+        ),
+    ] = None,
+    material: Annotated[str, typer.Option(help="As in a scenario (`warmlink list`).")] = "aluminium_6061",
+    poissons_ratio: Annotated[float, typer.Option(help="Of the material.")] = 0.33,
+    convection: Annotated[
+        str, typer.Option(help="Range of convection and radiation together.")
+    ] = "2 .. 60 W/(m2.K)",
+    conductivity: Annotated[
+        str | None, typer.Option(help='Range, "120 .. 200 W/(m.K)". Default: 25 % about the material\'s.')
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="Largest error of the tool point.")] = "10 nm",
+    temperature_tolerance: Annotated[str, typer.Option(help="Largest error of temperatures.")] = "0.005 K",
+    heat_flow: Annotated[
+        str, typer.Option(help="Largest heat flow, for which the tolerance holds.")
+    ] = "20 W",
+    order: Annotated[int | None, typer.Option(help="Number of patterns, whatever the tolerance.")] = None,
+    mesh_size: Annotated[str | None, typer.Option(help='Size of the elements, "4 mm".')] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of a mesh's lengths; a STEP file says its own.")
+    ] = None,
+    example: Annotated[
+        bool, typer.Option("--example", help="Write an example, a ribbed and bored link, as PART, and stop.")
+    ] = False,
+    list_faces: Annotated[bool, typer.Option("--list-faces", help="Show the faces, and stop.")] = False,
+    out: Annotated[Path | None, typer.Option(help="FMU to write. Default: PART.fmu.")] = None,
+    json: Json = False,
+) -> None:
+    """Make a thermal link FMU from a solid, by finite elements, with a bound of the reduction's error.
+
+    It has the connectors of ThermalLink, and gives displacement and rotation of the tool point besides.
+
+    Example: `warmlink reduce link.step --heat-face "25, 6, 0 mm" --tool-point "330, 0, 0 mm"`
+    """
+    from warmlink.orchestration.reduction.order import LARGEST_ORDER, Demand
+    from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
+    from warmlink.orchestration.scenarios.quantity import positive
+
+    size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
+    if example:
+        _write_example(part)
+        return
+    if list_faces:
+        _list(part, unit, size, json)
+        return
+    target = out or part.with_suffix(".fmu")
+    if target.suffix != ".fmu" or not re.fullmatch(r"[A-Za-z]\w*", target.stem, re.ASCII):
+        raise InputError(
+            f"--out {target}: names no FMU; give letters, digits and _ before .fmu, as MyLink.fmu"
+        )
+    if not heat_face or tool_point is None:
+        raise InputError("--heat-face and --tool-point: both are needed; --list-faces shows the faces")
+    if order is not None and not 2 <= order <= LARGEST_ORDER:
+        raise InputError(f"--order {order}: give a number from 2 to {LARGEST_ORDER}")
+    if not 0 <= poissons_ratio < 0.5:
+        raise InputError(f"--poissons-ratio {poissons_ratio:g}: give a number from 0 to below 0.5")
+    wanted = Wanted(
+        heat_face, tool_point, tool_face or (), cooled or (), sensor or (), unit, size, poissons_ratio, order
+    )
+    demand = Demand(
+        displacement=positive(tolerance, "m", "--tolerance"),
+        temperature=positive(temperature_tolerance, "K", "--temperature-tolerance"),
+        heat_flow=positive(heat_flow, "W", "--heat-flow"),
+    )
+    own = None if conductivity is None else _ends(conductivity, "W/(m.K)", "--conductivity")
+    within = range_of(material, _ends(convection, "W/(m2.K)", "--convection"), own)
+    with spinner("reducing") as doing:
+        found = reduce_part(part, wanted, within, demand, doing)
+        doing("building and checking the FMU")
+        failed = _write(found, part.name, target)
+    if json:
+        answer_json({**_figures(found), "fmu": str(target), "failed_checks": failed})
+    else:
+        _answer(found)
+        answer(f"FMU  {target}    {'all checks passed' if not failed else '; '.join(failed)}")
+    if failed:
+        raise SystemExit(FAILED)
+
+
+def _write_example(part: Path) -> None:
+    from warmlink.orchestration.files import fresh_file
+    from warmlink.orchestration.reduction.example import HEAT_FACE, TOOL_POINT, ribbed_link
+    from warmlink.orchestration.reduction.solid import SOLIDS
+
+    if part.suffix.lower() not in SOLIDS:
+        raise InputError(f"{part}: is no STEP file; give a name that ends in .step")
+    with fresh_file(part) as scratch:
+        ribbed_link(scratch)
+    answer(f'part  {part}    warmlink reduce {part} --heat-face "{HEAT_FACE}" --tool-point "{TOOL_POINT}"')
+
+
+def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
+    from warmlink.orchestration.reduction.solid import read_solid
+
+    faces = read_solid(part, unit, size).faces
+    if json:
+        shown = [
+            {"number": f.number, "name": f.name, "area": f.area, "centre": f.centre.tolist()} for f in faces
+        ]
+        answer_json(shown)
+        return
+    rows = [
+        (
+            f"#{f.number}",
+            f.name,
+            f"{1e6 * f.area:.4g}",
+            ", ".join(f"{1e3 * x + 0.0:.4g}" for x in f.centre.round(8)),
+        )
+        for f in faces
+    ]
+    print_table(str(part), ("face", "name", "area [mm2]", "centre [mm]"), rows)
+
+
+def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
+    """Ends of a range as `2 .. 60 W/(m2.K)`."""
+    from warmlink.orchestration.scenarios.quantity import positive
+
+    low, dots, rest = text.partition("..")
+    high = re.match(r"\s*[-+0-9.eE]+", rest)
+    if not dots or high is None:
+        raise InputError(f'{option} {text}: is no range; write it as "2 .. 60 {unit}"')
+    given = rest[high.end() :]
+    ends = positive(f"{low.strip()}{given}", unit, option), positive(rest.strip(), unit, option)
+    if not ends[0] < ends[1]:
+        raise InputError(f"{option} {text}: ends below where it begins; exchange the two")
+    return ends
+
+
+def _write(part: Part, name: str, target: Path) -> list[str]:
+    """Write the FMU and return what its checks found wrong."""
+    from warmlink.fmus.catalogue import Entry
+    from warmlink.fmus.packaging.archive import write_archive
+    from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+    from warmlink.fmus.packaging.native.fmu import native_fmu_files
+    from warmlink.fmus.reduced_link.component import reduced_link
+    from warmlink.orchestration.check.fmu import check_fmu
+    from warmlink.orchestration.files import fresh_file
+    from warmlink.orchestration.reduction.remarks import remarks
+
+    component = reduced_link(target.stem, part.model)
+    entry = Entry(component, "warmlink.fmus.reduced_link.component", remarks=remarks(part, name))
+    files = native_fmu_files(entry, "2.0", compilers(platforms_named(None)))
+    with fresh_file(target) as scratch:
+        write_archive(scratch, files)
+    return [f"{each.name}: {each.detail}" for each in check_fmu(target) if each.verdict == "fail"]
+
+
+def _figures(part: Part) -> dict[str, object]:
+    return {
+        "tetrahedra": part.solid.mesh.nelements,
+        "temperatures": part.heat.unknowns,
+        "order": part.model.order,
+        "error_over_tolerance": part.chosen.error,
+        "mesh_order": part.mesh.order,
+        "mesh_error_nm": (1e9 * part.mesh.error).tolist(),
+        "mesh_error_share": part.mesh.share,
+    }
+
+
+def _answer(part: Part) -> None:
+    mesh = part.mesh
+    order = "no order observed" if mesh.order is None else f"observed order {mesh.order:.2g}"
+    answer(
+        f"mesh   {part.solid.mesh.nelements} tetrahedra, {part.heat.unknowns} temperatures, "
+        f"{3 * part.heat.unknowns} displacements\n"
+        f"order  {part.model.order}, estimated error {100 * part.chosen.error:.0f} % of its tolerance\n"
+        f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
+        f"hour ({order})"
+    )

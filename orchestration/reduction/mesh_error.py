@@ -1,0 +1,78 @@
+"""What the mesh leaves of an error in the elongation, from coarser meshes (Richardson's extrapolation)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.reduction.subspace import DenseHeat, Range
+
+Array = NDArray[np.float64]
+
+TIMES = (60.0, 600.0, 3600.0)
+"""s after a step of heat flow, at which elongations are compared."""
+
+HEAT_FLOW = 5.0
+"""W, of the step."""
+
+LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0
+"""Between which an observed order is believed."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshError:
+    """Elongation on several meshes, and what follows from it.
+
+    Attributes
+    ----------
+    unknowns : temperatures on each mesh, coarsest first
+    elongation : at `TIMES` after a step of `HEAT_FLOW`, shape (meshes, times) [m]
+    order : observed order of convergence; None where the differences do not fall as they would with one
+    error : estimated error of the finest mesh, shape (times,) [m]
+    """
+
+    unknowns: tuple[int, ...]
+    elongation: Array
+    order: float | None
+    error: Array
+
+    @property
+    def share(self) -> float:
+        """Error as a share of the elongation, at the worst of the times."""
+        return float((self.error / np.abs(self.elongation[-1])).max())
+
+
+def mesh_error(meshes: Sequence[DenseHeat], reach: Array, within: Range, ratio: float) -> MeshError:
+    """Compare elongations on meshes of one part.
+
+    With two meshes, or differences that do not fall, the error is taken for the largest difference.
+
+    Parameters
+    ----------
+    meshes : coarsest first, the last being the one that is used
+    reach : from base to tool point, shape (3,) [m]
+    within : material and range; convection is its geometric mean
+    ratio : of the sizes of elements of the last two meshes
+    """
+    found = np.array([_elongation(each, reach / np.linalg.norm(reach), within) for each in meshes])
+    steps = np.diff(found, axis=0)
+    error, order = np.abs(steps).max(axis=0), None
+    if len(meshes) > 2:
+        fall = float(steps[-2, -1] / steps[-1, -1])
+        order = float(np.log(fall) / np.log(ratio)) if fall > 1 else None
+        if order is not None and order >= LEAST_ORDER:
+            error = np.abs(steps[-1]) / (ratio ** min(order, LARGEST_ORDER) - 1)
+    return MeshError(tuple(len(each.patterns) for each in meshes), found, order, error)
+
+
+def _elongation(heat: DenseHeat, along: Array, within: Range) -> Array:
+    material = within.material
+    convection = float(np.sqrt(within.convection[0] * within.convection[1]))
+    decay = material["conductivity"] * heat.conduction + convection * heat.cooling.sum(axis=0)
+    rates, vectors = np.linalg.eigh(decay / within.capacity)
+    load = vectors.T @ heat.loads[:, 0] * HEAT_FLOW / within.capacity
+    row = material["expansion_coefficient"] * along @ heat.outputs[:3] @ vectors
+    return np.array([row @ (-np.expm1(-rates * time) / rates * load) for time in TIMES])

@@ -1,0 +1,75 @@
+"""Places on triangles and in tetrahedra, and the surface of a mesh parted at its edges."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+EDGE_ANGLE = 30.0
+"""degrees between the normals of neighbouring facets, above which an edge parts two faces."""
+
+
+class Nearest(NamedTuple):
+    """Number of the simplex nearest to a point, weights of its corners there, distance from it [m]."""
+
+    cell: int
+    weights: Array
+    distance: float
+
+
+def nearest(place: Array, corners: Array) -> Nearest:
+    """Simplex nearest to a point.
+
+    Inside its simplex the place is exact; beside it, weights below 0 are set to 0.
+
+    Parameters
+    ----------
+    place : shape (3,) [m]
+    corners : of triangles or tetrahedra, shape (3, 3 or 4, n) [m]
+    """
+    first = corners[:, 0]
+    edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
+    shares = np.einsum("nij,jn->in", np.linalg.pinv(edges), place[:, None] - first)
+    weights = np.maximum(np.vstack([1 - shares.sum(axis=0), shares]), 0.0)
+    weights /= weights.sum(axis=0)
+    distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
+    index = int(np.argmin(distance))
+    return Nearest(index, weights[:, index], float(distance[index]))
+
+
+def facet_centres(mesh: Any, facets: Integers) -> tuple[Array, Array]:
+    """Centres, shape (3, n) [m], and areas, shape (n,) [m2], of facets."""
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    return corners.mean(axis=1), np.linalg.norm(_normals(corners), axis=0) / 2
+
+
+def boundary_patches(mesh: Any, facets: Integers) -> list[Integers]:
+    """Boundary facets parted into faces at sharp edges."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(facets):
+        return []
+    corners = mesh.facets[:, facets]
+    normals = _normals(mesh.p[:, corners])
+    normals /= np.linalg.norm(normals, axis=0)
+    edges = np.sort(np.hstack([corners[[0, 1]], corners[[1, 2]], corners[[0, 2]]]), axis=0)
+    owner = np.tile(np.arange(len(facets)), 3)
+    order = np.lexsort(edges)
+    edges, owner = edges[:, order], owner[order]
+    shared = np.flatnonzero(np.all(edges[:, 1:] == edges[:, :-1], axis=0))
+    a, b = owner[shared], owner[shared + 1]
+    # Corners are in no particular order, so that normals point either way.
+    smooth = np.abs(np.einsum("kn,kn->n", normals[:, a], normals[:, b])) > np.cos(np.radians(EDGE_ANGLE))
+    joined = coo_matrix((np.ones(smooth.sum()), (a[smooth], b[smooth])), shape=(len(facets),) * 2)
+    _, patch = connected_components(joined, directed=False)
+    return [facets[patch == i] for i in range(patch.max() + 1)]
+
+
+def _normals(corners: Array) -> Array:
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)

@@ -1,0 +1,275 @@
+"""A part from a STEP file or a mesh: tetrahedra, and the faces that its surface consists of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.reduction.simplices import boundary_patches, facet_centres, nearest
+from warmlink.orchestration.scenarios.quantity import quantity
+from warmlink.orchestration.text_files import is_file
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+MESHES = (".msh", ".inp")
+SOLIDS = (".step", ".stp")
+AROUND = 24.0
+"""Elements around a bore, whose size they would otherwise change from mesh to mesh."""
+
+MOST_TETRAHEDRA = 1_000_000
+
+SMALLEST, LARGEST = 0.02, 5.0
+"""m, between which a link's largest extent is believed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A face of the part: its number and name, the mesh's facets on it, area [m2] and centre [m]."""
+
+    number: int
+    name: str
+    facets: Integers
+    area: float
+    centre: Array
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Tetrahedra (`skfem.MeshTet`, in m), the faces of their surface, and the size of elements [m]."""
+
+    mesh: Any
+    faces: tuple[Face, ...]
+    size: float = 0.0
+
+    def chosen(self, texts: Sequence[str], option: str) -> tuple[Face, ...]:
+        """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
+
+        Raises
+        ------
+        InputError
+            There is no such face.
+        """
+        return tuple(dict.fromkeys(face for text in texts for face in self._named(text.strip(), option)))
+
+    def nearest(self, place: Array) -> Face:
+        """Face nearest to a point [m]."""
+        distances = [
+            nearest(place, self.mesh.p[:, self.mesh.facets[:, face.facets]]).distance for face in self.faces
+        ]
+        return self.faces[int(np.argmin(distances))]
+
+    def facets(self, faces: Sequence[Face]) -> Integers:
+        """Facets of several faces."""
+        return np.unique(np.concatenate([face.facets for face in faces]))
+
+    def _named(self, text: str, option: str) -> list[Face]:
+        if "," in text:
+            return [self.nearest(point(text, option))]
+        known = [f"#{face.number}" for face in self.faces] + sorted({f.name for f in self.faces if f.name})
+        found = [face for face in self.faces if text in (f"#{face.number}", face.name)]
+        if not found:
+            raise InputError(
+                f"{option} {text}: no such face; {instead(text, known, 'or give a point on it')} "
+                "(--list-faces shows them)"
+            )
+        return found
+
+
+def point(text: str, option: str) -> Array:
+    """Point in m from `x, y, z UNIT`; raises InputError where it is none."""
+    parts = [part.strip() for part in text.split(",")]
+    unit = re.sub(r"^[-+0-9.eE]*", "", parts[-1]).strip()
+    if len(parts) != 3 or not unit:
+        raise InputError(f'{option} {text}: is no point; write it with its unit, as "25.4, 0, 3 mm"')
+    parts[-1] = parts[-1].removesuffix(unit)
+    return np.array([quantity(f"{part} {unit}", "m", f"{option} {text}") for part in parts])
+
+
+def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
+    """Mesh of a part.
+
+    Parameters
+    ----------
+    path : a STEP file with one solid, or a mesh of tetrahedra (.msh, .inp)
+    unit : of a mesh's lengths, as `mm`; a STEP file says it
+    size : of the elements in m; the thickness of thin walls where none is given
+    coarser : factor on all sizes of elements, those around bores included
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, holds no closed solid or several, or is of no believable size.
+    """
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; give a STEP file or a mesh")
+    if path.suffix.lower() in SOLIDS:
+        if unit is not None:
+            raise InputError(f"--unit {unit}: a STEP file says its unit; leave it out")
+        solid = _from_step(path, size, coarser)
+    elif path.suffix.lower() in MESHES:
+        if unit is None:
+            raise InputError(f"{path}: a mesh does not say its unit; give --unit mm, or another one")
+        solid = _from_mesh(path, quantity(f"1 {unit}", "m", f"--unit {unit}"))
+    else:
+        raise InputError(f"{path}: is neither STEP nor mesh; give a file {', '.join((*SOLIDS, *MESHES))}")
+    extent = float(np.ptp(solid.mesh.p, axis=1).max())
+    if not SMALLEST <= extent <= LARGEST:
+        raise InputError(
+            f"{path}: the part is {extent:.3g} m long, where links have {SMALLEST:g} to {LARGEST:g} m; check "
+            "its unit: a part in millimetres that is read in inches is 25 times too long"
+        )
+    return solid
+
+
+def _library(name: str) -> ModuleType:
+    import importlib
+
+    try:
+        return importlib.import_module(name)
+    except (ImportError, OSError) as fault:  # gmsh also wants libraries of the system
+        raise MissingExtraError(f"reduce ({fault})", "cad") from None
+
+
+@contextmanager
+def gmsh_session(path: Path) -> Iterator[Any]:
+    """Start gmsh and end it; what it refuses is said in one sentence."""
+    gmsh = _library("gmsh")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        yield gmsh
+    except InputError:
+        raise
+    except Exception as fault:  # gmsh raises nothing more special
+        raise InputError(
+            f"{path}: is broken ({' '.join(str(fault).split())}); export it from the CAD system anew"
+        ) from None
+    finally:
+        gmsh.finalize()
+
+
+def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
+    with gmsh_session(path) as gmsh:
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        bodies, surfaces = gmsh.model.getEntities(3), gmsh.model.getEntities(2)
+        _one_body(path, len(bodies), f"{len(surfaces)} faces that close no solid")
+        volume = 1e-9 * gmsh.model.occ.getMass(*bodies[0])
+        area = 1e-6 * sum(gmsh.model.occ.getMass(*surface) for surface in surfaces)
+        size = size or default_size(volume, area)
+        count = 8 * volume / (coarser * size) ** 3
+        if count > MOST_TETRAHEDRA:
+            raise InputError(
+                f"--mesh-size: elements of {1e3 * size:.3g} mm would be about {count:.1g} in the part's "
+                f"{1e6 * volume:.3g} cm3; give larger ones"
+            )
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 1e3 * coarser * size)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND / coarser)
+        gmsh.option.setNumber("Mesh.Algorithm3D", 10)  # HXT, whose tetrahedra are the least flat
+        gmsh.model.mesh.generate(3)
+        tags, places, _ = gmsh.model.mesh.getNodes()
+        number = np.zeros(int(tags.max()) + 1, dtype=np.int64)
+        number[tags] = np.arange(len(tags))
+        cells = number[gmsh.model.mesh.getElementsByType(4)[1]].reshape(-1, 4)
+        triangles = {
+            tag: number[gmsh.model.mesh.getElementsByType(2, tag)[1]].reshape(-1, 3) for _, tag in surfaces
+        }
+        names = {tag: gmsh.model.getEntityName(2, tag).rpartition("/")[2] for _, tag in surfaces}
+    mesh, new = _tetrahedra(1e-3 * places.reshape(-1, 3).T, cells.T)
+    patches = {tag: _facets_of(mesh, new[corners.T]) for tag, corners in triangles.items()}
+    return Solid(mesh, _faces(mesh, patches, names), size)
+
+
+def default_size(volume: float, area: float) -> float:
+    """Size of elements in m: 2 volume / area is the thickness of a thin wall."""
+    return 2 * volume / area
+
+
+def _from_mesh(path: Path, scale: float) -> Solid:
+    meshio = _library("meshio")
+    try:
+        held = meshio.read(path)
+    except (Exception, SystemExit):  # meshio raises what its readers raise, and ends the process for some
+        raise InputError(f"{path}: is broken, or no mesh; write it anew as .msh 4.1 or .inp") from None
+    kinds = {"tetra": 4, "tetra10": 4}
+    cells = [block.data[:, : kinds[block.type]] for block in held.cells if block.type in kinds]
+    if not cells:
+        raise InputError(f"{path}: holds no tetrahedra, as a shell does; mesh the solid with tetrahedra")
+    mesh, new = _tetrahedra(scale * held.points.T, np.concatenate(cells).T)
+    named: dict[str, list[Integers]] = {}
+    for name, blocks in held.cell_sets_dict.items():
+        if name.startswith("gmsh:"):
+            continue
+        for kind, members in blocks.items():
+            if kind in ("triangle", "triangle6"):
+                named.setdefault(name, []).append(held.cells_dict[kind][members][:, :3])
+    patches = {
+        i: _facets_of(mesh, new[np.concatenate(corners).T]) for i, corners in enumerate(named.values(), 1)
+    }
+    names = dict(enumerate(named, 1))
+    rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *patches.values()]))
+    for patch in boundary_patches(mesh, rest.astype(np.int64)):
+        patches[len(patches) + 1] = patch
+    bodies = _bodies(mesh)
+    _one_body(path, bodies, "no tetrahedra")
+    return Solid(mesh, _faces(mesh, patches, names))
+
+
+def _one_body(path: Path, bodies: int, otherwise: str) -> None:
+    if bodies == 0:
+        raise InputError(f"{path}: holds {otherwise}, an open solid or a shell; close it in the CAD system")
+    if bodies > 1:
+        raise InputError(f"{path}: holds {bodies} bodies; unite them, or export the link alone")
+
+
+def _bodies(mesh: Any) -> int:
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    inner = mesh.f2t[:, mesh.f2t[1] >= 0]
+    joined = coo_matrix((np.ones(inner.shape[1]), inner), shape=(mesh.nelements,) * 2)
+    return int(connected_components(joined, directed=False)[0])
+
+
+def _tetrahedra(places: Array, cells: Integers) -> tuple[Any, Integers]:
+    """Mesh of the nodes that tetrahedra use, and the new numbers of nodes."""
+    used = np.unique(cells)
+    new = np.full(places.shape[1], -1)
+    new[used] = np.arange(len(used))
+    skfem = _library("skfem")
+    return skfem.MeshTet(np.ascontiguousarray(places[:, used]), np.ascontiguousarray(new[cells])), new
+
+
+def _facets_of(mesh: Any, corners: Integers) -> Integers:
+    """Facets of the mesh with these corners, shape (3, n)."""
+    count = mesh.nvertices
+
+    def key(triples: Integers) -> Integers:
+        low, middle, high = np.sort(triples.astype(np.int64), axis=0)
+        return np.asarray((low * count + middle) * count + high)
+
+    known = key(mesh.facets)
+    order = np.argsort(known)
+    place = np.searchsorted(known[order], key(corners))
+    return np.asarray(order[np.minimum(place, len(order) - 1)])
+
+
+def _faces(mesh: Any, patches: Mapping[int, Integers], names: Mapping[int, str]) -> tuple[Face, ...]:
+    found = []
+    for number, facets in patches.items():
+        centre, area = facet_centres(mesh, facets)
+        whole = float(area.sum())
+        found.append(Face(number, names.get(number, ""), facets, whole, centre @ area / whole))
+    return tuple(found)

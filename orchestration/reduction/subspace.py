@@ -1,0 +1,132 @@
+"""A part's heat in the span of its responses: small, and for all purposes as exact as its elements.
+
+Responses of the temperatures to every load, and of the adjoint equations to every output, at several rates
+and convection coefficients (rational Krylov spaces: A. C. Antoulas, C. A. Beattie and S. Gugercin,
+*Interpolatory Methods for Model Reduction*, SIAM 2020). What hub and tip carry and lose is a change of rank
+one along a load that is there, whose responses lie in the same span.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+from warmlink.orchestration.reduction.elements import HeatMatrices
+from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
+
+Array = NDArray[np.float64]
+
+RATES = np.geomspace(2e-5, 0.5, 6)
+"""1/s, at which responses are taken: from half a day to the shortest time over which a duty is held."""
+
+LEAST_SHARE = 1e-7
+"""Singular value, as a share of the largest, below which a direction is dropped."""
+
+
+@dataclass(frozen=True, eq=False)
+class Range:
+    """What a reduced link is made for: nominal material and the ranges of two parameters in SI units.
+
+    Attributes
+    ----------
+    material : `conductivity`, `density`, `specific_heat`, `expansion_coefficient`
+    conductivity, convection : lowest and highest; the convection holds radiation too
+    """
+
+    material: dict[str, float]
+    conductivity: tuple[float, float]
+    convection: tuple[float, float]
+
+    @property
+    def capacity(self) -> float:
+        """Heat capacity in J/(m3.K)."""
+        return self.material["density"] * self.material["specific_heat"]
+
+    @property
+    def ratios(self) -> tuple[float, float]:
+        """Lowest and highest ratio of convection and conductivity in 1/m; patterns depend on it alone."""
+        return self.convection[0] / self.conductivity[1], self.convection[1] / self.conductivity[0]
+
+    def cooled(self, groups: int) -> Iterator[tuple[float, ...]]:
+        """Ratios of each group at which responses are taken: together, and each beside the others."""
+        low, high = self.ratios
+        middle = float(np.sqrt(low * high))
+        yield (middle,) * groups
+        yield from (
+            product((low, high), repeat=min(groups, 2))
+            if groups <= 2
+            else (
+                *((level,) * groups for level in (low, high)),
+                *(tuple(high if i == g else low for i in range(groups)) for g in range(groups)),
+            )
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DenseHeat:
+    """Matrices of a part in m patterns, for a material of unit properties.
+
+    Attributes
+    ----------
+    conduction : shape (m, m); the mass matrix is the identity
+    cooling : shape (G, m, m)
+    loads : of 1 W at base and tip, and 1 W/m2 on each group, shape (m, 2 + G)
+    outputs : motion, sensors, base and tip for patterns of 1 K, shape (16, m)
+    patterns : shape (N, m)
+    """
+
+    conduction: Array
+    cooling: Array
+    loads: Array
+    outputs: Array
+    patterns: Array
+
+
+def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
+    """Project a part onto the span of its responses in a range."""
+    from pymor.algorithms.pod import pod
+    from pymor.core.logger import set_log_levels
+    from pymor.operators.numpy import NumpyMatrixOperator
+    from pymor.vectorarrays.numpy import NumpyVectorSpace
+
+    set_log_levels({"pymor": "WARNING"})  # for the greedy search too
+    mass = NumpyMatrixOperator(heat.mass)
+    responses = np.concatenate([np.ones((1, len(heat.loads))), *_responses(heat, within)])
+    vectors = NumpyVectorSpace.from_numpy(responses.T)
+    vectors.scal(1 / vectors.norm(mass))
+    found, _ = pod(vectors, product=mass, rtol=LEAST_SHARE)
+    patterns = np.asarray(found.to_numpy())
+    return DenseHeat(
+        conduction=_symmetric(patterns.T @ (heat.conduction @ patterns)),
+        cooling=np.array([_symmetric(patterns.T @ (each @ patterns)) for each in heat.cooling]),
+        loads=patterns.T @ heat.loads,
+        outputs=heat.outputs @ patterns,
+        patterns=patterns,
+    )
+
+
+def _responses(heat: HeatMatrices, within: Range) -> Iterator[Array]:
+    """Yield the responses at each rate and convection, shape (loads and outputs, N)."""
+    driving = np.concatenate([heat.loads.T, heat.motion, heat.sensors])
+    for ratios in within.cooled(len(heat.cooling)):
+        for rate in RATES:
+            factor = splu(
+                shifted(heat, rate * within.capacity / within.material["conductivity"], ratios), **SYMMETRIC
+            )
+            yield factor.solve(driving.T).T
+
+
+def shifted(heat: HeatMatrices, shift: float, ratios: Sequence[float]) -> csc_matrix:
+    """Matrix of the equations for a rate, both over the conductivity; shift in 1/m2, ratios in 1/m."""
+    cooling = sum(ratio * each for ratio, each in zip(ratios, heat.cooling, strict=True))
+    return csc_matrix(shift * heat.mass + heat.conduction + cooling)
+
+
+def _symmetric(matrix: Array) -> Array:
+    return np.asarray((matrix + matrix.T) / 2)

@@ -1,0 +1,135 @@
+"""`warmlink reduce`: an FMU that passes its checks, and one sentence for each part that is none."""
+
+import json
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("gmsh", reason="gmsh is not installed: pip install 'warmlink[cad]'")
+pytest.importorskip("pymor", reason="pyMOR is not installed: pip install 'warmlink[cad]'")
+
+from tests.orchestration.reduction.parts import bar, drawn
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration import cli
+
+FACES = ("--heat-face", "0, 10, 3 mm", "--tool-point", "330.2, 12.7, 3 mm")
+
+
+def reduce(*arguments: object) -> None:
+    cli.app(["reduce", *map(str, arguments)], standalone_mode=False)
+
+
+def test_a_part_becomes_an_fmu_that_passes_its_checks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part, out = bar(tmp_path / "bar.step"), tmp_path / "MyLink.fmu"
+    capsys.readouterr()
+    reduce(part, *FACES, "--order", 4, "--mesh-size", "20 mm", "--out", out, "--json")
+    said = json.loads(capsys.readouterr().out)
+    assert said["failed_checks"] == []
+    assert said["order"] == 4
+    assert said["error_over_tolerance"] > 1
+    with zipfile.ZipFile(out) as fmu:
+        page = fmu.read("documentation/index.html").decode()
+        assert "displacement_error_bound" in fmu.read("modelDescription.xml").decode()
+    assert f"{said['tetrahedra']} tetrahedra" in page
+    assert "not met: the order was given" in page
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["MyLink.fmu", "bar.step"]
+
+
+def test_faces_are_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    part = bar(tmp_path / "bar.step")
+    capsys.readouterr()
+    reduce(part, "--list-faces", "--json")
+    faces = json.loads(capsys.readouterr().out)
+    assert sorted(round(1e6 * face["area"], 3) for face in faces) == [
+        161.29,
+        161.29,
+        2096.77,
+        2096.77,
+        8387.08,
+        8387.08,
+    ]
+
+
+def two_boxes(occ: Any) -> None:
+    occ.addBox(0, 0, 0, 100, 10, 10)
+    occ.addBox(0, 50, 0, 100, 10, 10)
+
+
+def open_box(occ: Any) -> None:
+    occ.addRectangle(0, 0, 0, 100, 10)
+
+
+def in_inches(occ: Any) -> None:
+    occ.addBox(0, 0, 0, 330.2 * 25.4, 645.16, 161.29)
+
+
+@pytest.mark.parametrize(
+    ("draw", "sentence"),
+    [
+        (two_boxes, "holds 2 bodies; unite them"),
+        (open_box, "holds 1 faces that close no solid, an open solid or a shell"),
+        (in_inches, "the part is 8.39 m long, where links have 0.02 to 5 m; check its unit"),
+    ],
+)
+def test_what_is_no_link_is_refused(draw: Callable[[Any], None], sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=sentence):
+        reduce(drawn(tmp_path / "part.step", draw), *FACES)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--heat-face", "#9", *FACES[2:]), "--heat-face #9: no such face; .*--list-faces"),
+        (("--heat-face", "flange", *FACES[2:]), "--heat-face flange: no such face"),
+        (
+            (*FACES[:2], "--tool-point", "1, 2 mm"),
+            "--tool-point 1, 2 mm: is no point; write it with its unit",
+        ),
+        ((*FACES[:2], "--tool-point", "0, 1, 2 mm"), "lies on the heated face"),
+        ((*FACES, "--cooled", "#2;#3", "--cooled", "#3"), "--cooled: face #3 is named twice"),
+        (
+            (*FACES, "--material", "aluminium"),
+            "--material aluminium: no such material; did you mean aluminium_6061",
+        ),
+        ((*FACES, "--convection", "60 .. 2 W/(m2.K)"), "ends below where it begins"),
+        ((*FACES, "--unit", "mm"), "a STEP file says its unit"),
+        ((*FACES, "--out", "my link.fmu"), "names no FMU"),
+        (FACES[:2], "both are needed"),
+    ],
+)
+def test_options_that_fit_nothing_are_refused(
+    options: tuple[str, ...], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=sentence):
+        reduce(bar(tmp_path / "bar.step"), *options, "--mesh-size", "30 mm")
+    assert [path.name for path in tmp_path.iterdir()] == ["bar.step"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("part.step", "ISO-10303-21; no more", "is broken"),
+        ("part.msh", "$MeshFormat\n4.1 0 8\n", "is broken, or no mesh"),
+        ("part.stl", "solid", "is neither STEP nor mesh"),
+        ("absent.step", None, "no such file"),
+    ],
+)
+def test_a_file_that_is_broken_is_refused(
+    name: str, content: str | None, sentence: str, tmp_path: Path
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    unit = ("--unit", "mm") if name.endswith(".msh") else ()
+    with pytest.raises(InputError, match=sentence):
+        reduce(tmp_path / name, *FACES, *unit)
+
+
+def test_a_mesh_wants_its_unit(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="a mesh does not say its unit; give --unit mm"):
+        reduce(bar(tmp_path / "bar.msh", mesh=40.0), *FACES)
