@@ -19,7 +19,8 @@ FACES = ("--heat-face", "0, 10, 3 mm", "--tool-point", "330.2, 12.7, 3 mm")
 
 
 def reduce(*arguments: object) -> None:
-    cli.app(["reduce", *map(str, arguments)], standalone_mode=False)
+    given = ["reduce", *map(str, arguments)]
+    cli.application(given)(given, standalone_mode=False)
 
 
 def test_a_part_becomes_an_fmu_that_passes_its_checks(
