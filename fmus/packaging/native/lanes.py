@@ -19,7 +19,7 @@ typedef long long masks __attribute__((vector_size(8 * LANES)));
 #define EACH(number) ((lanes){0} + (number))
 #define TRUTH(condition) __builtin_convertvector(-(condition), lanes)
 #define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
-/* What is rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
+/* Rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
 static inline lanes lanes_floor(lanes x)
 {
     const masks sign = (masks){0} + (-0x7fffffffffffffffLL - 1);
