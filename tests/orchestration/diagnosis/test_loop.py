@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +14,23 @@ import pytest
 from benchmarks.own_systems import (
     CELL_CHANNELS,
     CELL_INPUTS,
+    MACHINE_COLUMNS,
     cell,
     experiment,
+    machine,
     measured,
+    spindle,
     with_values,
     write_csv,
 )
+from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.experiment import Experiment, calibrating
 from warmlink.orchestration.diagnosis.data.own.system import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model import driven
+from warmlink.orchestration.system.model import DefaultExperiment
 
 CAUSES = """
 [[cause]]
@@ -116,3 +122,21 @@ def test_a_part_that_nobody_knows_is_simulated_in_a_loop(
     assert "link.convection_still" in found.slots
     assert rig.unit("link.conductivity") == "W/(m.K)"
     assert rig.variables["link.base_temperature"].is_temperature
+
+
+def test_a_foreign_fmu_is_calibrated(folder: Path) -> None:
+    base = machine(spindle(folder))
+    base = replace(base, default_experiment=DefaultExperiment(0.0, 1200.0, 10.0))
+    truth = with_values(base, {"spindle": {"friction": 2.6}})
+    write_csv(measured(truth, MACHINE_COLUMNS, 0.05, 1, step=1.0), folder / "run.csv")
+    asked = '[calibrate]\n"spindle.friction" = { min = 1, max = 5, start = 2 }\n'
+    causes = CAUSES.partition('[[cause]]\nname = "slow"')[0].replace("link.", "column.")
+    causes = causes.partition('[[cause]]\nname = "paint"')
+    path = experiment(folder, base, MACHINE_COLUMNS, "".join(causes[1:]), asked)
+    found = diagnose_experiment(calibrating(read([path])))
+    rig = found.experiment.rig
+    assert set(rig.foreign) == {"spindle"}
+    assert "spindle.speed" in rig.externals, "though the duty cycle's FMU feeds it in the system"
+    (friction,) = calibration(found)
+    assert abs(friction.value - 2.6) < 4 * friction.std
+    assert friction.std < 0.05
