@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import kept, source_digest
 from warmlink.fmus.packaging.native.lanes import processor
+from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.closed_loop.outcome import coupling_um
@@ -41,7 +42,7 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
             continue
         try:
             found[law] = _kept(first)
-        except InputError as fault:
+        except (InputError, OSError) as fault:
             remark(f"{law}: runs on its FMUs, since its system cannot be joined: {fault}")
     return found
 
@@ -52,6 +53,7 @@ def _kept(scenario: Scenario) -> Rollout:
     content = kept("rollouts", made_from, lambda: pickle.dumps(compiled(scenario.joined({}), names)))
     rollout = pickle.loads(content)
     assert isinstance(rollout, Rollout)
+    loaded(rollout.library)
     return rollout
 
 

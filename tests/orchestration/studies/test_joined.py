@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warmlink.fmus.packaging.native import library
+from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.packaging.native.rollout import Rollout, task_list
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -151,3 +153,15 @@ def test_micro_steps_samples_and_records_come_in_the_order_of_an_fmu() -> None:
     half = [(0, 0.0, 0.25), (0, 0.25, 0.25), (2, 0.5, 0.5), (0, 0.5, 0.25), (0, 0.75, 0.25), (2, 1.0, 0.5)]
     later = [(task, time + 1.0, step) for task, time, step in half]
     assert done == [(1, 0.0, 1.0), *half, (1, 1.0, 1.0), *later, (3, 2.0, 2.0), (1, 2.0, 1.0)]
+
+
+def test_a_library_that_does_not_load_leaves_the_fmus(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(path: str) -> None:
+        raise OSError("failed to map segment")
+
+    loaded.cache_clear()
+    monkeypatch.setattr(library.ctypes, "CDLL", refused)
+    said: list[str] = []
+    assert joined_systems([scenario(folder)], said.append) == {}
+    assert "runs on its FMUs, since its system cannot be joined" in said[0]
+    assert "failed to map segment" in said[0]
