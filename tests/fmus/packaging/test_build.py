@@ -24,7 +24,8 @@ every = pytest.mark.parametrize("entry", catalogue(), ids=lambda entry: entry.co
 
 def test_every_folder_that_declares_a_component_is_found() -> None:
     declaring = [path for home in ("fmus", "controllers") for path in (ROOT / home).glob("*/component.py")]
-    folders = {path.parts[-3:-1] for path in declaring if path.parent.name != "packaging"}
+    # One that is made from a user's data declares none until then.
+    folders = {path.parts[-3:-1] for path in declaring if "\nCOMPONENT = " in path.read_text("utf-8")}
     assert {entry.readme.parts[-3:-1] for entry in catalogue()} == folders
 
 

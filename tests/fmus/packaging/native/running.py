@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import threading
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,10 @@ from fmpy import calloc, extract, fmi2, fmi3, free, read_model_description
 from fmpy.fmi1 import FMICallException
 
 from warmlink.fmus.component import Component
+
+
+# FMPy loads a library from within its folder, and the process has but one working directory.
+_LOADING = threading.Lock()
 
 
 class Native:
@@ -31,7 +36,8 @@ class Native:
             "instanceName": name or component.snake_name,
         }
         if self.modern:
-            self.fmu: Any = fmi3.FMU3Slave(**arguments)
+            with _LOADING:
+                self.fmu: Any = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(logMessage=lambda *call: self.messages.append(call[-1].decode()), **options)
         else:
             # Held here too: a further instantiation would let go of functions that this instance still calls.
@@ -41,7 +47,8 @@ class Native:
             )
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-            self.fmu = fmi2.FMU2Slave(**arguments)
+            with _LOADING:
+                self.fmu = fmi2.FMU2Slave(**arguments)
             self.fmu.instantiate(callbacks=callbacks)
 
     def set(self, values: Mapping[str, float]) -> None:
