@@ -14,7 +14,6 @@ from fmpy.fmi1 import FMICallException
 
 from warmlink.fmus.component import Component
 
-
 # FMPy loads a library from within its folder, and the process has but one working directory.
 _LOADING = threading.Lock()
 
