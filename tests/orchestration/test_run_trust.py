@@ -104,7 +104,8 @@ def test_a_mismatch_is_that_of_compare(warmlink: Warmlink, mismatch: list[str]) 
     if len(mismatch) > 1:
         return
     Path("duty.toml").write_text('duty = "windshield_wiper"\nstop_time = "20 min"\n')
-    warmlink("compare", "--controllers", "observer", "--duty-cycles", "duty.toml", "--mismatch", *mismatch)
+    study = ["--controllers", "observer", "--duty-cycles", "duty.toml", "--mismatch", *mismatch, "--exact"]
+    warmlink("compare", *study)
     row = Path("out/compare/compare.csv").read_text("utf-8").splitlines()[2].split(",")
     compensated = found["compensated"]
     assert isinstance(compensated, dict)

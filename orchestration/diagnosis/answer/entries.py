@@ -45,7 +45,6 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
     return {
         "verdict": diagnosis.verdict,
         "causes": [cause_entry(diagnosis, item) for item in diagnosis.causes],
-        "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
         "ambiguous": diagnosis.ambiguous,
         "next_experiment": None
         if proposed is None
@@ -56,6 +55,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             "expected_chance": proposed.expected_chance,
             "alike": [list(pair) for pair in proposed.alike],
         },
+        "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
         "wrong": wrong_entries(diagnosis, diagnosis.wrong),
         "remaining": wrong_entries(diagnosis, diagnosis.remaining),
         "artefacts": {

@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.data.experiment_file import (
     RunTable,
 )
 from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, names_of, read_run
-from warmlink.orchestration.diagnosis.data.own.system import rig_of
+from warmlink.orchestration.diagnosis.data.own.rigs import rig_of
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.diagnosis.data.table import Column
 from warmlink.orchestration.scenarios.overrides import to_si

@@ -29,6 +29,7 @@ from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import calibrating
+from warmlink.orchestration.diagnosis.data.own.rigs import rig_of_own
 from warmlink.orchestration.diagnosis.data.own.system import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
@@ -91,8 +92,7 @@ def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: 
 
 
 def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
-    own = Own.of(chain(), {})
-    rig = own.rig()
+    rig = rig_of_own(Own.of(chain(), {}))
     assert rig.component.u.names == rig.externals
     assert rig.component.p.names == rig.parameters
     assert rig.fed_with("motor1.speed") == ("motor1.speed", "link1.speed", "motor2.speed", "link2.speed")

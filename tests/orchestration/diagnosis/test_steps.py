@@ -9,7 +9,7 @@ from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_ru
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import rig
-from warmlink.orchestration.diagnosis.fit import problem as problem_module
+from warmlink.orchestration.diagnosis.fit import predictions
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import assess
@@ -96,7 +96,7 @@ def test_a_step_that_errs_is_cut_in_two() -> None:
 def test_too_coarse_a_simulation_is_noticed_and_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(problem_module, "FINAL", Resolution(CELLS, 60.0, 0.0, 60.0, np.inf))
+    monkeypatch.setattr(predictions, "FINAL", Resolution(CELLS, 60.0, 0.0, 60.0, np.inf))
     problem = Problem(read_experiment(logged_file(tmp_path, {}, LOGGERS["uneven rows"], seed=5)))
     white = [NoiseModel(0.08 if "temperature" in v else 4e-7, 0.0, 60.0) for v in problem.variables]
     coarse = problem.finest(0, problem.neutral[0])

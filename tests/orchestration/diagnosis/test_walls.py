@@ -10,9 +10,9 @@ import warmlink.orchestration.diagnosis.data as data
 HOME = Path(data.__file__).parents[1]
 PREFIX = "warmlink.orchestration.diagnosis."
 BELOW = {
-    "data": (),
-    "model": ("data",),
     "causes": (),
+    "data": ("causes",),
+    "model": ("data",),
     "fit": ("data", "model", "causes"),
     "answer": ("data", "model", "causes", "fit"),
     "practice": ("data", "causes"),

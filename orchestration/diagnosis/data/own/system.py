@@ -1,31 +1,21 @@
-"""A rig of anybody's system: what its FMUs declare, and the heat paths that causes add between them."""
+"""Anybody's system, and the heat paths that causes add between its FMUs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from types import MappingProxyType
 
-from warmlink.fmus.component import Component, Input, Output, Parameter
-from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
-from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.scenarios.own_system import parts_of
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.check import own_unit, variable_of
-from warmlink.orchestration.system.description import ModelInfo, Variable, read_description
+from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Component as Part
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.replacement import Replacements
-from warmlink.orchestration.system.shipped import Blueprint
 from warmlink.orchestration.system.units import Conversion, Unit, meaning
 
 Paths = Mapping[str, AddsTable]
@@ -55,20 +45,6 @@ class Own:
         system, moved = _with_paths(base, paths)
         return cls(base, paths, system, moved)
 
-    def rig(self, looped: bool = False) -> Rig:
-        """Rig of the system; `looped`: in a loop of its FMUs, even where every part is known."""
-        kinds, files = parts_of(self.system)
-        infos = {name: read_description(held.fmu) for name, held in self.system.components.items()}
-        foreign = {name: _declaration(infos[name]) for name, kind in kinds.items() if kind in files}
-        values = {
-            name: {key: in_si(infos[name], key, value) for key, value in held.values.items()}
-            for name, held in self.system.components.items()
-        }
-        wires = tuple((each.source, each.target) for each in self.system.connections)
-        step = self.system.default_experiment.step_size or 1.0
-        blueprint = Blueprint(self.system.name, "", kinds, wires, step_size=step)
-        return Rig(blueprint, values=values, foreign=foreign, looped=looped, moved=self.moved, own=self)
-
     def extended(self, values: Mapping[str, float]) -> System:
         """The system with values in SI by full name, and with those heat paths that carry heat."""
         used = {name: path for name, path in self.paths.items() if values.get(f"{name}.{path.parameter}")}
@@ -84,45 +60,6 @@ class Own:
                 by_part[part][key] = from_si(info, key, value)
         parts = {name: component(name, c.fmu, by_part[name]) for name, c in system.components.items()}
         return replace(system, components=parts)
-
-
-def rig_of(
-    name: str,
-    folder: Path = Path(),
-    paths: Paths = MappingProxyType({}),
-    looped: bool = False,
-    replaced: Replacements | None = None,
-) -> Rig:
-    """Rig of a system that an experiment names.
-
-    Parameters
-    ----------
-    name : of a shipped system, or of an .ssp file
-    folder : in which the file is
-    paths : heat paths that causes may add
-    looped : whether its FMUs are simulated in a loop, even where every part is known
-    replaced : FMUs in place of its parts
-
-    Raises
-    ------
-    InputError
-        There is no such system, or something does not fit it.
-    """
-    is_file = name.lower().endswith((".ssp", ".ssd"))
-    changed = replaced is not None and bool(replaced.fmus)
-    if not (is_file or paths or looped or changed):
-        return rig(name)
-    base = read_system(folder / name) if is_file else _shipped(rig(name).blueprint)
-    if replaced is not None:
-        base = replaced.in_system(base)
-    return Own.of(base, paths).rig(looped)
-
-
-def _shipped(blueprint: Blueprint) -> System:
-    """A shipped system with its FMUs, and no compensation."""
-    none = controller("none").name
-    kinds = set(blueprint.components_with(none).values())
-    return blueprint.system(store(None, sorted(kinds), remark).files(kinds), none)
 
 
 def to_si(info: ModelInfo, name: str) -> Conversion:
@@ -183,43 +120,3 @@ def _input(parts: Mapping[str, Part], target: str, where: str) -> tuple[ModelInf
     info, name = read_description(parts[owner].fmu), target[len(owner) + 1 :]
     found = variable_of(info, name, f"{where}: {target}")
     return info, name, parts[owner].values.get(name, found.start)
-
-
-def _declaration(info: ModelInfo) -> Component:
-    """What an FMU says of itself, as a component without equations, in SI units."""
-    inputs: list[Input] = []
-    parameters: list[Parameter] = []
-    outputs: list[Output] = []
-    for variable in info.variables.values():
-        if variable.kind not in ("Real", "Integer", "Boolean") or variable.dimensions:
-            continue
-        unit, display = _unit(info, variable)
-        about = variable.description
-        kind = variable.kind
-        start = to_si(info, variable.name)(float(variable.start or 0.0))
-        if variable.causality == "input":
-            inputs.append(Input(variable.name, unit, about, start=start, display=display, type=kind))
-        elif variable.causality == "parameter" and variable.settable:
-            tunable = variable.variability == "tunable"
-            parameters.append(
-                Parameter(variable.name, unit, start, about, display=display, type=kind, tunable=tunable)
-            )
-        elif variable.causality == "output":
-            outputs.append(Output(variable.name, unit, about, display=display, type=kind))
-    return Component(
-        info.model_name,
-        info.description,
-        lambda x, u, p, time: {},
-        tuple(inputs),
-        tuple(parameters),
-        outputs=tuple(outputs),
-    )
-
-
-def _unit(info: ModelInfo, variable: Variable) -> tuple[str, str | None]:
-    """SI unit of a variable, and the unit in which people read it, if that is another one."""
-    own = meaning(own_unit(info, variable) or Unit("1"))
-    powers = [(base, n) for base, n in zip(BASE_UNITS, own.exponents or (), strict=False) if n]
-    parts = [base if n == 1 else f"{base}{n}" for base, n in powers]
-    name = own.name if (own.factor, own.offset) == (1.0, 0.0) else ".".join(parts) or "1"
-    return name, "degC" if name == "K" and not variable.relative else None
