@@ -213,7 +213,8 @@ class Fitter:
                 break
             gained, share = 0.0, min(1.0, 4 * share)
             while gained <= 0 and share * expected >= _SMALL and evaluations > 0:
-                tried = self.at(freed, theta + share * step)
+                ahead = np.clip(theta + share * step, lower, upper)  # which rounding may leave
+                tried = self.at(freed, ahead)
                 gained, evaluations = point.chi2 - tried.chi2, evaluations - 1
                 if gained <= 0:
                     # The least of the parabola through both values with the slope at the first.
@@ -221,7 +222,7 @@ class Fitter:
                     share *= max(0.1, fall / (2 * (fall - gained)))
             if gained <= 0:
                 break
-            theta, point = theta + share * step, tried
+            theta, point = ahead, tried
             if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < 5:
                 break
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))

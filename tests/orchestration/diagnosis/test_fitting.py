@@ -1,0 +1,33 @@
+"""Fits stay within their bounds to the last bit: an FMU refuses an emissivity of -5e-17."""
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point
+from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+
+
+class Parabola(Fitter):
+    """A chi-square with its least value below the lower bound, which notes where it was asked for."""
+
+    def __init__(self, weight: float, start: float) -> None:
+        number = Freed("link.emissivity", (0,), (0,), 0.1, 0.9, start, calibrated=True)
+        self.problem = cast("Problem", SimpleNamespace(calibrated=(number,)))
+        self.weight, self.asked = weight, [start]
+
+    def at(self, freed: Sequence[Freed], theta: Any) -> Point:
+        self.asked.append(float(theta[0]))
+        away = -1.0 - theta[0]
+        gram = np.array([[self.weight]])
+        return Point(self.weight * away**2, (gram,), (np.array([self.weight * away]),))
+
+
+def test_no_step_leaves_the_bounds() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        chi_square = Parabola(float(random.uniform(10, 1e5)), float(random.uniform(0.2, 0.8)))
+        chi_square.fit(())
+        assert 0.1 <= min(chi_square.asked) < 0.1 + 1e-12
