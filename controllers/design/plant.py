@@ -119,9 +119,10 @@ class LinearPlant:
 
         dx/dt = (A + |speed| A_speed) x + (B + |speed| B_speed) u,    y = C x
 
-    with x the temperatures of winding, shaft and link nodes in K above `temperature`, u the `INPUTS` and y
-    the `OUTPUTS` (K, and m for the elongation). Convection grows with the speed, so the term in speed times
-    state is kept; the losses of the motor are inputs, computed from duty and winding temperature elsewhere.
+    with x the temperatures of winding, shaft and link nodes in K above `temperature` (of a reduced link the
+    amplitudes of its patterns), u the `INPUTS` and y the `OUTPUTS` (K, and m for the elongation). Convection
+    grows with the speed, so the term in speed times state is kept; the losses of the motor are inputs,
+    computed from duty and winding temperature elsewhere.
 
     Attributes
     ----------
@@ -129,6 +130,7 @@ class LinearPlant:
     B, B_speed : shape (n, 4)
     C : shape (6, n)
     heat_capacity : heat capacity in J/K of each state, shape (n,)
+    uniform : states of everything being 1 K warmer, to which surroundings 1 K warmer lead, shape (n,)
     temperature : temperature in K about which the plant is linear
     link_states : which of the states are the links'
     """
@@ -139,6 +141,7 @@ class LinearPlant:
     B_speed: Array
     C: Array
     heat_capacity: Array
+    uniform: Array
     temperature: float
     link_states: tuple[int, ...]
 
@@ -156,12 +159,13 @@ class LinearPlant:
     @property
     def elongation_per_kelvin(self) -> float:
         """Growth in m for a uniform rise by 1 K."""
-        return float(np.sum(self.C[OUTPUTS.index("elongation")]))
+        return float(self.C[OUTPUTS.index("elongation")] @ self.uniform)
 
     def link_loss(self, into: Array) -> float:
         """Conductance in W/K from the link's nodes to the surroundings that an input matrix holds."""
         link = list(self.link_states)
-        return float(self.heat_capacity[link] @ into[link, INPUTS.index("ambient_temperature")])
+        held = (self.heat_capacity * self.uniform)[link]
+        return float(held @ into[link, INPUTS.index("ambient_temperature")])
 
 
 @lru_cache(maxsize=64)
@@ -193,7 +197,7 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     def heat(variable: str, instances: tuple[str, ...], at: Point) -> Array:
         """Rates per watt of what a variable heats; the heat capacities tell how many watts it is."""
         column = rates_by(joined, at, [f"{each}.{variable}" for each in instances])[kept].sum(axis=1)
-        return column / (column @ heat_capacity)
+        return column / (column @ (heat_capacity * uniform))
 
     def state_matrix(at: Point) -> Array:
         return rates_by(joined, at, states)[kept]
@@ -201,6 +205,8 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     def ambient(at: Point) -> Array:
         return rates_by(joined, at, plant.surroundings)[kept].sum(axis=1)
 
+    A, into = state_matrix(still), ambient(still)
+    uniform = np.asarray(np.linalg.solve(A, -into), dtype=float)
     # A current heats the windings alone, a pad's power the shafts, absorbed radiation the links' surfaces.
     loaded = replace(still, u=still.u.copy())
     for each in plant.motors:
@@ -211,7 +217,6 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
         count * heat("pad_power", plant.motors, still),
         heat("absorbed_flux", plant.links, still),
     ]
-    A, into = state_matrix(still), ambient(still)
     none = np.zeros_like(into)
     return LinearPlant(
         A=A,
@@ -220,6 +225,7 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
         B_speed=np.column_stack([none, none, none, ambient(moving) - into]),
         C=_outputs(plant, outputs_by(joined, still, states)),
         heat_capacity=heat_capacity,
+        uniform=uniform,
         temperature=temperature,
         link_states=tuple(i for i, name in enumerate(states) if name.rpartition(".")[0] in plant.links),
     )

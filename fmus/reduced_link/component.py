@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from warmlink.fmus.component import Component, Output, Parameter, State
+from warmlink.fmus.component import Component, Derived, Output, Parameter, State
 from warmlink.fmus.component.quantities import temperature_parameter
 from warmlink.fmus.reduced_link import equations
 from warmlink.fmus.reduced_link.model import ReducedModel
@@ -76,12 +76,14 @@ def reduced_link(name: str, model: ReducedModel) -> Component:
             ),
             temperature_parameter("radiation_temperature", "temperature about which radiation is linearised"),
         ),
+        derived=(Derived("pattern_heat_capacity", "J/K", size=n),),
         states=(
-            State("amplitude", "K", size=n),
+            State("pattern_temperature", "K", size=n),
             State("heat_received", "J"),
             State("peak", "1", size=2 + surfaces),
         ),
         outputs=_OUTPUTS,
+        derive=partial(equations.derive, model=model),
         begin=partial(equations.begin, model=model),
         rates=partial(equations.rates, model=model),
         solve=partial(equations.solve, model=model),

@@ -1,6 +1,6 @@
 """Heat in a link of any shape by a few patterns of temperature, and the motion of its tool point.
 
-    c dz/dt = -(k K + sum of h_g B_g) z + sources,   T = T_initial + patterns z,   displacement = alpha D z
+    V c dz/dt = -(k K + sum of h_g B_g) z + sources,   T = T_initial + patterns z,   displacement = alpha D z
 
 from finite elements by projection (A. C. Antoulas, *Approximation of Large-Scale Dynamical Systems*, SIAM
 2005). Matrices without parameters are data; `ReducedModel` says what each is.
@@ -8,8 +8,7 @@ from finite elements by projection (A. C. Antoulas, *Approximation of Large-Scal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,20 +25,23 @@ PEAK_TIME = 1.0
 """s in which a peak follows what exceeds it."""
 
 
+def derive(p: Record, model: ReducedModel) -> Mapping[str, Number]:
+    """Heat capacity of each pattern in J/K: that of the whole part."""
+    return {"pattern_heat_capacity": p.density * p.specific_heat * model.volume * np.ones(model.order)}
+
+
 def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Mapping[str, Number]:
-    """Time derivatives of the states: amplitudes in K/s, heat received in W, peaks in units of theirs."""
-    z = x.amplitude
+    """Time derivatives of the states: patterns in K/s, heat received in W, peaks in units of theirs."""
+    z = x.pattern_temperature
     inflow = _inflow(u, p, time, model)
     at_base = inflow[0] - p.hub_conductance * total(model.base_row * z)
     at_tip = inflow[1] - p.tip_conductance * total(model.tip_row * z)
-    gain = model.base_load * at_base + model.tip_load * at_tip - p.conductivity * (model.conduction @ z)
+    gain = model.base_row * at_base + model.tip_row * at_tip - p.conductivity * model.conduction * z
     for g, h in enumerate(film_coefficients(u, p, model)):
-        gain = gain + model.surface_load[g] * inflow[2 + g] - h * (model.cooling[g] @ z)
-    capacity = p.density * p.specific_heat
-    carried = [p.hub_heat_capacity / capacity, p.tip_heat_capacity / capacity]
+        gain = gain + model.surface_rows[g] * inflow[2 + g] - h * (model.cooling[g] @ z)
     beyond = [maximum(absolute(each) - x.peak[i], 0.0) for i, each in enumerate(inflow)]
     return {
-        "amplitude": _with_ends(lambda each: each, carried, gain, model) / capacity,
+        "pattern_temperature": _solved(p.pattern_heat_capacity, _carried(p), gain, model),
         "heat_received": u.heat_flow,
         "peak": stack(*beyond) / PEAK_TIME,
     }
@@ -47,34 +49,27 @@ def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) ->
 
 def solve(right: Record, p: Record, step: Number, model: ReducedModel) -> Mapping[str, Number]:
     """Solve (I - step J) y = right with conduction, hub and tip in J; cooling and the peaks are not stiff."""
-    capacity = p.density * p.specific_heat
-    carried = [p.hub_heat_capacity / capacity, p.tip_heat_capacity / capacity]
-    stored = model.base_load * carried[0] * total(model.base_row * right.amplitude)
-    stored = stored + model.tip_load * carried[1] * total(model.tip_row * right.amplitude)
-    share = step / capacity
-    weights = [carried[0] + share * p.hub_conductance, carried[1] + share * p.tip_conductance]
-    conducted = partial(_conducted, share=share * p.conductivity, model=model)
+    carried, z = _carried(p), right.pattern_temperature
+    stored = p.pattern_heat_capacity * z
+    for held, row in zip(carried, (model.base_row, model.tip_row), strict=True):
+        stored = stored + held * total(row * z) * row
+    diagonal = p.pattern_heat_capacity + step * p.conductivity * model.conduction
+    weights = [carried[0] + step * p.hub_conductance, carried[1] + step * p.tip_conductance]
     return {
-        "amplitude": _with_ends(conducted, weights, right.amplitude + stored, model),
+        "pattern_temperature": _solved(diagonal, weights, stored, model),
         "heat_received": right.heat_received,
         "peak": right.peak,
     }
 
 
-def _conducted(right: Number, share: Number, model: ReducedModel) -> Number:
-    """Solve (I + share conduction) y = right, one pattern or pair of patterns at a time."""
-    diagonal = 1 + share * np.diag(model.conduction)
-    partner, coupling = model.partners
-    inverse = 1 / (diagonal**2 - share**2 * (coupling * coupling[partner]))
-    return (diagonal * right - share * coupling * right[partner]) * inverse
+def _carried(p: Record) -> list[Number]:
+    return [p.hub_heat_capacity, p.tip_heat_capacity]
 
 
-def _with_ends(
-    inverse: Callable[[Number], Number], weights: Sequence[Number], right: Number, model: ReducedModel
-) -> Number:
-    """Solve (D + w_1 base_load base_row + w_2 tip_load tip_row) y = right by Woodbury's formula."""
-    loads, rows = (model.base_load, model.tip_load), (model.base_row, model.tip_row)
-    columns, plain = [inverse(load) for load in loads], inverse(right)
+def _solved(diagonal: Number, weights: Sequence[Number], right: Number, model: ReducedModel) -> Number:
+    """Solve (diagonal + w_1 base_row base_row' + w_2 tip_row tip_row') y = right by Woodbury's formula."""
+    rows = model.base_row, model.tip_row
+    columns, plain = [row / diagonal for row in rows], right / diagonal
     seen = [weights[i] * total(rows[i] * plain) for i in range(2)]
     (a, b), (c, d) = (
         [float(i == j) + weights[i] * total(rows[i] * columns[j]) for j in range(2)] for i in range(2)
@@ -86,7 +81,7 @@ def _with_ends(
 
 def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Mapping[str, Number]:
     """Temperatures in K, displacement in m, rotation in rad, heat in W and J, bounds of their errors."""
-    start, rise = p.initial_temperature, x.amplitude
+    start, rise = p.initial_temperature, x.pattern_temperature
     reference = where(p.reference_temperature > 0, p.reference_temperature, start)
     displacement = p.expansion_coefficient * (
         model.displacement_rows @ rise + model.reach * (start - reference)
@@ -118,7 +113,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) 
 def begin(u: Record, p: Record, model: ReducedModel) -> Mapping[str, Number]:
     """States at the start: the initial temperature plus the initial rises given at the sensors."""
     return {
-        "amplitude": model.initial_rows @ p.initial_temperature_rise,
+        "pattern_temperature": model.initial_rows @ p.initial_temperature_rise,
         "heat_received": 0.0,
         "peak": np.zeros(2 + model.surfaces),
     }

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+STORED = "resources/reduced_link.json"
+"""File in a reduced link's FMU that holds its model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,19 +21,19 @@ class ReducedModel:
 
     The temperature is the initial one plus the patterns times their amplitudes z [K]:
 
-        c dz/dt = -(k conduction + sum of h_g cooling_g) z
-                  + base_load Q + tip_load Q_tip + sum of f_g surface_load_g
+        V c dz/dt = -(k conduction + sum of h_g cooling_g) z
+                    + base_row Q + tip_row Q_tip + sum of f_g surface_rows_g
 
     with c the heat capacity of a unit volume [J/(m3.K)], k the conductivity, h_g the convection coefficient
-    of the surface g and f_g the heat flux into it. G surfaces are cooled.
+    of the surface g and f_g the heat flux into it. G surfaces are cooled. The mean over the volume V of the
+    product of two patterns is 1 for equal ones and 0 for others; the first is 1 everywhere.
 
     Attributes
     ----------
     material : nominal `conductivity`, `density`, `specific_heat` and `expansion_coefficient` in SI units
-    conduction : shape (n, n) [1/m2], diagonal but for pairs of patterns that it couples
-    cooling : shape (G, n, n) [1/m]
-    base_load, tip_load : shape (n,) [1/m3]
-    surface_load : shape (G, n) [1/m]
+    volume : of the body [m3]
+    conduction : of each pattern, shape (n,) [m]
+    cooling : shape (G, n, n) [m2]
     base_row, tip_row : mean temperature of the heated face and of the tool's, shape (n,)
     sensor_rows : shape (8, n)
     surface_rows : integral over each cooled surface, shape (G, n) [m2]
@@ -46,11 +50,9 @@ class ReducedModel:
     """
 
     material: dict[str, float]
+    volume: float
     conduction: Array
     cooling: Array
-    base_load: Array
-    tip_load: Array
-    surface_load: Array
     base_row: Array
     tip_row: Array
     sensor_rows: Array
@@ -70,15 +72,21 @@ class ReducedModel:
         """Number of patterns."""
         return len(self.base_row)
 
-    @cached_property
-    def partners(self) -> tuple[NDArray[np.int64], Array]:
-        """Pattern that conduction couples each pattern with, itself where none, and the coupling [1/m2]."""
-        others = self.conduction - np.diag(np.diag(self.conduction))
-        coupled = np.abs(others).max(axis=1) > 0
-        partner = np.where(coupled, np.abs(others).argmax(axis=1), np.arange(self.order))
-        return partner, others[np.arange(self.order), partner]
-
     @property
     def surfaces(self) -> int:
         """Number of cooled surfaces."""
         return len(self.area)
+
+
+def stored(model: ReducedModel) -> bytes:
+    """Content of the file `STORED`."""
+    return json.dumps(asdict(model), default=lambda array: array.tolist()).encode()
+
+
+def read_stored(content: bytes) -> ReducedModel:
+    """Model in the content of the file `STORED`."""
+    held: dict[str, Any] = json.loads(content)
+    for name, value in held.items():
+        if isinstance(value, list):
+            held[name] = tuple(value) if name.endswith("_range") else np.array(value)
+    return ReducedModel(**held)

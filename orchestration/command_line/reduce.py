@@ -64,8 +64,12 @@ def reduce(
     example: Annotated[
         bool, typer.Option("--example", help="Write an example, a ribbed and bored link, as PART, and stop.")
     ] = False,
-    list_faces: Annotated[bool, typer.Option("--list-faces", help="Show the faces, and stop.")] = False,
+    list_faces: Annotated[
+        bool,
+        typer.Option("--list-faces", help="Show the faces, with a picture in PART_faces.html, and stop."),
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="FMU to write. Default: PART.fmu.")] = None,
+    report: Annotated[bool, typer.Option(help="Write a page beside the FMU, as PART.html.")] = True,
     json: Json = False,
 ) -> None:
     """Make a thermal link FMU from a solid, by finite elements, with a bound of the reduction's error.
@@ -74,8 +78,10 @@ def reduce(
 
     Example: `warmlink reduce link.step --heat-face "25, 6, 0 mm" --tool-point "330, 0, 0 mm"`
     """
+    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.order import LARGEST_ORDER, Demand
     from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
+    from warmlink.orchestration.report.reduction import write_report
     from warmlink.orchestration.scenarios.quantity import positive
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
@@ -90,6 +96,7 @@ def reduce(
         raise InputError(
             f"--out {target}: names no FMU; give letters, digits and _ before .fmu, as MyLink.fmu"
         )
+    page = target.with_suffix(".html")
     if not heat_face or tool_point is None:
         raise InputError("--heat-face and --tool-point: both are needed; --list-faces shows the faces")
     if order is not None and not 2 <= order <= LARGEST_ORDER:
@@ -110,11 +117,17 @@ def reduce(
         found = reduce_part(part, wanted, within, demand, doing)
         doing("building and checking the FMU")
         failed = _write(found, part.name, target)
+        if report:
+            doing("where thermometers tell most")
+            with fresh_file(page) as scratch:
+                write_report(found, part.name, scratch)
     if json:
         answer_json({**_figures(found), "fmu": str(target), "failed_checks": failed})
     else:
         _answer(found)
-        answer(f"FMU  {target}    {'all checks passed' if not failed else '; '.join(failed)}")
+        if report:
+            answer(f"page   {page}")
+        answer(f"FMU    {target}    {'all checks passed' if not failed else '; '.join(failed)}")
     if failed:
         raise SystemExit(FAILED)
 
@@ -132,9 +145,15 @@ def _write_example(part: Path) -> None:
 
 
 def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
+    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.solid import read_solid
+    from warmlink.orchestration.report.reduction import write_faces
 
-    faces = read_solid(part, unit, size).faces
+    solid = read_solid(part, unit, size)
+    faces = solid.faces
+    page = part.with_name(f"{part.stem}_faces.html")
+    with fresh_file(page) as scratch:
+        write_faces(solid, part.name, scratch)
     if json:
         shown = [
             {"number": f.number, "name": f.name, "area": f.area, "centre": f.centre.tolist()} for f in faces
@@ -151,6 +170,7 @@ def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
         for f in faces
     ]
     print_table(str(part), ("face", "name", "area [mm2]", "centre [mm]"), rows)
+    answer(f"picture  {page}")
 
 
 def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
@@ -175,6 +195,7 @@ def _write(part: Part, name: str, target: Path) -> list[str]:
     from warmlink.fmus.packaging.native.compile import compilers, platforms_named
     from warmlink.fmus.packaging.native.fmu import native_fmu_files
     from warmlink.fmus.reduced_link.component import reduced_link
+    from warmlink.fmus.reduced_link.model import STORED, stored
     from warmlink.orchestration.check.fmu import check_fmu
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.remarks import remarks
@@ -183,7 +204,7 @@ def _write(part: Part, name: str, target: Path) -> list[str]:
     entry = Entry(component, "warmlink.fmus.reduced_link.component", remarks=remarks(part, name))
     files = native_fmu_files(entry, "2.0", compilers(platforms_named(None)))
     with fresh_file(target) as scratch:
-        write_archive(scratch, files)
+        write_archive(scratch, {**files, STORED: stored(part.model)})
     return [f"{each.name}: {each.detail}" for each in check_fmu(target) if each.verdict == "fail"]
 
 

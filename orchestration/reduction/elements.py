@@ -82,41 +82,64 @@ class HeatMatrices:
         return np.vstack([self.motion, self.sensors, self.loads[:, :2].T])
 
 
-def assembled(solid: Solid, task: Task) -> HeatMatrices:
-    """Matrices of a part for a task."""
-    import skfem
+class Elements:
+    """Finite elements of a part for a task.
 
-    mesh, element = solid.mesh, skfem.ElementTetP2()
-    basis = skfem.Basis(mesh, element, intorder=2)
-    surfaces = {
-        name: _Surface(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4), basis.N)
-        for name, faces in (("base", task.heated), ("tip", task.tool), *enumerate(task.cooled))
-    }
-    groups = [surfaces[g] for g in range(len(task.cooled))]
-    base, tip = surfaces["base"], surfaces["tip"]
-    places = np.asarray(basis.doflocs)
-    centre = places @ base.load / base.area
-    product = _gradient_products(basis)
-    conduction = product[0][0] + product[1][1] + product[2][2]
-    rigid = _rigid_motions(places, centre)
-    motion_of_base = _rigid_part(base.mass, places, centre)
-    motion_of_tip = _rigid_part(tip.mass, places, task.tool_point)
-    # The heated face's motion, carried to the tool point, is what is not the tool's own.
-    wanted = motion_of_tip - (motion_of_tip @ rigid.T) @ motion_of_base
-    elastic = Equilibrium(_stiffness(product, conduction, task.poissons_ratio), rigid, basis)
-    motion = elastic.adjoint(wanted) @ _thermal_load(basis, task.poissons_ratio)
-    return HeatMatrices(
-        mass=csc_matrix(_mass(skfem.Basis(mesh, element, intorder=4))),
-        conduction=csc_matrix(conduction),
-        cooling=tuple(csc_matrix(group.mass) for group in groups),
-        loads=np.stack(
-            [base.load / base.area, tip.load / tip.area, *(group.load for group in groups)], axis=1
-        ),
-        motion=np.asarray(motion),
-        sensors=np.array([_temperature_at(place, basis) for place in task.sensors]),
-        places=places,
-        reach=task.tool_point - centre,
-    )
+    Attributes
+    ----------
+    heat : matrices of its temperatures, and the tool's motion
+    """
+
+    def __init__(self, solid: Solid, task: Task) -> None:
+        import skfem
+
+        mesh, element = solid.mesh, skfem.ElementTetP2()
+        basis = skfem.Basis(mesh, element, intorder=2)
+        surfaces = {
+            name: _Surface(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4), basis.N)
+            for name, faces in (("base", task.heated), ("tip", task.tool), *enumerate(task.cooled))
+        }
+        groups = [surfaces[g] for g in range(len(task.cooled))]
+        base, tip = surfaces["base"], surfaces["tip"]
+        places = np.asarray(basis.doflocs)
+        centre = places @ base.load / base.area
+        product = _gradient_products(basis)
+        conduction = product[0][0] + product[1][1] + product[2][2]
+        self._rigid = _rigid_motions(places, centre)
+        self._motion_of_base = _rigid_part(base.mass, places, centre)
+        motion_of_tip = _rigid_part(tip.mass, places, task.tool_point)
+        # The heated face's motion, carried to the tool point, is what is not the tool's own.
+        wanted = motion_of_tip - (motion_of_tip @ self._rigid.T) @ self._motion_of_base
+        self._elastic = Equilibrium(_stiffness(product, conduction, task.poissons_ratio), self._rigid, basis)
+        self._forces = _thermal_load(basis, task.poissons_ratio)
+        self.heat = HeatMatrices(
+            mass=csc_matrix(_mass(skfem.Basis(mesh, element, intorder=4))),
+            conduction=csc_matrix(conduction),
+            cooling=tuple(csc_matrix(group.mass) for group in groups),
+            loads=np.stack(
+                [base.load / base.area, tip.load / tip.area, *(group.load for group in groups)], axis=1
+            ),
+            motion=np.asarray(self._elastic.solve(wanted) @ self._forces),
+            sensors=np.array([_temperature_at(place, basis) for place in task.sensors]),
+            places=places,
+            reach=task.tool_point - centre,
+        )
+
+    def displacements(self, rises: Array) -> Array:
+        """Displacements relative to the heated face for an expansion coefficient of 1.
+
+        Parameters
+        ----------
+        rises : of the temperatures, shape (n, N) [K]
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n, 3, N) [m].
+        """
+        found = self._elastic.solve((self._forces @ rises.T).T)
+        found = found - (found @ self._motion_of_base.T) @ self._rigid
+        return found.reshape(len(rises), 3, -1)
 
 
 def linear_temperatures(heat: HeatMatrices, solid: Solid) -> HeatMatrices:

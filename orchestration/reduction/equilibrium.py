@@ -58,16 +58,19 @@ class Equilibrium:
         largest = eigsh(root @ self._matrix @ root, k=1, tol=0.01, return_eigenvectors=False)
         self._largest = 1.05 * float(largest[0])
 
-    def adjoint(self, wanted: Array) -> Array:
-        """Displacements whose work with any forces in balance is the wanted motion, shape (m, 3 N).
+    def solve(self, forces: Array) -> Array:
+        """Displacements under forces in balance, six of them held at 0, shape (m, 3 N).
+
+        With rows that give motions from displacements, and do not see rigid ones, in place of the forces:
+        the adjoint solutions, whose work with any forces in balance is the motion.
 
         Parameters
         ----------
-        wanted : rows that give motions from displacements and do not see rigid motions, shape (m, 3 N)
+        forces : shape (m, 3 N)
         """
-        found = np.zeros_like(wanted)
+        found = np.zeros_like(forces)
         preconditioner = LinearOperator(self._matrix.shape, self._approximate)
-        for row, target in zip(found, wanted, strict=True):
+        for row, target in zip(found, forces, strict=True):
             row[self._free], failed = cg(
                 self._matrix,
                 target[self._free],

@@ -57,7 +57,8 @@ def mesh_error(meshes: Sequence[DenseHeat], reach: Array, within: Range, ratio: 
     within : material and range; convection is its geometric mean
     ratio : of the sizes of elements of the last two meshes
     """
-    found = np.array([_elongation(each, reach / np.linalg.norm(reach), within) for each in meshes])
+    along = within.material["expansion_coefficient"] * reach / np.linalg.norm(reach)
+    found = np.array([along @ each.outputs[:3] @ warmed(each, within) for each in meshes])
     steps = np.diff(found, axis=0)
     error, order = np.abs(steps).max(axis=0), None
     if len(meshes) > 2:
@@ -68,11 +69,11 @@ def mesh_error(meshes: Sequence[DenseHeat], reach: Array, within: Range, ratio: 
     return MeshError(tuple(len(each.patterns) for each in meshes), found, order, error)
 
 
-def _elongation(heat: DenseHeat, along: Array, within: Range) -> Array:
+def warmed(heat: DenseHeat, within: Range) -> Array:
+    """Amplitudes at `TIMES` after a step of `HEAT_FLOW` into a cold part, shape (m, times)."""
     material = within.material
     convection = float(np.sqrt(within.convection[0] * within.convection[1]))
     decay = material["conductivity"] * heat.conduction + convection * heat.cooling.sum(axis=0)
-    rates, vectors = np.linalg.eigh(decay / within.capacity)
-    load = vectors.T @ heat.loads[:, 0] * HEAT_FLOW / within.capacity
-    row = material["expansion_coefficient"] * along @ heat.outputs[:3] @ vectors
-    return np.array([row @ (-np.expm1(-rates * time) / rates * load) for time in TIMES])
+    rates, modes = np.linalg.eigh(decay / within.capacity)
+    grown = -np.expm1(-np.outer(rates, TIMES)) / rates[:, None]
+    return np.asarray(modes @ (grown * (modes.T @ heat.loads[:, :1]))) * HEAT_FLOW / within.capacity

@@ -1,4 +1,7 @@
-"""As few patterns as keep to a tolerance: balanced truncation with Gramians of the worst parameters.
+"""As few patterns as keep to a tolerance: those that heat inputs reach most, at the worst parameters.
+
+The patterns are orthogonal, and conduction and cooling symmetric, so that the reduced model is stable for all
+parameters (Galerkin projection: A. C. Antoulas, *Approximation of Large-Scale Dynamical Systems*, SIAM 2005).
 
 The error of an output due to an input that is held over each second and stays below a peak is at most the
 peak times the integral over time of the error's absolute impulse response (the norm that peaks induce: S.
@@ -16,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_continuous_lyapunov, svd
+from scipy.linalg import eigh
 from scipy.stats.qmc import LatinHypercube
 
 from warmlink.fmus.errors import InputError
@@ -39,6 +42,9 @@ LOST = 1.0
 LARGEST_STEP = 1e6
 """s, up to which step responses are followed."""
 
+SMOOTHING = 10.0
+"""s over which inputs are smoothed before patterns are chosen: what passes sooner moves no tool point."""
+
 SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP = 6, 60, 2
 
 
@@ -59,19 +65,6 @@ class Demand:
     heat_flow: float = 20.0
     tip_heat_flow: float = 5.0
     ambient_change: float = 15.0
-
-
-@dataclass(frozen=True, eq=False)
-class Reduced:
-    """Matrices in n patterns: those of `DenseHeat` projected by `left` on `right`, both of shape (m, n)."""
-
-    left: Array
-    right: Array
-
-    @property
-    def order(self) -> int:
-        """Number of patterns."""
-        return int(self.right.shape[1])
 
 
 @dataclass(frozen=True)
@@ -98,16 +91,15 @@ class Responses:
     def __init__(self, heat: DenseHeat, within: Range, demand: Demand, volume: float, reach: float) -> None:
         self.heat, self.within = heat, within
         groups = len(heat.cooling)
-        lowest = within.conductivity[0]
         flux = demand.ambient_change * within.convection[1] / 2
         self.peaks = np.array([demand.heat_flow, demand.tip_heat_flow, *[flux] * groups])
-        expansion = within.material["expansion_coefficient"]
-        per_metre = expansion / demand.displacement
+        per_metre = within.material["expansion_coefficient"] / demand.displacement
         rest = len(heat.outputs) - 6
         self.weights = np.array([per_metre] * 3 + [per_metre * reach] * 3 + [1 / demand.temperature] * rest)
-        self._scale = SAFETY * self.weights[:, None] * self.peaks / lowest
+        self._scale = SAFETY * self.weights[:, None] * self.peaks / within.conductivity[0]
         times = np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
-        self._times = times * within.material["conductivity"] / within.capacity
+        self._per_second = within.material["conductivity"] / within.capacity
+        self._times = times * self._per_second
         self.settings = self._sampled(groups, volume)
 
     def _sampled(self, groups: int, volume: float) -> list[Setting]:
@@ -123,61 +115,74 @@ class Responses:
             )
         return corners
 
-    def dynamics(self, setting: Setting, model: Reduced | None = None) -> tuple[Array, Array, Array]:
-        """Matrices A, B, C of dz/dt = A z + B u, y = C z in scaled time, without a model the part's own."""
+    def modes(self, setting: Setting, basis: Array | None = None) -> tuple[Array, Array]:
+        """Rates of decay in scaled time, shape (n,), and modes, in the part's span or in a basis of it."""
         heat = self.heat
         decay = heat.conduction + np.tensordot(setting.cooling, heat.cooling, 1)
         mass = np.eye(len(decay))
         for i in range(2):
             load = np.outer(heat.loads[:, i], heat.loads[:, i])
             decay, mass = decay + setting.loss[i] * load, mass + setting.storage[i] * load
-        loads, outputs = heat.loads, heat.outputs
-        if model is not None:
-            decay, mass = model.left.T @ decay @ model.right, model.left.T @ mass @ model.right
-            loads, outputs = model.left.T @ loads, outputs @ model.right
-        return np.asarray(-np.linalg.solve(mass, decay)), np.asarray(np.linalg.solve(mass, loads)), outputs
+        if basis is None:
+            return eigh(decay, mass)
+        rates, modes = eigh(basis.T @ decay @ basis, basis.T @ mass @ basis)
+        return rates, basis @ modes
 
-    def steps(self, setting: Setting, model: Reduced | None = None) -> Array:
+    def steps(self, setting: Setting, basis: Array | None = None) -> Array:
         """Responses of outputs to steps of inputs, shape (outputs, inputs, times)."""
-        a, b, c = self.dynamics(setting, model)
-        rates, vectors = np.linalg.eig(a)
-        grown = np.expm1(np.outer(rates, self._times)) / rates[:, None]
-        return np.einsum("om,mt,mi->oit", c @ vectors, grown, np.linalg.solve(vectors, b)).real
+        rates, modes = self.modes(setting, basis)
+        grown = -np.expm1(-np.outer(rates, self._times)) / rates[:, None]
+        return np.einsum(
+            "om,mt,mi->oit", self.heat.outputs @ modes, grown, modes.T @ self.heat.loads, optimize=True
+        )
 
     @cached_property
     def _exact(self) -> dict[Setting, Array]:
         return {setting: self.steps(setting) for setting in self.settings}
 
-    def gains(self, setting: Setting, model: Reduced) -> Array:
+    def gains(self, setting: Setting, basis: Array) -> Array:
         """Largest error of outputs for inputs of 1, times the conductivity, shape (outputs, inputs)."""
-        error = self._exact[setting] - self.steps(setting, model)
+        error = self._exact[setting] - self.steps(setting, basis)
         return np.abs(np.diff(error, axis=2)).sum(axis=2)
 
-    def error(self, setting: Setting, model: Reduced) -> float:
+    def error(self, setting: Setting, basis: Array) -> float:
         """Largest error, as a share of its tolerance, for inputs at their peaks one at a time."""
-        return float((self.gains(setting, model) * self._scale).max())
+        return float((self.gains(setting, basis) * self._scale).max())
+
+    def gramian(self, setting: Setting) -> Array:
+        """What inputs at their peaks reach, shape (m, m): a controllability Gramian of smoothed inputs."""
+        rates, modes = self.modes(setting)
+        smoothed = 1 + SMOOTHING * self._per_second * rates
+        driven = modes.T @ (self.heat.loads * self.peaks) / smoothed[:, None]
+        return np.asarray(modes @ (driven @ driven.T / np.add.outer(rates, rates)) @ modes.T)
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """A reduced model within its tolerance, and how the error fell with the order on the way."""
+    """A basis of the part's span within the tolerance, and how the error fell with the order on the way.
 
-    model: Reduced
+    Attributes
+    ----------
+    basis : shape (m, n), orthonormal
+    orders, errors : each order that was tried, and its largest error over its tolerance
+    gains : of `Responses.gains`, the largest at all settings
+    """
+
+    basis: Array
     orders: Sequence[int]
     errors: Sequence[float]
     gains: Array
 
     @property
     def error(self) -> float:
-        """Largest error of the model over its tolerance."""
+        """Largest error over its tolerance."""
         return min(self.errors)
 
 
 def choose_order(responses: Responses, order: int | None = None) -> Chosen:
     """Reduce a part until its error at every sampled setting is within the tolerance.
 
-    At each step of the greedy search, the Gramians of the worst setting are added to those that are balanced,
-    and the order grows.
+    At each step of the greedy search, the Gramian of the worst setting is added, and the order grows.
 
     Parameters
     ----------
@@ -214,68 +219,59 @@ def _surrogate(responses: Responses, order: int | None) -> Any:
     from pymor.algorithms.greedy import WeakGreedySurrogate
 
     class Search(WeakGreedySurrogate):
-        """Balanced truncation with the Gramians of the settings that were worst so far."""
+        """The leading directions of the Gramians of the settings that were worst so far, added up."""
 
         def __init__(self) -> None:
-            middle = responses.settings[0]
-            self._reach, self._seen = _gramians(responses, middle)
-            self.model = _balanced(self._reach, self._seen, order or SMALLEST_ORDER)
-            self.best, self.least = self.model, np.inf
-            self.orders = [self.model.order]
+            self._gramian = responses.gramian(responses.settings[0])
+            self.basis = _leading(self._gramian, responses.heat.uniform, order or SMALLEST_ORDER)
+            self.best, self.least = self.basis, np.inf
+            self.orders = [self.basis.shape[1]]
 
         def evaluate(self, mus: Sequence[Setting], return_all_values: bool = False) -> Any:
-            errors = np.array([responses.error(setting, self.model) for setting in mus])
+            errors = np.array([responses.error(setting, self.basis) for setting in mus])
             if return_all_values:
                 return errors
             worst = int(np.argmax(errors))
             if errors[worst] < self.least:
-                self.best, self.least = self.model, errors[worst]
+                self.best, self.least = self.basis, errors[worst]
             return errors[worst], mus[worst]
 
         def extend(self, mu: Setting) -> None:
-            reach, seen = _gramians(responses, mu)
-            self._reach, self._seen = self._reach + reach, self._seen + seen
-            self.model = _balanced(self._reach, self._seen, order or self.model.order + ORDER_STEP)
-            self.orders.append(self.model.order)
+            self._gramian = self._gramian + responses.gramian(mu)
+            self.basis = _leading(
+                self._gramian, responses.heat.uniform, order or self.orders[-1] + ORDER_STEP
+            )
+            self.orders.append(self.basis.shape[1])
 
     return Search()
 
 
-def _gramians(responses: Responses, setting: Setting) -> tuple[Array, Array]:
-    """Gramians of what the inputs reach and what the outputs see."""
-    a, b, c = responses.dynamics(setting)
-    driven, weighed = b * responses.peaks, c * responses.weights[:, None]
-    return solve_continuous_lyapunov(a, -driven @ driven.T), solve_continuous_lyapunov(
-        a.T, -weighed.T @ weighed
-    )
+def _leading(gramian: Array, uniform: Array, order: int) -> Array:
+    """Direction of uniform temperature, and those beside it of which the Gramian holds most."""
+    size = len(uniform)
+    whole = uniform / np.linalg.norm(uniform)
+    beside = np.eye(size) - np.outer(whole, whole)
+    _, directions = eigh(beside @ gramian @ beside, subset_by_index=(size - order + 1, size - 1))
+    return np.column_stack([whole, directions])
 
 
-def _balanced(reach: Array, seen: Array, order: int) -> Reduced:
-    """Directions that are reached and seen most (B. C. Moore, IEEE Trans. Autom. Control 26 (1981) 17)."""
-    roots = []
-    for gramian in (reach, seen):
-        u, s, _ = svd((gramian + gramian.T) / 2)
-        roots.append(u * np.sqrt(s))
-    left, values, right = svd(roots[1].T @ roots[0])
-    scale = np.sqrt(values[:order])
-    return Reduced(left=roots[1] @ left[:, :order] / scale, right=roots[0] @ right[:order].T / scale)
-
-
-def separated(model: Reduced, conduction: Array, volume: float) -> tuple[Reduced, Array]:
-    """Reduced model in patterns that conduction couples at most in pairs, and conduction between these.
+def separated(basis: Array, heat: DenseHeat, volume: float) -> tuple[Array, Array]:
+    """Basis in which conduction couples no two patterns, and conduction of each.
 
     Parameters
     ----------
-    model : to be transformed
-    conduction : its matrix, shape (n, n)
-    volume : of the part [m3]; amplitudes become about as large as temperatures in K
+    basis : shape (m, n), orthonormal
+    heat : the part in its span
+    volume : of the part [m3]; the mean square of each pattern over it becomes 1
+
+    Returns
+    -------
+    patterns, conduction
+        Shape (m, n), the uniform temperature first, and shape (n,) [m].
     """
-    rates, vectors = np.linalg.eig(conduction)
-    basis = np.where(rates.imag < 0, vectors.imag, vectors.real)
-    scale = np.sqrt(volume) / np.linalg.norm(model.right @ basis, axis=0)
-    basis, blocks = basis * scale, np.diag(rates.real)
-    for i in np.flatnonzero(rates.imag > 0):  # its conjugate follows
-        # K (a + ib) = (p + iq)(a + ib), the second column being -b.
-        blocks[i, i + 1] = -rates.imag[i] * scale[i + 1] / scale[i]
-        blocks[i + 1, i] = rates.imag[i] * scale[i] / scale[i + 1]
-    return Reduced(left=model.left @ np.linalg.inv(basis).T, right=model.right @ basis), blocks
+    rates, directions = eigh(basis.T @ heat.conduction @ basis)
+    patterns = np.sqrt(volume) * basis @ directions
+    conduction = volume * rates
+    conduction[0] = 0.0  # of the uniform temperature, which rounding might let grow
+    patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.uniform)
+    return patterns, conduction

@@ -13,9 +13,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import SENSORS
-from warmlink.orchestration.reduction.elements import HeatMatrices, Task, assembled, linear_temperatures
+from warmlink.orchestration.reduction.elements import Elements, HeatMatrices, Task, linear_temperatures
 from warmlink.orchestration.reduction.mesh_error import MeshError, mesh_error
 from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Responses, choose_order, separated
+from warmlink.orchestration.reduction.picture import Picture, drawn
+from warmlink.orchestration.reduction.simplices import coarsened
 from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_solid
 from warmlink.orchestration.reduction.subspace import Range, projected
 from warmlink.orchestration.scenarios.quantity import in_si
@@ -30,6 +32,9 @@ PROPERTIES = {
     "expansion_coefficient": "1/K",
 }
 """Units of a material's properties."""
+
+THERMOMETER_PLACES = 100
+"""Most corners of the surface at which a thermometer is tried."""
 
 COARSER = (2.0, 2**0.5)
 """Sizes of elements of the coarser meshes, as multiples."""
@@ -65,7 +70,11 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A reduced part: its mesh, its full matrices, the reduced model, and the errors found on the way."""
+    """A reduced part: its mesh, its full matrices, the reduced model, and the errors found on the way.
+
+    `places` are corners of the surface, shape (n, 3) [m], and `rows` give their temperatures, shape
+    (n, order).
+    """
 
     solid: Solid
     task: Task
@@ -75,6 +84,9 @@ class Part:
     chosen: Chosen
     span: int
     mesh: MeshError
+    picture: Picture
+    places: Array
+    rows: Array
     model: ReducedModel
 
 
@@ -104,9 +116,11 @@ def reduce_part(
     solid = read_solid(path, wanted.unit, wanted.size)
     task = task_on(solid, wanted)
     doing(f"finite elements, {solid.mesh.nelements} tetrahedra")
-    heat = assembled(solid, task)
+    elements = Elements(solid, task)
+    heat = elements.heat
     doing(f"responses of {heat.unknowns} temperatures")
     dense = projected(heat, within)
+    picture = drawn(solid.mesh, elements, dense, within)
     reach = float(np.linalg.norm(heat.reach))
     volume = float(heat.mass.sum())
     responses = Responses(dense, within, demand, volume, reach)
@@ -115,16 +129,15 @@ def reduce_part(
     doing("coarser meshes")
     if path.suffix.lower() in SOLIDS:
         coarser = [read_solid(path, None, solid.size, ratio) for ratio in COARSER]
-        coarse = [assembled(each, task_on(each, wanted)) for each in coarser]
+        coarse = [Elements(each, task_on(each, wanted)).heat for each in coarser]
     else:
         coarse = [linear_temperatures(heat, solid)]
     error = mesh_error([*(projected(each, within) for each in coarse), dense], heat.reach, within, COARSER[1])
-    reduced = chosen.model
-    model, conduction = separated(reduced, reduced.left.T @ dense.conduction @ reduced.right, volume)
+    patterns, conduction = separated(chosen.basis, dense, volume)
     gains = SAFETY * chosen.gains
-    rows = dense.outputs @ model.right
-    loads = dense.loads.T @ model.left
-    groups = dense.loads[:, 2:]
+    rows = dense.outputs @ patterns
+    mesh = solid.mesh
+    kept, _ = coarsened(mesh.p, mesh.facets[:, mesh.boundary_facets()], THERMOMETER_PLACES)
     return Part(
         solid,
         task,
@@ -134,22 +147,23 @@ def reduce_part(
         chosen,
         len(dense.loads),
         error,
+        picture,
+        mesh.p[:, kept].T,
+        dense.patterns[kept] @ patterns,
         ReducedModel(
             material=within.material,
+            volume=volume,
             conduction=conduction,
-            cooling=np.array([model.left.T @ each @ model.right for each in dense.cooling]),
-            base_load=loads[0],
-            tip_load=loads[1],
-            surface_load=loads[2:],
+            cooling=np.array([patterns.T @ each @ patterns for each in dense.cooling]),
             base_row=rows[-2],
             tip_row=rows[-1],
             sensor_rows=rows[6:-2],
-            surface_rows=groups.T @ model.right,
+            surface_rows=dense.loads[:, 2:].T @ patterns,
             area=np.asarray(heat.loads[:, 2:].sum(axis=0)),
             displacement_rows=rows[:3],
             rotation_rows=rows[3:6],
             reach=heat.reach,
-            initial_rows=model.left.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)),
+            initial_rows=patterns.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)) / volume,
             error_gain=np.array(
                 [
                     np.linalg.norm(gains[:3], axis=0),

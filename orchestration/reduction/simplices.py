@@ -73,3 +73,35 @@ def boundary_patches(mesh: Any, facets: Integers) -> list[Integers]:
 
 def _normals(corners: Array) -> Array:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
+
+
+def coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers, Integers]:
+    """Surface with fewer corners: those in one cell of a grid become one.
+
+    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
+    *Modeling in Computer Graphics*, Springer 1993.
+
+    Parameters
+    ----------
+    corners : shape (3, n) [m]
+    triangles : numbers of corners, shape (3, m)
+    most : corners that may stay
+
+    Returns
+    -------
+    kept, triangles
+        Numbers of the corners that stay, and triangles by the number among these.
+    """
+    used = np.unique(triangles)
+    cell = float(np.ptp(corners, axis=1).max()) / 1e4
+    while True:
+        cells = np.round(corners[:, used] / cell).astype(np.int64)
+        _, first, owner = np.unique(cells, axis=1, return_index=True, return_inverse=True)
+        if len(first) <= most:
+            break
+        cell *= 1.2
+    place = np.zeros(corners.shape[1], dtype=np.int64)
+    place[used] = owner.ravel()
+    merged = place[triangles]
+    a, b, c = merged
+    return used[first], merged[:, (a != b) & (b != c) & (a != c)]

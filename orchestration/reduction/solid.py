@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -143,9 +144,12 @@ def _library(name: str) -> ModuleType:
 
 @contextmanager
 def gmsh_session(path: Path) -> Iterator[Any]:
-    """Start gmsh and end it; what it refuses is said in one sentence."""
+    """Start gmsh and end it; what it refuses is said in one sentence, and what it prints is not shown."""
     gmsh = _library("gmsh")
     gmsh.initialize(interruptible=False)
+    shown = os.dup(1)
+    with Path(os.devnull).open("w") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
@@ -158,6 +162,8 @@ def gmsh_session(path: Path) -> Iterator[Any]:
         ) from None
     finally:
         gmsh.finalize()
+        os.dup2(shown, 1)
+        os.close(shown)
 
 
 def _from_step(path: Path, size: float | None, coarser: float) -> Solid:

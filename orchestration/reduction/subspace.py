@@ -78,6 +78,7 @@ class DenseHeat:
     cooling : shape (G, m, m)
     loads : of 1 W at base and tip, and 1 W/m2 on each group, shape (m, 2 + G)
     outputs : motion, sensors, base and tip for patterns of 1 K, shape (16, m)
+    uniform : amplitudes of a temperature of 1 K everywhere, shape (m,)
     patterns : shape (N, m)
     """
 
@@ -85,6 +86,7 @@ class DenseHeat:
     cooling: Array
     loads: Array
     outputs: Array
+    uniform: Array
     patterns: Array
 
 
@@ -107,6 +109,7 @@ def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
         cooling=np.array([_symmetric(patterns.T @ (each @ patterns)) for each in heat.cooling]),
         loads=patterns.T @ heat.loads,
         outputs=heat.outputs @ patterns,
+        uniform=np.asarray(heat.mass.sum(axis=0)).ravel() @ patterns,
         patterns=patterns,
     )
 

@@ -27,18 +27,16 @@ def bar_model(order: int) -> ReducedModel:
         stiffness[i : i + 2, i : i + 2] += stiff
     base, tip = np.eye(order)[0], np.eye(order)[-1]
     cooling = PERIMETER * mass + SECTION * (np.outer(base, base) + np.outer(tip, tip))
-    # Amplitudes in which the heat capacity is 1 and conduction is diagonal.
-    _, patterns = eigh(SECTION * stiffness, SECTION * mass)
+    # Patterns whose mean square over the bar is 1, with conduction in none but each of them.
+    rates, patterns = eigh(stiffness, mass / LENGTH)
     surface, zeros = cooling.sum(axis=0) @ patterns, np.zeros((3, order))
     places, nodes = np.array([0, 0.5, 1, 1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6]), np.linspace(0, 1, order)
     sensors = np.array([[np.interp(place, nodes, node) for node in np.eye(order)] for place in places])
     return ReducedModel(
         material=MATERIAL,
-        conduction=patterns.T @ (SECTION * stiffness) @ patterns,
+        volume=SECTION * LENGTH,
+        conduction=SECTION * rates,
         cooling=(patterns.T @ cooling @ patterns)[None],
-        base_load=base @ patterns,
-        tip_load=tip @ patterns,
-        surface_load=surface[None],
         base_row=base @ patterns,
         tip_row=tip @ patterns,
         sensor_rows=sensors @ patterns,

@@ -66,18 +66,17 @@ def test_what_hub_and_tip_carry_is_a_change_of_rank_two() -> None:
     amplitudes = np.array([3.0, -2.0, 1.0, 0.5, 0.2])
     x = np.concatenate([amplitudes, np.zeros(4)])
     found = component.rates_of(x, u, settled, 0.0)[:5]
-    capacity = 2713.0 * 892.0
-    held = capacity * np.eye(5)
-    held += CARRIED["hub_heat_capacity"] * np.outer(model.base_load, model.base_row)
-    held += CARRIED["tip_heat_capacity"] * np.outer(model.tip_load, model.tip_row)
+    held = 2713.0 * 892.0 * model.volume * np.eye(5)
+    held += CARRIED["hub_heat_capacity"] * np.outer(model.base_row, model.base_row)
+    held += CARRIED["tip_heat_capacity"] * np.outer(model.tip_row, model.tip_row)
     ambient = DUTY["ambient_temperature"] + CARRIED["ambient_offset"] - COLD
     h = 4.55 + 6.4 * 2.0 * LENGTH / 2
     base = DUTY["heat_flow"] - CARRIED["hub_conductance"] * (model.base_row @ amplitudes - ambient)
     sink = COLD - DUTY["ambient_temperature"] + ambient
     tip = DUTY["tip_heat_flow"] - CARRIED["tip_conductance"] * (model.tip_row @ amplitudes - sink)
-    gain = model.base_load * base + model.tip_load * tip
-    gain += model.surface_load[0] * (h * ambient + CARRIED["absorbed_flux"])
-    gain -= (167.0 * model.conduction + h * model.cooling[0]) @ amplitudes
+    gain = model.base_row * base + model.tip_row * tip
+    gain += model.surface_rows[0] * (h * ambient + CARRIED["absorbed_flux"])
+    gain -= (167.0 * np.diag(model.conduction) + h * model.cooling[0]) @ amplitudes
     assert found == pytest.approx(np.linalg.solve(held, gain), rel=1e-12)
 
 

@@ -38,13 +38,17 @@ def test_a_part_becomes_an_fmu_that_passes_its_checks(
         assert "displacement_error_bound" in fmu.read("modelDescription.xml").decode()
     assert f"{said['tetrahedra']} tetrahedra" in page
     assert "not met: the order was given" in page
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["MyLink.fmu", "bar.step"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["MyLink.fmu", "MyLink.html", "bar.step"]
+    report = (tmp_path / "MyLink.html").read_text("utf-8")
+    assert "Where two thermometers tell most of the tool point" in report
+    assert len(report) < 2.5e6
 
 
 def test_faces_are_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     part = bar(tmp_path / "bar.step")
     capsys.readouterr()
     reduce(part, "--list-faces", "--json")
+    assert "Faces of bar.step" in (tmp_path / "bar_faces.html").read_text("utf-8")
     faces = json.loads(capsys.readouterr().out)
     assert sorted(round(1e6 * face["area"], 3) for face in faces) == [
         161.29,

@@ -12,7 +12,7 @@ from tests.orchestration.reduction.parts import LENGTH, THICKNESS, WIDTH, bar
 from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.thermal_link.component import thermal_link
-from warmlink.orchestration.reduction.elements import assembled
+from warmlink.orchestration.reduction.elements import Elements
 from warmlink.orchestration.reduction.order import Demand
 from warmlink.orchestration.reduction.part import Part, Wanted, range_of, reduce_part, task_on
 from warmlink.orchestration.reduction.solid import read_solid
@@ -76,6 +76,6 @@ def test_a_mesh_is_the_part_that_a_step_file_is(part: Part, suffix: str, tmp_pat
     solid = read_solid(path, "mm")
     assert len(solid.faces) == 6
     heated = ["flange"] if named else ["0, 10, 3 mm"]
-    heat = assembled(solid, task_on(solid, Wanted(heated, TOOL_POINT)))
+    heat = Elements(solid, task_on(solid, Wanted(heated, TOOL_POINT))).heat
     assert heat.mass.sum() == pytest.approx(LENGTH * WIDTH * THICKNESS * 1e-9)
     assert heat.motion @ np.ones(heat.unknowns) == pytest.approx([0.3302, 0, 0, 0, 0, 0], abs=1e-8)

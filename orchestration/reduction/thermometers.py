@@ -1,0 +1,89 @@
+"""Where two thermometers tell most of the tool point: by the covariance of an observer that reads them.
+
+The observer is the steady Kalman filter of motor and reduced link at rest, which does not know the heat that
+a design of a controller takes for unknown (`Unknown`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, solve_continuous_are
+
+from warmlink.controllers.design.gains import Unknown
+from warmlink.controllers.design.plant import INPUTS, Plant, plant_model
+from warmlink.fmus.component.join import join
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.plant import WIRES
+from warmlink.fmus.reduced_link.component import reduced_link
+from warmlink.fmus.reduced_link.model import ReducedModel
+
+Array = NDArray[np.float64]
+
+NOISE, SAMPLE_TIME = 0.1, 1.0
+"""K (1 sigma) and s, of a reading."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two thermometers: places, shape (2, 3), and error of the tool point that they leave, 1 sigma, in m."""
+
+    places: Array
+    error: float
+
+
+class Observer:
+    """Steady errors of the tool point, by the thermometers that are read.
+
+    Parameters
+    ----------
+    model : of the link
+    """
+
+    def __init__(self, model: ReducedModel) -> None:
+        link = reduced_link("Link", model)
+        joined = join("Plant", {"motor": MOTOR, "link": link}, WIRES)
+        plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
+        unknown = Unknown()
+        size = np.array([unknown.shaft_heat, unknown.link_heat])
+        time = np.array([unknown.shaft_heat_time, unknown.link_heat_time])
+        into = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
+        self._size = len(plant.A)
+        self._state = block_diag(plant.A, np.diag(-1 / time))
+        self._state[: self._size, self._size :] = into
+        self._driven = block_diag(np.zeros_like(plant.A), np.diag(2 * size**2 / time))
+        self._tool = self._rows(model.material["expansion_coefficient"] * model.displacement_rows)
+
+    def error(self, rows: Array) -> float:
+        """Error of the tool point in m (1 sigma), from rows that give temperatures at thermometers."""
+        seen = self._rows(rows)
+        noise = NOISE**2 * SAMPLE_TIME * np.eye(len(rows))
+        covariance = solve_continuous_are(self._state.T, seen.T, self._driven, noise)
+        return float(np.sqrt(np.trace(self._tool @ covariance @ self._tool.T)))
+
+    def _rows(self, link: Array) -> Array:
+        """Rows of the link's patterns among all states."""
+        rows = np.zeros((len(link), len(self._state)))
+        rows[:, self._size - link.shape[1] : self._size] = link
+        return rows
+
+
+def best_pair(observer: Observer, places: Array, rows: Array) -> Pair:
+    """Pair of thermometers with the least error, one exchanged after the other until none helps.
+
+    Parameters
+    ----------
+    observer : that reads them
+    places : at which a thermometer may sit, shape (n, 3) [m]
+    rows : temperature at each for the link's patterns, shape (n, order)
+    """
+    chosen, least = [0, 0], np.inf
+    while True:
+        before = least
+        for i in range(2):
+            errors = [observer.error(rows[[chosen[1 - i], k]]) for k in range(len(rows))]
+            chosen[i], least = int(np.argmin(errors)), min(errors)
+        if least > 0.999 * before:
+            return Pair(places[chosen], least)
