@@ -186,9 +186,9 @@ def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) ->
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
+    from warmlink.orchestration.diagnosis.next_files import SCENARIO
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
-    from warmlink.orchestration.report.next_files import SCENARIO
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")

@@ -17,8 +17,8 @@ from warmlink.orchestration.diagnosis.answer.separation import chances
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
-from warmlink.orchestration.report.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 
 
