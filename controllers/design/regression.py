@@ -75,6 +75,8 @@ def fit_regression(
     if not np.isfinite(rows).all():
         raise InputError("run: a temperature or the elongation is not finite; leave such rows out")
     moments = rows.T @ rows / rows.shape[0]
+    still = np.diag(moments) == 0.0
+    moments[still, still] = 1.0  # K2: of a temperature that nobody read, nothing else is known
     stds = sensor_stds(sensors, sensor_std)
     return {
         "reference_temperature": reference_temperature,

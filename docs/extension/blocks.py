@@ -125,11 +125,17 @@ class Run(Block):
 
 
 class File(Block):
-    """A file that the reader writes."""
+    """A file that the reader writes; `:from:` takes its text from the checkout."""
+
+    option_spec: ClassVar = {"from": directives.unchanged_required}
 
     def run(self) -> list[nodes.Node]:
         """Write it, and show it under its name."""
         name, text = self.arguments[0], "\n".join(self.content)
+        if "from" in self.options:
+            path = ROOT / self.options["from"]
+            self.env.note_dependency(str(path))
+            text = path.read_text("utf-8").rstrip()
         (self.place.folder / name).write_text(text + "\n", "utf-8")
         caption = nodes.paragraph("", "", nodes.literal(name, name), classes=["file-name"])
         return [

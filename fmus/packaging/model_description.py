@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import uuid
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component
@@ -214,6 +215,7 @@ def time_reference(component: Component) -> int:
     return component.p.size + component.u.size + component.y.size
 
 
+@lru_cache(maxsize=64)
 def inputs_accepting_nan(model_description: bytes) -> frozenset[str]:
     """Names of the inputs that a model description of ours declares to cope with NaN.
 

@@ -71,7 +71,8 @@ def simulate(
     unpacked : Path, optional
         Folder that keeps the unpacked FMUs from run to run, for studies.
     stepping : str
-        `plain`, `compiled`, or `auto`: compiled if that is possible and faster. The values are the same.
+        `plain`, `compiled`, `preferred`: compiled if that is possible, or `auto`: if it is faster, too. The
+        values are the same.
     long_run : LongRun, optional
         Write the values to disk during the run, write checkpoints, resume.
     pacing : Pacing, optional

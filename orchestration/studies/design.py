@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import Plant, cell_plant
-from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Component
 from warmlink.fmus.component import Parameter as Declared
 from warmlink.fmus.component.join import join
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.names import instead, listed
@@ -26,10 +29,13 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Sensors
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.read import read_system
@@ -56,20 +62,20 @@ class Designed(Answer):
     law : name of the controller
     sensors : temperatures that it uses
     values : parameters of its component
-    plant : what it was designed for
+    plant : what it was designed for; None where that was a run of FMUs
     reduced : the model that it holds; None for a law without one
     """
 
     law: str
     sensors: tuple[str, ...]
     values: Values
-    plant: Plant
+    plant: Plant | None
     reduced: ReducedPlant | None = None
 
     @property
     def given(self) -> dict[str, float]:
         """Parameters of the system's motors and links that differ from nominal, in SI units."""
-        return dict(self.plant.given)
+        return {} if self.plant is None else dict(self.plant.given)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -101,7 +107,8 @@ class Designed(Answer):
                 f"{facts['modes']} modes; the reduction costs at most {elongation:.2g} µm "
                 f"and {temperature:.2g} K"
             )
-        lines.append(f"plant: {listed(changed) + ' changed from nominal' if changed else 'nominal'}")
+        known = listed(changed) + " changed from nominal" if changed else "nominal"
+        lines.append(f"plant: {'as in a run of its FMUs' if self.plant is None else known}")
         return "\n".join(lines)
 
 
@@ -119,7 +126,8 @@ def design(
 
     Parameters
     ----------
-    system : WarmupCell, an SSP with one motor and one link, or a scenario (TOML) of any motors and links
+    system : WarmupCell, an SSP with one motor and one link, or a scenario (TOML) of any motors and links; for
+        the regression, which is fitted to a run of it, one with any FMUs
     law : observer, observer_drift or regression
     sensors : temperatures that the law uses: any of shaft, winding, base, middle, tip; by default those that
         the scenario says, or base and tip
@@ -137,7 +145,10 @@ def design(
         raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not use the camera; {WITH_CAMERA} does")
-    plant, known = _plant(str(system), law, parameters)
+    scenario = None
+    if str(system).endswith(".toml"):
+        scenario = changed(load_scenario(str(system)), controller=law, parameters=parameters)
+    known = AS_THEY_ARE if scenario is None else scenario.in_use
     sensors = known.used or SENSORS if sensors is None else sensors
     noise = positive(sensor_std or known.noise or SENSOR_STD, "K", "--sensor-std")
     period = positive(sample_time, "s", "--sample-time")
@@ -145,21 +156,21 @@ def design(
         raise InputError(
             f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
+    foreign = law == "regression" and scenario is not None and scenario.setup.foreign
+    plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if law == "regression":
-        values = {**fit_regression(training_run(plant), list(sensors), noise), "sample_time": period}
+        run = training_run(plant) if scenario is None or plant is not None else _run_of(scenario, sensors)
+        values = {**fit_regression(run, list(sensors), noise), "sample_time": period}
         return Designed(law, tuple(sensors), values, plant)
     camera = None if camera_std is None else positive(camera_std, "m", "--camera-std")
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
 
 
-def _plant(system: str, law: str, given: Mapping[str, str | float]) -> tuple[Plant, Sensors]:
-    """What to design for, other parameters given, and what is known of its sensors."""
-    if system.endswith(".toml"):
-        scenario = changed(load_scenario(system), controller=law, parameters=given)
-        return plant_in(scenario), scenario.in_use
+def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
+    """Motor and link of a system, other parameters given."""
     if system == WARMUP_CELL.name:
-        return with_values(cell_plant(), given), AS_THEY_ARE
+        return with_values(cell_plant(), given)
     if system in SHIPPED:
         raise InputError(
             f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
@@ -168,7 +179,32 @@ def _plant(system: str, law: str, given: Mapping[str, str | float]) -> tuple[Pla
         read = read_system(Path(system), work)
         for told in read.remarks:
             remark(told)
-        return with_values(plant_of(read), given), AS_THEY_ARE
+        return with_values(plant_of(read), given)
+
+
+def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
+    """Temperatures that the controller reads in a run of the FMUs, without noise, and what it should correct.
+
+    InputError where it reads none of a sensor that it is to go by, or the run fails.
+    """
+    setup = scenario.setup
+    (controller, *_) = setup.controllers
+    fed = {target for _, target in setup.blueprint.wires}
+    read = [name for name in SENSED if f"{controller}.{name}" in fed]
+    for name in sensors:
+        if f"{name.removesuffix('_temperature')}_temperature" not in read:
+            raise InputError(
+                f"--sensors: {setup.name} feeds no {name} to {controller}; {instead(name, read)}"
+            )
+    quiet = replace(scenario.as_believed, sensors=replace(scenario.in_use, noise=0.0))
+    system = quiet.system(quiet.files(store(None, sorted(quiet.kinds), remark)))
+    record = [*(f"{controller}.{name}" for name in read), *setup.roles.uncompensated.variables]
+    run = simulate(system, quiet.stop_time, quiet.step_size, algorithm(quiet.master), record=record)
+    if run.reason is not None:
+        raise InputError(f"{setup.name}: {run.reason}")
+    still = np.full(run.times.size, ROOM_TEMPERATURE)
+    temperatures = [run[f"{controller}.{name}"] if name in read else still for name in SENSED]
+    return TrainingRun(np.column_stack(temperatures), setup.roles.uncompensated.value(run.__getitem__))
 
 
 def plant_of(system: System) -> Plant:

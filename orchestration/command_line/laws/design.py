@@ -17,7 +17,7 @@ def design(
         str,
         typer.Argument(
             help="`WarmupCell`, an .ssp file with one motor and one link, "
-            "or a scenario file (TOML) with any number of motors and links."
+            "or a scenario file (TOML) with any number of motors and links; for `regression`, with any FMUs."
         ),
     ],
     law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
@@ -73,7 +73,7 @@ def design(
         sample_time=sample_time,
         parameters=settings_given(set_ or []),
     )
-    if report is not None and found.reduced is not None:
+    if report is not None and found.reduced is not None and found.plant is not None:
         from warmlink.controllers.design.plant import plant_model
         from warmlink.orchestration.files import fresh_file
         from warmlink.orchestration.report.design import write_report

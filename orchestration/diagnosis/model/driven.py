@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -9,6 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from functools import cache
 from multiprocessing import get_context
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
+from warmlink.orchestration.master.compiled.kernel import library
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
 from warmlink.orchestration.studies.cores.local import without_main
 from warmlink.orchestration.system.description import Capabilities, Variable, read_description
@@ -96,7 +100,8 @@ def _course(run: Driven) -> Vector:
             run.step,
             GaussSeidel(),
             record=run.outputs,
-            stepping="plain",
+            balances=(),
+            stepping="preferred",
             check_stability=False,
         )
     except SlaveError as fault:
@@ -106,16 +111,41 @@ def _course(run: Driven) -> Vector:
     return np.column_stack([result[name] for name in run.outputs])
 
 
+class _Laid(ctypes.Structure):
+    """The log as the compiled loop has it, see `Log` in `loop.c`."""
+
+    _fields_ = (
+        ("values", ctypes.c_void_p),
+        ("points", ctypes.c_int64),
+        ("width", ctypes.c_int64),
+        ("point", ctypes.c_int64),
+        ("step", ctypes.c_double),
+    )
+
+
+_FUNCTIONS = {
+    "DoStep": "log_step",
+    "GetReal": "log_get_real",
+    "GetInteger": "log_get_integer",
+    "GetBoolean": "log_get_integer",
+}
+_BASES = {
+    "Real": ("Real", ctypes.c_double),
+    "Integer": ("Integer", ctypes.c_int),
+    "Boolean": ("Boolean", ctypes.c_int),
+}
+
+
 class _Log:
     """A slave that gives, after a step, what held at its beginning: the next slaves step with that."""
 
-    name = LOG
-    capabilities = Capabilities(variable_step=True)
+    name, prefix, stepping = LOG, "fmi2", 0
+    capabilities = Capabilities(variable_step=True, get_set_state=True)
     accepts_nan: frozenset[str] = frozenset()
     remarks: Sequence[str] = ()
 
     def __init__(self, run: Driven) -> None:
-        self._run, self._point = run, 0
+        self._run = run
         self.variables: dict[str, Variable] = {}
         self.wires = []
         for target in run.signals:
@@ -123,20 +153,34 @@ class _Log:
             info = read_description(run.system.components[part].fmu)
             variable = target[len(part) + 1 :]
             self.variables[target] = replace(
-                info.variables[variable], name=target, causality="output", initial=None
+                info.variables[variable],
+                name=target,
+                causality="output",
+                initial=None,
+                value_reference=len(self.variables),
             )
             self.wires.append(Connection(LOG, target, part, variable))
         self.dependencies: dict[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())
+        self._table = np.column_stack([np.empty((run.points, 0)), *run.signals.values()])
+        at = self._table.ctypes.data
+        self._laid = _Laid(at, run.points, len(run.signals), 0, run.step)
+        self.component = ctypes.cast(ctypes.byref(self._laid), ctypes.c_void_p)
+
+    def function(self, name: str) -> Any:
+        return getattr(library(), _FUNCTIONS[name])
+
+    def batches(self, names: Names) -> list[Batch]:
+        return sorted_by_type(LOG, self.variables, names, lambda variable: _BASES.get(variable.kind or ""))[0]
 
     def get(self, names: Names) -> list[Value]:
-        return [self._value(name, float(self._run.signals[name][self._point])) for name in names]
+        return [self._value(name, float(self._run.signals[name][self._laid.point])) for name in names]
 
     def _value(self, name: str, value: float) -> Value:
         kind = self.variables[name].kind
         return value if kind == "Real" else bool(value) if kind == "Boolean" else round(value)
 
     def step(self, time: float, step_size: float) -> None:
-        self._point = min(round(time / self._run.step), self._run.points - 1)
+        self._laid.point = min(int(time / self._run.step + 1e-6), self._run.points - 1)
 
     def set(self, names: Names, values: Sequence[Value]) -> None: ...
 
@@ -147,9 +191,10 @@ class _Log:
     def terminate(self) -> None: ...
 
     def state(self, reuse: object = None) -> object:
-        return self._point
+        return self._laid.point
 
-    def restore(self, state: object) -> None: ...
+    def restore(self, state: object) -> None:
+        self._laid.point = state
 
     def free(self, state: object) -> None: ...
 

@@ -72,6 +72,7 @@ class Loop:
         self._kept: dict[bytes, Vector] = {}
         self._at: Vector | None = None
         self._columns = np.empty(0)
+        self._answers: dict[tuple[object, bytes], Vector] = {}
 
     def start_values(self) -> Vector:
         """Values of the slots as the experiment has them, shape (slots,)."""
@@ -83,7 +84,7 @@ class Loop:
 
     def linearise(self, z: Vector) -> None:
         """Take all derivatives anew at values of the slots."""
-        self._at, every = z.copy(), np.arange(z.size)
+        self._at, every, self._answers = z.copy(), np.arange(z.size), {}
         self._columns = self._differences(z, every) if self._bounds and z.size else np.empty(0)
 
     def __call__(self, z: Vector, times: Vector) -> Trajectory:
@@ -100,7 +101,17 @@ class Loop:
         return Trajectory(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
 
     def responses(self, z: Vector, times: Vector, given: Courses) -> Vector:
-        """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values)."""
+        """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
+
+        They are those of the first point after a linearisation, as a run for each value is dear.
+        """
+        key = given.added_to, given.nodes.tobytes()
+        if key not in self._answers:
+            self._answers[key] = self._responses(z, given)
+        return self._interpolated(self._answers[key], times)
+
+    def _responses(self, z: Vector, given: Courses) -> Vector:
+        """The same at the communication points."""
         runs, moves = [], []
         for slots in given.added_to:
             lower, upper = self._bounds() if self._bounds else (np.zeros(z.size), np.ones(z.size))
@@ -110,10 +121,10 @@ class Loop:
                 runs.append(self._driven(z, dict.fromkeys(slots, hat)))
                 moves.append(move)
         if not runs:
-            return np.empty((times.size, len(self._outputs), 0))
+            return np.empty((self.time.size, len(self._outputs), 0))
         base = self._course(z)
         found = [(self._in_si(c) - base) / m for c, m in zip(courses(runs), moves, strict=True)]
-        return self._interpolated(np.stack(found, axis=2), times)
+        return np.stack(found, axis=2)
 
     def _interpolated(self, values: Vector, times: Vector) -> Vector:
         k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 2)

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves.batch import Batch
-from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Names
+from warmlink.orchestration.master.slaves.slave import Addressed, Names
 from warmlink.orchestration.system.model import Value
 
 # By FMI version and base type: the buffer (0 doubles, 1 ints, 2 bytes).
@@ -32,7 +31,7 @@ Numbers = NDArray[np.int64]
 def obstacle(network: Network, recorder: Recorder) -> str | None:
     """Say why a network cannot be stepped by the compiled loop; None where it can."""
     for k, slave in enumerate(network.slaves):
-        if not isinstance(slave, FmiSlave):
+        if not isinstance(slave, Addressed):
             return f"{slave.name} is not an FMU in this process"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
@@ -50,7 +49,7 @@ class Layout:
 
     def __init__(self, network: Network, recorder: Recorder) -> None:
         self.network = network
-        self.slaves = [slave for slave in network.slaves if isinstance(slave, FmiSlave)]
+        self.slaves = [slave for slave in network.slaves if isinstance(slave, Addressed)]
         self._sizes = [0, 0, 3]  # the first three bytes are the flags of fmi3DoStep
         self._keep: list[Batch] = []
         count = len(network.slaves)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
@@ -16,7 +16,10 @@ from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 
-Stepping = Literal["auto", "plain", "compiled"]
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.slaves.fmi import FmiSlave
+
+Stepping = Literal["auto", "preferred", "plain", "compiled"]
 
 PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
@@ -37,7 +40,8 @@ def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints
     Parameters
     ----------
     stepping : str
-        `auto` takes it where it can be had and the run is long enough to pay for laying out its tables.
+        `auto` takes it where it can be had and the run is long enough to pay for laying out its tables,
+        `preferred` wherever it can be had, as one run of many does.
     algorithm : Algorithm
         Jacobi with held inputs and Gauss-Seidel can be compiled.
     points : CommunicationPoints
@@ -60,7 +64,8 @@ def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints
             )
         prepare()
         return True
-    if not algorithm.compiles or points.count * slaves < PAYS_FROM_SLAVE_STEPS:
+    short = stepping == "auto" and points.count * slaves < PAYS_FROM_SLAVE_STEPS
+    if not algorithm.compiles or short:
         return False
     try:
         prepare()
@@ -142,7 +147,7 @@ class CompiledLoop:
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
         """Raise what plain stepping would have raised."""
         network = self.network
-        slave = self.layout.slaves[max(k, 0)]
+        slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
         if what == kernel.NOT_FINITE:
             network.time = self._points.time(reached) + self._points.step_size

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.master.slaves.batch import Batch
     from warmlink.orchestration.system.description import Capabilities, Variable
     from warmlink.orchestration.system.model import Value
 
@@ -141,3 +142,28 @@ class Slave(Protocol):
 
     def terminate(self) -> None:
         """End the simulation and release everything; harmless when called twice."""
+
+
+@runtime_checkable
+class Addressed(Protocol):
+    """What compiled code needs to step a slave by itself: the addresses of its functions, as FMI has them.
+
+    Attributes
+    ----------
+    prefix : str
+        `fmi2` or `fmi3`, in whose way the functions are called.
+    component : ctypes pointer
+        Their first argument.
+    stepping : int
+        What `under_way` calls a step of it.
+    """
+
+    prefix: str
+    component: Any
+    stepping: int
+
+    def function(self, name: str) -> Any:
+        """Find a function by its name without the prefix."""
+
+    def batches(self, names: Names) -> list[Batch]:
+        """Give a set of variables sorted by type."""

@@ -29,7 +29,9 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment, calibra
 from warmlink.orchestration.diagnosis.data.own.system import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.model import driven
+from warmlink.orchestration.diagnosis.model import driven, loop
+from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import DefaultExperiment
 
 CAUSES = """
@@ -107,6 +109,35 @@ def test_in_a_loop_the_same_cause_is_named(folder: Path) -> None:
     joined, looped = (each.assessment.best for each in found)
     assert looped.theta[0] == pytest.approx(joined.theta[0], abs=0.1 * np.sqrt(joined.covariance()[0, 0]))
     assert looped.covariance()[0, 0] == pytest.approx(joined.covariance()[0, 0], rel=0.05)
+
+
+def watched(seen: list[bool]) -> Callable[..., Result]:
+    """The master, which notes whether it stepped in compiled code."""
+
+    def run(*args: Any, **options: Any) -> Result:
+        found = simulate(*args, **options)
+        seen.append(found.statistics.compiled)
+        return found
+
+    return run
+
+
+def test_the_compiled_loop_reads_the_log_as_the_plain_one(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = Problem(said(folder, "in_loop = true"))
+    made: list[driven.Driven] = []
+    monkeypatch.setattr(loop, "courses", lambda runs: made.extend(runs) or [driven._course(r) for r in runs])
+    found.finest(0, found.neutral[0])
+    assert "motor.speed" in made[0].signals
+    seen: list[bool] = []
+    monkeypatch.setattr(driven, "simulate", watched(seen))
+    compiled = driven._course(made[0])
+    monkeypatch.setattr("warmlink.orchestration.master.run.choose", lambda *_: False)
+    plain = driven._course(made[0])
+    assert seen == [True, False]
+    assert np.array_equal(compiled, plain)
+    assert np.ptp(compiled[:, 0]) > 5, "K"
 
 
 def test_a_part_that_nobody_knows_is_simulated_in_a_loop(

@@ -119,9 +119,13 @@ def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
         (OTHERS.replace("link2.emissivity", "link2.emisivity"), "has no variable link2.emisivity"),
         (OTHERS.replace('lag = "s"', 'lag = "m"'), "slow.reading: m does not convert to s"),
         (OTHERS.replace("link2.base_temperature", "link2.surface_heat_loss"), "no column of the runs is"),
+        (
+            FLANGE.replace("motor1.shaft_temperature", "motor2.neighbour_temperature"),
+            "motor2.neighbour_temperature: is an input that nothing feeds in Chain",
+        ),
         (FLANGE + FLANGE, "two causes are called flange; rename one"),
     ],
-    ids=range(11),
+    ids=range(12),
 )
 def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, causes)

@@ -139,6 +139,29 @@ def test_an_observer_designed_for_the_chain_knows_both_links(warmlink: Warmlink)
     assert largest["cell's"] > 10 * largest["chain's"]
 
 
+def test_a_regression_is_designed_for_fmus_whose_equations_nobody_knows(
+    warmlink: Warmlink, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, _: "Link" not in fmu.name
+    )
+    Path("chain.toml").write_text(
+        ROLES.replace('stop_time = "30 min"', 'step_size = "5 s"\nstop_time = "1 h"')
+    )
+    fit = ("design", "chain.toml", "--law", "regression", "--out", "own.ssv", "--sensors")
+    assert warmlink(*fit, "shaft,base,tip") == 0
+    assert "plant: as in a run of its FMUs" in capsys.readouterr().out
+    largest = {}
+    for name, options in (("cell's", ()), ("chain's", ("--parameters", "own.ssv"))):
+        assert warmlink("run", "chain.toml", "--controller", "regression", *options, "--out", name) == 0
+        largest[name] = json.loads(Path(name, "metrics.json").read_text("utf-8"))["compensated"]["max_abs_um"]
+    assert largest["chain's"] < 3
+    assert largest["cell's"] > 5 * largest["chain's"]
+    capsys.readouterr()
+    assert warmlink(*fit, "base,winding") == 2
+    assert "--sensors: Chain feeds no winding to compensator; choose" in capsys.readouterr().err
+
+
 def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:
     scenario = load_scenario("chain.toml")
     joined = scenario.joined()

@@ -94,7 +94,7 @@ def _with_paths(system: System, paths: Paths) -> tuple[System, dict[str, str]]:
         parts[name] = component(name, file)
         for end, target in path.totals.items():
             before = next((each for each in connections if each.target == target), None)
-            info, variable, value = _input(parts, target, f"{name}.adds")
+            info, variable, value = _variable(parts, target, f"{name}.adds")
             own, taken = to_si(info, variable), f"{end}_heat_flow"
             if before is None:
                 parts[name].values[taken] = own(float(value or 0.0))
@@ -108,15 +108,21 @@ def _with_paths(system: System, paths: Paths) -> tuple[System, dict[str, str]]:
         for end, source in path.sources.items():
             # A signal may be named by the input that it feeds.
             fed = next((each.source for each in connections if each.target == source), source)
+            info, variable, _ = _variable(parts, fed, f"{name}.adds")
+            if info.variables[variable].causality == "input":
+                raise InputError(
+                    f"{name}.adds: {fed}: is an input that nothing feeds in {system.name}, so that nothing "
+                    "passes its signal on; feed it there, from a DutyCycle for example"
+                )
             connections.append(connect(parts, fed, f"{name}.{end}"))
     return replace(system, components=parts, connections=tuple(connections)), moved
 
 
-def _input(parts: Mapping[str, Part], target: str, where: str) -> tuple[ModelInfo, str, Value | None]:
-    """The FMU of an input, the input's name there and its start value."""
+def _variable(parts: Mapping[str, Part], target: str, where: str) -> tuple[ModelInfo, str, Value | None]:
+    """The FMU of a variable, the variable's name there and its start value."""
     owner = next((name for name in sorted(parts, key=len, reverse=True) if target.startswith(f"{name}.")), "")
     if not owner:
-        raise InputError(f"{where}: {target}: there is no such component; {instead(target, parts)}")
+        raise InputError(f"{where}: {target}: there is no component of this name; {instead(target, parts)}")
     info, name = read_description(parts[owner].fmu), target[len(owner) + 1 :]
     found = variable_of(info, name, f"{where}: {target}")
     return info, name, parts[owner].values.get(name, found.start)

@@ -147,3 +147,33 @@ __attribute__((visibility("default"))) int64_t advance(
     }
     return last;
 }
+
+/* A slave that plays a log: after a step, its outputs are those of the row in which the step began. */
+typedef struct {
+    const double *values;
+    int64_t points, width, point;
+    double step;
+} Log;
+
+__attribute__((visibility("default"))) int log_step(Log *log, double time, double step, int keep)
+{
+    int64_t point = (int64_t)(time / log->step + 1e-6);
+    log->point = point < log->points ? point : log->points - 1;
+    return 0;
+}
+
+__attribute__((visibility("default"))) int log_get_real(
+    Log *log, const uint32_t *references, size_t count, double *values)
+{
+    for (size_t i = 0; i < count; i++)
+        values[i] = log->values[log->point * log->width + references[i]];
+    return 0;
+}
+
+__attribute__((visibility("default"))) int log_get_integer(
+    Log *log, const uint32_t *references, size_t count, int32_t *values)
+{
+    for (size_t i = 0; i < count; i++)
+        values[i] = (int32_t)log->values[log->point * log->width + references[i]];
+    return 0;
+}
