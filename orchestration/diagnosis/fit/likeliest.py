@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,9 +100,10 @@ class Integrated:
         point, constant = self._point(wander)
         near = Neighbours(replace(self.fit, point=point), self.search.items, ())
         least = near.chi2 + self.search.penalty(self.fit.items)
-        for each in chain(near.singles(), near.pairs()):
+        chosen = [*near.singles(), *near.pairs()]
+        for each, chi2 in zip(chosen, near.expected(chosen), strict=True):
             items = (*self.fit.items, *(near.candidates[i] for i in each))
-            least = min(least, near.expected(each) + self.search.penalty(items))
+            least = min(least, chi2 + self.search.penalty(items))
         return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
 
     def _point(self, wander: Wander) -> tuple[Point, float]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -20,13 +21,18 @@ _COLLINEAR = 1 - 1e-6
 _DRAWS = 6000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Proposal:
-    """A set of causes not fitted yet, the chi-square expected of it, and values to start from."""
+    """A set of causes not fitted yet, the chi-square expected of it, and what gives values to start from."""
 
     items: tuple[Item, ...]
     chi2: float
-    start: dict[Freed, float] = field(hash=False)
+    starting: Callable[[], dict[Freed, float]]
+
+    @property
+    def start(self) -> dict[Freed, float]:
+        """Values in SI to start a fit from."""
+        return self.starting()
 
     @property
     def key(self) -> frozenset[str]:
@@ -86,29 +92,41 @@ class Neighbours:
         """Indices of candidates that affect the data."""
         return [i for i, span in enumerate(self.spans) if self.alive[span].all()]
 
-    def outcome(self, chosen: Sequence[int]) -> tuple[float, Vector] | None:
-        """Gain in chi-square of adding candidates, and their values' changes; None where not feasible."""
-        index = np.concatenate([np.arange(self.spans[i].start, self.spans[i].stop) for i in chosen])
-        gram, gradient = self.gram[np.ix_(index, index)], self.gradient[index]
-        scale = np.sqrt(np.diag(gram))
-        correlation = gram / np.outer(scale, scale)
-        if index.size > 1:
-            least = float(np.linalg.eigvalsh(correlation)[0])
-            if least < 1 - _COLLINEAR:
-                return None
-        change = np.linalg.solve(correlation, gradient / scale) / scale
-        room = self._upper[index] - self._lower[index]
-        if np.any(change < self._lower[index] - 0.02 * room) or np.any(
-            change > self._upper[index] + 2.0 * room
-        ):
-            # Past a bound that is not the neutral value there may still be something when fitted in full.
-            one_sided = (self._lower[index] == 0) & (change < 0) | (self._upper[index] == 0) & (change > 0)
-            if one_sided.any():
-                return None
-            change = np.clip(change, self._lower[index], self._upper[index])
-        elif np.any((self._lower[index] == 0) & (change < 0)):
-            return None
-        return float(2 * gradient @ change - change @ gram @ change), change
+    def outcomes(self, chosen: Sequence[Sequence[int]]) -> list[tuple[float, Vector]]:
+        """Gain in chi-square of adding each set of candidates, and their values' changes.
+
+        The gain of a set that is not feasible is minus infinity.
+        """
+        columns = [self._columns_of(each) for each in chosen]
+        found: dict[int, tuple[float, Vector]] = {}
+        for size in {each.size for each in columns}:
+            places = [k for k, each in enumerate(columns) if each.size == size]
+            gains, changes = self._outcomes(np.array([columns[k] for k in places], dtype=int))
+            found |= dict(zip(places, zip(gains.tolist(), changes, strict=True), strict=True))
+        return [found[k] for k in range(len(columns))]
+
+    def _columns_of(self, chosen: Sequence[int]) -> NDArray[np.int64]:
+        return np.array(
+            [k for i in chosen for k in range(self.spans[i].start, self.spans[i].stop)], dtype=int
+        )
+
+    def _outcomes(self, index: NDArray[np.int64]) -> tuple[Vector, Vector]:
+        """As `outcomes`, of sets of as many columns each, shape (sets, columns)."""
+        gram, gradient = self.gram[index[:, :, None], index[:, None, :]], self.gradient[index]
+        scale = np.sqrt(np.diagonal(gram, axis1=1, axis2=2))
+        correlation = gram / (scale[:, :, None] * scale[:, None, :])
+        feasible = np.linalg.eigvalsh(correlation).min(axis=1, initial=1.0) >= 1 - _COLLINEAR
+        correlation[~feasible] = np.eye(index.shape[1])
+        change = np.linalg.solve(correlation, (gradient / scale)[:, :, None])[:, :, 0] / scale
+        lower, upper = self._lower[index], self._upper[index]
+        room = upper - lower
+        past = ((change < lower - 0.02 * room) | (change > upper + 2.0 * room)).any(axis=1)
+        falling, rising = (lower == 0) & (change < 0), (upper == 0) & (change > 0)
+        # Past a bound that is not the neutral value there may still be something when fitted in full.
+        feasible &= ~(falling | (rising & past[:, None])).any(axis=1)
+        change = np.where(past[:, None], np.clip(change, lower, upper), change)
+        gain = 2 * np.einsum("si,si->s", gradient, change) - np.einsum("si,sij,sj->s", change, gram, change)
+        return np.where(feasible, gain, -np.inf), change
 
     def unnoticed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
         """Each single number that may be off by a standard deviation, and by how much all then are, in SI."""
@@ -141,30 +159,23 @@ class Neighbours:
         order = np.argsort(gain)[::-1][:30]
         return [(usable[a[k]], usable[b[k]]) for k in order]
 
-    def expected(self, chosen: Sequence[int]) -> float:
-        """Chi-square expected of adding candidates; infinite where that is not feasible."""
-        outcome = self.outcome(chosen)
-        return np.inf if outcome is None else self.chi2 - outcome[0]
+    def expected(self, chosen: Sequence[Sequence[int]]) -> list[float]:
+        """Chi-square expected of adding each set of candidates; infinite where that is not feasible."""
+        return [self.chi2 - gain for gain, _ in self.outcomes(chosen)]
 
-    def proposal(self, kept: tuple[Item, ...], chosen: Sequence[int]) -> Proposal:
-        """Set of the kept causes and the chosen candidates, with what is expected of it."""
-        change_base = self._inverse @ self._inner_gradient
-        start = {f: self.values[f] for f in self.base}
-        chi2 = self.chi2
-        if chosen:
-            outcome = self.outcome(chosen)
-            if outcome is None:
-                return Proposal((*kept, *(self.candidates[i] for i in chosen)), np.inf, {})
-            gain, change = outcome
-            chi2 -= gain
-            index = np.concatenate([np.arange(self.spans[i].start, self.spans[i].stop) for i in chosen])
-            change_base = change_base - self._inverse @ self._across[index].T @ change
-            for k, delta in zip(index, change, strict=True):
-                f = self.added[k]
-                start[f] = float(np.clip(f.start + delta, f.lower, f.upper))
-        for f, delta in zip(self.base, change_base, strict=True):
-            start[f] = float(np.clip(start[f] + delta, f.lower, f.upper))
-        return Proposal((*kept, *(self.candidates[i] for i in chosen)), chi2, start)
+    def proposals(self, kept: tuple[Item, ...], chosen: Sequence[Sequence[int]]) -> Iterable[Proposal]:
+        """Sets of the kept causes and each set of candidates, with what is expected of them."""
+        for each, (gain, change) in zip(chosen, self.outcomes(chosen), strict=True):
+            items = (*kept, *(self.candidates[i] for i in each))
+            yield Proposal(items, self.chi2 - gain, partial(self._start, each, change))
+
+    def _start(self, chosen: Sequence[int], change: Vector) -> dict[Freed, float]:
+        """Values in SI where the candidates' values are changed, and the others follow."""
+        index = self._columns_of(chosen)
+        follows = self._inverse @ (self._inner_gradient - self._across[index].T @ change)
+        start = {f: self.values[f] + delta for f, delta in zip(self.base, follows, strict=True)}
+        start |= {self.added[k]: self.added[k].start + delta for k, delta in zip(index, change, strict=True)}
+        return {f: float(np.clip(value, f.lower, f.upper)) for f, value in start.items()}
 
 
 def prior_shares(items: Sequence[Item]) -> dict[str, float]:

@@ -182,14 +182,14 @@ class Search:
         for removed in ((), *((item,) for item in fit.items)):
             near = Neighbours(fit, self.items, removed)
             kept = tuple(item for item in fit.items if item not in removed)
-            for added in near.singles():
-                if len(kept) + 1 <= MOST_CAUSES:
-                    yield near.proposal(kept, added)
+            chosen: list[tuple[int, ...]] = []
+            if len(kept) + 1 <= MOST_CAUSES:
+                chosen += near.singles()
             if not removed and size + 2 <= MOST_CAUSES:
-                for added in near.pairs():
-                    yield near.proposal(kept, added)
+                chosen += near.pairs()
             if removed and kept:
-                yield near.proposal(kept, ())
+                chosen.append(())
+            yield from near.proposals(kept, chosen)
 
 
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:
