@@ -15,9 +15,15 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 _MOVES = {"K": 1.0, "m": 2e-6}
 """Change in the simulation, by SI unit, from which a reading that never changes counts as dead."""
 
+_JUMPS = {"K": 1.0, "m": 5e-6}
+"""Standard deviation of a reading, by SI unit, that no instrument's noise alone would have."""
+
+_UNORDERED, _ORDERED = 0.5, 0.25
+"""Disorder of rows that follow each other at random, at least, and of a smooth course, at most."""
+
 
 def refuse_senseless(experiment: Experiment) -> None:
-    """Refuse runs with too little to fit, and channels that never change while they should.
+    """Refuse runs with too little to fit, channels that never change while they should, and shuffled rows.
 
     Raises
     ------
@@ -33,6 +39,10 @@ def refuse_senseless(experiment: Experiment) -> None:
     dead = [(run, v) for run in experiment.runs for v, values in run.readings.items() if _constant(values)]
     if dead:
         _refuse_dead(experiment, dead)
+    for run in experiment.runs:
+        moving = [v for v, values in run.readings.items() if np.nanstd(values) > _jump(experiment, v)]
+        if moving and all(_disorder(run.readings[v]) > _UNORDERED for v in moving):
+            _refuse_shuffled(experiment, run, moving)
 
 
 def refuse_too_short(problem: Problem) -> None:
@@ -59,12 +69,42 @@ def _constant(values: np.ndarray) -> bool:
     return filled.size >= FEWEST_ROWS and float(np.ptp(filled)) == 0.0
 
 
+def _jump(experiment: Experiment, variable: str) -> float:
+    return _JUMPS.get(experiment.rig.unit(variable), np.inf)
+
+
+def _disorder(values: np.ndarray) -> float:
+    """Von Neumann's ratio, halved: 0 where values follow each other smoothly, about 1 where at random.
+
+    J. von Neumann, "Distribution of the ratio of the mean square successive difference to the variance",
+    Annals of Mathematical Statistics 12 (1941) 367-395.
+    """
+    filled = values[np.isfinite(values)]
+    return float(np.mean(np.diff(filled) ** 2) / (2 * np.var(filled))) if np.ptp(filled) else 0.0
+
+
+def _simulated(problem: Problem, run: Run, variable: str) -> np.ndarray:
+    """What a run would read as the system stands, shape (rows,)."""
+    index = problem.experiment.runs.index(run)
+    return problem.predict(index, problem.neutral[index])[0][:, problem.variables.index(variable)]
+
+
+def _refuse_shuffled(experiment: Experiment, run: Run, moving: list[str]) -> None:
+    problem = Problem(experiment)
+    if all(_disorder(_simulated(problem, run, v)) < _ORDERED for v in moving):
+        worst = max(moving, key=lambda v: float(np.nanstd(run.readings[v])) / _jump(experiment, v))
+        jump = float(np.sqrt(np.nanmean(np.diff(run.readings[worst]) ** 2)))
+        raise InputError(
+            f"{run.name}: every reading that moves jumps from row to row ({problem.names[worst]} by "
+            f"{jump:.3g} {experiment.rig.unit(worst)}), where it should move slowly; put the rows in order "
+            "of time, or look for a loose contact"
+        )
+
+
 def _refuse_dead(experiment: Experiment, dead: list[tuple[Run, str]]) -> None:
     problem = Problem(experiment)
     for run, variable in dead:
-        index = experiment.runs.index(run)
-        simulated, _ = problem.predict(index, problem.neutral[index])
-        span = float(np.ptp(simulated[:, problem.variables.index(variable)]))
+        span = float(np.ptp(_simulated(problem, run, variable)))
         unit = experiment.rig.unit(variable)
         if span > _MOVES.get(unit, np.inf):
             raise InputError(
