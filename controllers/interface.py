@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from warmlink.fmus.component import Input, Output, Parameter
-from warmlink.fmus.component.quantities import AMBIENT_TEMPERATURE, sample_time_parameter, temperature_input
+from warmlink.fmus.component.quantities import (
+    AMBIENT_TEMPERATURE,
+    bus,
+    sample_time_parameter,
+    temperature_input,
+    thermometers,
+)
 
 SENSED = (
     "shaft_temperature",
@@ -54,6 +60,13 @@ OUTPUTS = (
     Output(
         "warning", "1", "whether a limit on the correction acts or is near", type="Boolean", discrete=True
     ),
+)
+
+TERMINALS = (
+    thermometers("readings", SENSED),
+    bus("duty", "Duty", "speed", "torque", "ambient_temperature"),
+    bus("camera", "Camera", "measured_drift", "drift_valid"),
+    bus("compensation", "Compensation", *(each.name for each in OUTPUTS)),
 )
 
 SAMPLE_TIME = sample_time_parameter("time between two corrections")

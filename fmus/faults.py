@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 
-from warmlink.fmus.component import Parameter
+from warmlink.fmus.component import Choice, Parameter
 from warmlink.fmus.component.arithmetic import Number, where
 
 STUCK, JUMP, DRIFT, DROPOUT = 1, 2, 3, 4
 """Values of a fault kind besides 0, none."""
 
-KINDS = "0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)"
+FAULT_KIND = Choice("FaultKind", ("none", "stuck", "jump", "drift", "dropout"))
 
 _EARLY = -1e-9
 """Tolerance in s: a sample that rounding puts this little before a fault already has the fault."""
@@ -36,11 +36,12 @@ def parameters(
             "fault_kind",
             "1",
             0,
-            f"fault: {KINDS}",
+            "fault: 0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)",
             size=size,
             type="Integer",
+            choice=FAULT_KIND,
             minimum=0,
-            maximum=DROPOUT,
+            maximum=FAULT_KIND.last,
             tunable=True,
         ),
         Parameter(

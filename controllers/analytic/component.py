@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from warmlink.controllers.analytic import law
 from warmlink.controllers.fail_safe import LIMITS
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS, TOLERANCE
 from warmlink.controllers.verdict import error_parameters
-from warmlink.fmus.component import Component, Parameter, State
+from warmlink.fmus.component import Choice, Component, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
@@ -15,6 +15,9 @@ _MATERIAL = tuple(
     for parameter in LINK.parameters
     if parameter.name in {"conductivity", "density", "specific_heat", "expansion_coefficient"}
 )
+
+_FORM = Choice("EquationForm", ("printed", "corrected"))
+_SOURCE = Choice("TemperatureSource", ("base", "shaft"))
 
 _PARAMETERS = (
     SAMPLE_TIME,
@@ -34,8 +37,9 @@ _PARAMETERS = (
         law.CORRECTED,
         "Eq. (4): 0 as printed, 1 corrected",
         type="Integer",
-        minimum=law.PRINTED,
-        maximum=law.CORRECTED,
+        choice=_FORM,
+        minimum=0,
+        maximum=_FORM.last,
     ),
     Parameter(
         "temperature_source",
@@ -43,8 +47,9 @@ _PARAMETERS = (
         law.BASE,
         "thermometer used: 0 base, 1 shaft",
         type="Integer",
-        minimum=law.BASE,
-        maximum=law.SHAFT,
+        choice=_SOURCE,
+        minimum=0,
+        maximum=_SOURCE.last,
     ),
     Parameter("heated_length", "m", 0.2916, "length from base to tip position", display="mm", positive=True),
     *_MATERIAL,
@@ -66,6 +71,7 @@ COMPONENT = Component(
     name="AnalyticCompensator",
     description="Growth by the paper's Eq. (4), from the temperature at the base and the time of heating",
     inputs=INPUTS,
+    terminals=TERMINALS,
     parameters=_PARAMETERS,
     states=(
         State("reference", "K"),

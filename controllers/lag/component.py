@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from warmlink.controllers.fail_safe import LIMITS
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS, TOLERANCE
 from warmlink.controllers.lag import law
 from warmlink.controllers.verdict import error_parameters
 from warmlink.fmus.component import Component, Parameter, State
@@ -40,6 +40,7 @@ COMPONENT = Component(
     name="LagCompensator",
     description="Growth as a first-order lag of the motor's losses",
     inputs=INPUTS,
+    terminals=TERMINALS,
     parameters=_PARAMETERS,
     states=(State("elongation", "m"), State("correction", "m")),
     outputs=OUTPUTS,

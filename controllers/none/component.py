@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.controllers.interface import INPUTS, OUTPUTS, TOLERANCE
+from warmlink.controllers.interface import INPUTS, OUTPUTS, TERMINALS, TOLERANCE
 from warmlink.controllers.none import law
 from warmlink.fmus.component import Component, Parameter
 
@@ -10,6 +10,7 @@ COMPONENT = Component(
     name="NoCompensator",
     description="No compensation",
     inputs=INPUTS,
+    terminals=TERMINALS,
     parameters=(
         TOLERANCE,
         Parameter(

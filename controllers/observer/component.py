@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TERMINALS, TOLERANCE
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.observer import law, model, retained, told, witnesses
 from warmlink.controllers.observer.designed import DESIGNED
@@ -212,6 +212,7 @@ COMPONENT = Component(
     name="ObserverCompensator",
     description="Growth by a Kalman filter on a reduced model of motor and link",
     inputs=INPUTS,
+    terminals=TERMINALS,
     parameters=with_values(observer_parameters(model.HEATS), DESIGNED),
     states=observer_states(model.STATES),
     outputs=(*OUTPUTS, *retained.outputs(model.STATES)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.controllers.interface import INPUTS, OUTPUTS
+from warmlink.controllers.interface import INPUTS, OUTPUTS, TERMINALS
 from warmlink.controllers.observer import retained
 from warmlink.controllers.observer.component import (
     CHECKS,
@@ -65,6 +65,7 @@ COMPONENT = Component(
     name="ObserverDriftCompensator",
     description="Growth by a Kalman filter on motor and link, made offset-free by the camera",
     inputs=INPUTS,
+    terminals=TERMINALS,
     parameters=with_values((*observer_parameters(law.DISTURBANCES), *_CAMERA), DESIGNED | BEYOND),
     states=(
         *observer_states(law.STATES),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TOLERANCE
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TERMINALS, TOLERANCE
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.regression import law
 from warmlink.controllers.regression.designed import DESIGNED
@@ -42,6 +42,7 @@ COMPONENT = Component(
     name="RegressionCompensator",
     description="Growth as a linear function of the temperatures, fitted from a run",
     inputs=INPUTS,
+    terminals=TERMINALS,
     parameters=with_values(_PARAMETERS, DESIGNED),
     states=(
         State("estimate", "1", size=law.STATES),

@@ -11,12 +11,15 @@ from warmlink.fmus.component.declaration import (
 )
 from warmlink.fmus.component.layout import Layout, Record
 from warmlink.fmus.component.variables import (
+    Choice,
     Derived,
     Input,
     Output,
     Parameter,
     Scalar,
     State,
+    Terminal,
+    Variable,
     VariableType,
 )
 
@@ -25,6 +28,7 @@ __all__ = [
     "MOST_IN_A_STEP",
     "SHORTEST_SAMPLE_TIME",
     "Check",
+    "Choice",
     "Clock",
     "Component",
     "Derived",
@@ -36,5 +40,7 @@ __all__ = [
     "Record",
     "Scalar",
     "State",
+    "Terminal",
+    "Variable",
     "VariableType",
 ]

@@ -16,7 +16,7 @@ import numpy as np
 
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.layout import Layout, Record
-from warmlink.fmus.component.variables import Derived, Input, Output, Parameter, Scalar, State
+from warmlink.fmus.component.variables import Derived, Input, Output, Parameter, Scalar, State, Terminal
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""
@@ -106,6 +106,7 @@ class Component:
     begin : `begin(u, p)`, start value of every state, by name, where the states' own `start` is not enough
     clocks : what is sampled when, in the order of sampling, where `update` does not say it all
     joint : what the component was joined from; None for one that stands by itself
+    terminals : which scalars belong together where components are connected
     micro_step : largest step of the integrator in s
     checks : conditions across parameters
     default_stop_time, default_step_size : experiment in s that the FMU proposes
@@ -126,6 +127,7 @@ class Component:
     begin: Callable[[Record, Record], Mapping[str, Number]] | None = None
     clocks: tuple[Clock, ...] = ()
     joint: Joint | None = None
+    terminals: tuple[Terminal, ...] = ()
     checks: tuple[Check, ...] = ()
     micro_step: float = 1.0
     default_stop_time: float = 3600.0

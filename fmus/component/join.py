@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from warmlink.fmus.component import FIELD, Check, Component, Input, Output
+from warmlink.fmus.component import FIELD, Check, Component, Input, Output, Terminal
 from warmlink.fmus.component.dependencies import direct_dependencies
 from warmlink.fmus.component.order import stepping_order
 from warmlink.fmus.component.wiring import Wiring, part_of, prefixed
@@ -69,6 +69,7 @@ def join(
         begin=joint.begin,
         clocks=tuple(joint.clocks()),
         joint=joint,
+        terminals=tuple(_terminals(flat, fed)),
         checks=tuple(_check(key, check) for key, part in flat.items() for check in part.checks),
         micro_step=min(continuous, default=1.0),
         default_stop_time=max(part.default_stop_time for part in flat.values()),
@@ -137,6 +138,15 @@ def _inputs(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iterabl
                 yield prefixed(key, variable)
             else:
                 yield from (replace(variable, name=f"{key}.{name}", size=None) for name in free)
+
+
+def _terminals(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iterable[Terminal]:
+    """Terminals of the parts with those members that no wire feeds."""
+    for key, part in parts.items():
+        for terminal in part.terminals:
+            full = ((member, f"{key}.{scalar}") for member, scalar in terminal.members)
+            members = tuple((member, scalar) for member, scalar in full if scalar not in wires)
+            yield Terminal(f"{key}.{terminal.name}", terminal.kind, members)
 
 
 def _check(key: str, check: Check) -> Check:

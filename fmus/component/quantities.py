@@ -2,13 +2,54 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Input, Output, Parameter
+from collections.abc import Sequence
+
+from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Choice, Input, Output, Parameter, Terminal, Variable
 
 ROOM_TEMPERATURE = 295.15
 """K, the temperature from which every cold start begins."""
 
 NOMINAL_TEMPERATURE = 300.0
 """K, by which tolerances on temperatures are scaled."""
+
+PAD_MODE = Choice("PadMode", ("none", "power", "temperature"))
+"""What a heating pad does: nothing, give a power, or be held at a temperature."""
+
+_QUANTITIES = {
+    "1/K": "LinearTemperatureCoefficient",
+    "A": "ElectricCurrent",
+    "J": "Energy",
+    "J/(kg.K)": "SpecificHeatCapacity",
+    "J/K": "HeatCapacity",
+    "K": "ThermodynamicTemperature",
+    "K/W": "ThermalResistance",
+    "N.m": "Torque",
+    "N.m.s/rad": "RotationalDampingConstant",
+    "N.m/A": "ElectricalTorqueConstant",
+    "Ohm": "Resistance",
+    "W": "Power",
+    "W/(m.K)": "ThermalConductivity",
+    "W/(m2.K)": "CoefficientOfHeatTransfer",
+    "W/K": "ThermalConductance",
+    "W/m2": "DensityOfHeatFlowRate",
+    "kg/m3": "Density",
+    "m": "Length",
+    "m/s": "Velocity",
+    "m2": "Area",
+    "rad": "Angle",
+    "rad/s": "AngularVelocity",
+    "s": "Time",
+}
+
+
+def quantity(variable: Variable) -> str | None:
+    """Name of what a variable measures, as Modelica.Units.SI calls it; None for what has no name there."""
+    return "TemperatureDifference" if is_difference(variable) else _QUANTITIES.get(variable.unit)
+
+
+def is_difference(variable: Variable) -> bool:
+    """Whether a variable in K is a difference of temperatures, to which no unit's zero applies."""
+    return variable.unit == "K" and variable.display is None and variable.nominal != NOMINAL_TEMPERATURE
 
 
 def temperature_input(name: str, description: str) -> Input:
@@ -45,6 +86,22 @@ def temperature_output(name: str, description: str, size: int | None = None) -> 
 def sample_time_parameter(description: str) -> Parameter:
     """Time in s between two samples, the same bounds for whatever samples."""
     return Parameter("sample_time", "s", 1.0, description, minimum=SHORTEST_SAMPLE_TIME)
+
+
+def heat_port(name: str, heat_flow: str, temperature: str) -> Terminal:
+    """Place where heat passes: one side gives the heat flow, the other the temperature."""
+    return Terminal(name, "HeatPort", (("heat_flow", heat_flow), ("temperature", temperature)))
+
+
+def bus(name: str, kind: str, *scalars: str) -> Terminal:
+    """Terminal whose members bear the names of their scalars."""
+    return Terminal(name, kind, tuple((scalar, scalar) for scalar in scalars))
+
+
+def thermometers(name: str, scalars: Sequence[str]) -> Terminal:
+    """Temperatures in the order of a system's thermometers, as members `channel_1` and so on."""
+    channels = ((f"channel_{i}", scalar) for i, scalar in enumerate(scalars, start=1))
+    return Terminal(name, "Thermometers", tuple(channels))
 
 
 AMBIENT_TEMPERATURE = temperature_input("ambient_temperature", "temperature of the surroundings")

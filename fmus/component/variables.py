@@ -30,6 +30,25 @@ class Named:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """Values with names: an enumeration, whose values are 0, 1, 2 and so on.
+
+    Attributes
+    ----------
+    name : of the type, as `PadMode`
+    items : names of the values in their order
+    """
+
+    name: str
+    items: tuple[str, ...]
+
+    @property
+    def last(self) -> int:
+        """Largest value."""
+        return len(self.items) - 1
+
+
+@dataclass(frozen=True)
 class Variable(Named):
     """Base class of inputs, parameters and outputs.
 
@@ -39,6 +58,7 @@ class Variable(Named):
     display : unit in which people read it, as `degC` or `um`; None where it is the unit itself
     nominal : size of an ordinary value, by which tolerances are scaled
     minimum, maximum : bounds that the value may reach
+    choice : names of the values of an Integer that chooses among a few
     """
 
     display: str | None = field(default=None, kw_only=True)
@@ -46,6 +66,7 @@ class Variable(Named):
     minimum: float | None = field(default=None, kw_only=True)
     maximum: float | None = field(default=None, kw_only=True)
     type: VariableType = field(default="Real", kw_only=True)
+    choice: Choice | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -99,6 +120,22 @@ class State(Named):
 @dataclass(frozen=True)
 class Derived(Named):
     """A quantity that follows from the parameters alone; it is computed once before the run."""
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """Scalars that are connected together, as heat flow and temperature where two bodies touch.
+
+    Attributes
+    ----------
+    name : as `base`
+    kind : what may be connected with each other: terminals of one kind, member by member of one name
+    members : name of the member, and of the scalar that it is, as `("temperature", "base_temperature")`
+    """
+
+    name: str
+    kind: str
+    members: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from warmlink.fmus import faults
 from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import minimum
-from warmlink.fmus.component.quantities import sample_time_parameter
+from warmlink.fmus.component.quantities import bus, sample_time_parameter
 from warmlink.fmus.drift_camera import equations
 
 _PARAMETERS = (
@@ -82,6 +82,11 @@ COMPONENT = Component(
         ),
         Output("drift_valid", "1", "whether the last picture is good", type="Boolean", discrete=True),
         Output("age", "s", "time since the last good picture was taken", nominal=30),
+    ),
+    terminals=(
+        bus("camera", "Camera", "measured_drift", "drift_valid"),
+        bus("compensation", "Compensation", "correction"),
+        bus("duty", "Duty", "speed"),
     ),
     update=equations.update,
     begin=equations.begin,

@@ -6,16 +6,13 @@ from dataclasses import replace
 
 from warmlink.fmus.component import Check, Component, Derived, Output, Parameter
 from warmlink.fmus.component.arithmetic import total
-from warmlink.fmus.component.quantities import ROOM_TEMPERATURE, temperature_output
+from warmlink.fmus.component.quantities import PAD_MODE, ROOM_TEMPERATURE, bus, temperature_output
 from warmlink.fmus.duty_cycle import equations
 
 SEGMENTS = equations.SEGMENTS
 
 TIMES = (Derived("segment_begin", "s", size=SEGMENTS), Derived("length", "s"))
 """When each segment begins, and the time that all take."""
-
-_PAD_MODES = 2
-"""Largest value of the pad's mode."""
 
 
 def durations(description: str, first: float, ordinary: float) -> Parameter:
@@ -52,6 +49,7 @@ _DEMANDS = (
         "1",
         "heating pad: 0 none, 1 a given power, 2 held at a temperature",
         type="Integer",
+        choice=PAD_MODE,
         discrete=True,
     ),
     replace(temperature_output("pad_temperature", "temperature the pad is held at (mode 2)"), discrete=True),
@@ -74,11 +72,12 @@ def _in_segments(demand: Output) -> Parameter:
         size=SEGMENTS,
         starts=None if first is None else (first, *(0.0,) * (SEGMENTS - 1)),
         type=demand.type,
+        choice=demand.choice,
         display=demand.display,
         nominal=demand.nominal,
         positive=is_temperature,
         minimum=None if is_temperature else 0,
-        maximum=_PAD_MODES if demand.type == "Integer" else None,
+        maximum=None if demand.choice is None else demand.choice.last,
         tunable=True,
     )
 
@@ -93,6 +92,7 @@ COMPONENT = Component(
     ),
     derived=TIMES,
     outputs=_DEMANDS,
+    terminals=(bus("duty", "Duty", *(demand.name for demand in _DEMANDS)),),
     derive=equations.derive,
     observe=equations.outputs,
     checks=(lasting("segment", "lasts"),),

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import where
-from warmlink.fmus.component.quantities import temperature_input, temperature_output, temperature_parameter
+from warmlink.fmus.component.quantities import (
+    heat_port,
+    temperature_input,
+    temperature_output,
+    temperature_parameter,
+)
 from warmlink.fmus.heater import equations
 
 COMPONENT = Component(
@@ -33,6 +38,7 @@ COMPONENT = Component(
         temperature_output("heater_temperature", "temperature of the heater"),
         Output("heat_delivered", "J", "heat delivered to the link since the start", nominal=1e4),
     ),
+    terminals=(heat_port("link", "heat_flow", "link_base_temperature"),),
     rates=equations.rates,
     observe=equations.outputs,
     checks=(

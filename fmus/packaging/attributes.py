@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.component import Component, Input, Parameter, Scalar
-from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE
+from xml.etree import ElementTree as ET
+
+from warmlink.fmus.component import Component, Input, Parameter, Scalar, Variable
+from warmlink.fmus.component.quantities import is_difference, quantity
 
 
 def identity(scalar: Scalar) -> dict[str, str]:
@@ -33,15 +35,16 @@ def variability(scalar: Scalar) -> str:
 
 
 def value_attributes(scalar: Scalar) -> dict[str, str]:
-    """Unit, range, nominal and start, in the order of FMI."""
+    """Type, unit, range, nominal and start, in the order of FMI."""
     variable = scalar.variable
     real, boolean = variable.type == "Real", variable.type == "Boolean"
-    attributes: dict[str, str] = {}
+    named = declared_type(variable)
+    attributes: dict[str, str] = {} if named is None else {"declaredType": named}
     if real:
         attributes["unit"] = variable.unit
         if variable.display is not None:
             attributes["displayUnit"] = variable.display
-        elif variable.unit == "K" and variable.nominal != NOMINAL_TEMPERATURE:
+        elif is_difference(variable):
             attributes["relativeQuantity"] = "true"
     values = {} if boolean else {"min": scalar.lower, "max": variable.maximum}
     if real:
@@ -49,6 +52,24 @@ def value_attributes(scalar: Scalar) -> dict[str, str]:
     values["start"] = scalar.start
     kind = {"Real": float, "Integer": int, "Boolean": bool}[variable.type]
     return attributes | {key: text(kind(value)) for key, value in values.items() if value is not None}
+
+
+def declared_type(variable: Variable) -> str | None:
+    """Name of the type definition that a variable refers to; None where its quantity has no name."""
+    if variable.choice is not None:
+        return variable.choice.name
+    return quantity(variable) if variable.type == "Real" else None
+
+
+def fmi3_type(variable: Variable) -> str:
+    """Element of a variable in FMI 3.0.
+
+    In FMI 2.0 a choice stays an Integer of a named type: neither libcosimpy 0.0.6 nor ecospy 0.7.2 connects
+    or sets enumerations of FMI 2.0.
+    """
+    if variable.choice is not None:
+        return "Enumeration"
+    return {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}[variable.type]
 
 
 def set_within_step(scalar: Scalar) -> bool:
@@ -59,6 +80,12 @@ def set_within_step(scalar: Scalar) -> bool:
 def accepting_nan(component: Component) -> list[str]:
     """Names of the inputs that cope with a missing value."""
     return [s.name for s in component.scalars() if isinstance(s.variable, Input) and s.variable.accepts_nan]
+
+
+def document(root: ET.Element) -> bytes:
+    """Bytes of an XML file."""
+    ET.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
 
 
 def text(value: float | bool) -> str:

@@ -10,11 +10,12 @@ from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.dependencies import TIME, Dependencies
-from warmlink.fmus.component.units import display_conversion, unit
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
     accepting_nan,
     causality,
+    document,
+    fmi3_type,
     identity,
     set_within_step,
     text,
@@ -22,6 +23,7 @@ from warmlink.fmus.packaging.attributes import (
     variability,
 )
 from warmlink.fmus.packaging.capabilities import Capabilities, interfaces
+from warmlink.fmus.packaging.definitions import type_definitions, unit_definitions
 from warmlink.fmus.packaging.exchange import (
     ExchangedState,
     exchanged_states,
@@ -139,7 +141,7 @@ def fmi2_model_description(
         for name, known in sorted(of.items(), key=lambda item: index[item[0]]):
             attributes = _dependency_attributes(index[k] for k in known if k != TIME)
             ET.SubElement(unknowns, "Unknown", {"index": str(index[name])} | attributes)
-    return _file(root)
+    return document(root)
 
 
 def fmi3_model_description(
@@ -179,12 +181,11 @@ def fmi3_model_description(
     _common_head(root, component, states)
 
     variables = ET.SubElement(root, "ModelVariables")
-    elements = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     for scalar in component.scalars():
         attributes = identity(scalar) | value_attributes(scalar)
         if capabilities.intermediate_update and set_within_step(scalar):
             attributes["intermediateUpdate"] = "true"
-        ET.SubElement(variables, elements[scalar.variable.type], attributes)
+        ET.SubElement(variables, fmi3_type(scalar.variable), attributes)
     time = {"name": TIME, "valueReference": str(time_reference(component)), "causality": "independent"}
     ET.SubElement(variables, "Float64", time | {"variability": "continuous", "unit": "s"})
 
@@ -207,7 +208,7 @@ def fmi3_model_description(
     if accepting:
         annotation = ET.SubElement(ET.SubElement(root, "Annotations"), "Annotation", type=VENDOR)
         ET.SubElement(annotation, "acceptsNaN", variables=" ".join(accepting))
-    return _file(root)
+    return document(root)
 
 
 def time_reference(component: Component) -> int:
@@ -250,30 +251,9 @@ def _origin(component: Component) -> dict[str, str]:
 
 
 def _common_head(root: ET.Element, component: Component, states: Sequence[ExchangedState]) -> None:
-    """Units, log categories and default experiment, which FMI 2.0 and 3.0 write alike."""
-    displays: dict[str, set[str]] = {"s": set()}
-    for scalar in component.scalars():
-        if scalar.variable.type == "Real":
-            shown = displays.setdefault(scalar.variable.unit, set())
-            if scalar.variable.display is not None:
-                shown.add(scalar.variable.display)
-    for state in states:
-        displays.setdefault(state.unit, set())
-        displays.setdefault(state.rate_unit, set())
-    definitions = ET.SubElement(root, "UnitDefinitions")
-    for name in sorted(displays):
-        definition = ET.SubElement(definitions, "Unit", name=name)
-        described = unit(name)
-        attributes = {base: str(exponent) for base, exponent in described.exponents.items()}
-        if described.factor != 1:
-            attributes["factor"] = text(float(described.factor))
-        ET.SubElement(definition, "BaseUnit", attributes)
-        for display in sorted(displays[name]):
-            factor, offset = display_conversion(name, display)
-            conversion = {"factor": factor, "offset": offset}
-            kept = {key: text(value) for key, value in conversion.items() if value != (key == "factor")}
-            ET.SubElement(definition, "DisplayUnit", {"name": display} | kept)
-
+    """Units, types, log categories and default experiment."""
+    unit_definitions(root, component, states)
+    type_definitions(root, component)
     categories = ET.SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         ET.SubElement(categories, "Category", name=name, description=description)
@@ -285,8 +265,3 @@ def _common_head(root: ET.Element, component: Component, states: Sequence[Exchan
 def _dependency_attributes(known: Iterable[int]) -> dict[str, str]:
     listed = [str(each) for each in sorted(known)]
     return {"dependencies": " ".join(listed), "dependenciesKind": " ".join("dependent" for _ in listed)}
-
-
-def _file(root: ET.Element) -> bytes:
-    ET.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"

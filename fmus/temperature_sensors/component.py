@@ -9,9 +9,11 @@ from warmlink.fmus.component import Check, Component, Derived, Parameter, State
 from warmlink.fmus.component.arithmetic import where
 from warmlink.fmus.component.quantities import (
     AMBIENT_TEMPERATURE,
+    bus,
     sample_time_parameter,
     temperature_input,
     temperature_output,
+    thermometers,
 )
 from warmlink.fmus.temperature_sensors import equations
 
@@ -92,6 +94,11 @@ COMPONENT = Component(
     ),
     outputs=(
         temperature_output("reading", "reading of each sensor; NaN where it dropped out", size=CHANNELS),
+    ),
+    terminals=(
+        thermometers("places", [f"temperature[{i}]" for i in range(1, CHANNELS + 1)]),
+        thermometers("readings", [f"reading[{i}]" for i in range(1, CHANNELS + 1)]),
+        bus("duty", "Duty", "ambient_temperature"),
     ),
     derived=(Derived("kept", "1", size=CHANNELS),),
     derive=equations.derive,

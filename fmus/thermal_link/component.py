@@ -8,6 +8,8 @@ from warmlink.fmus.component import Check, Component, Derived, Input, Output, Pa
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
+    bus,
+    heat_port,
     temperature_input,
     temperature_output,
     temperature_parameter,
@@ -195,6 +197,11 @@ def thermal_link(cells: int) -> Component:
         ),
         states=(State("temperature", "K", size=cells), State("heat_received", "J")),
         outputs=_OUTPUTS,
+        terminals=(
+            heat_port("base", "heat_flow", "base_temperature"),
+            heat_port("tip", "tip_heat_flow", "tip_temperature"),
+            bus("duty", "Duty", "speed", "ambient_temperature"),
+        ),
         derive=partial(equations.derive, cells=cells),
         begin=partial(equations.begin, cells=cells),
         rates=equations.rates,

@@ -119,14 +119,6 @@ Statistics = Annotated[
     bool,
     typer.Option("--statistics", help="Count and time the calls of each FMU; the steps then go plainly."),
 ]
-Record = Annotated[
-    str | None,
-    typer.Option(
-        help="Variables to write, separated by commas, as --record link.*,controller.correction. "
-        "Default: every one."
-    ),
-]
-Csv = Annotated[bool, typer.Option(help="Write results.csv beside results.parquet.")]
 Exact = Annotated[
     bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
 ]

@@ -102,8 +102,6 @@ def simulate(
         ),
     ] = None,
     statistics: Statistics = False,
-    record: options.Record = None,
-    csv: options.Csv = True,
     json: Json = False,
 ) -> None:
     """Run a system of FMUs and write its outputs as CSV and Parquet.
@@ -117,7 +115,7 @@ def simulate(
     from warmlink.orchestration.master.guard import guarded
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import Written, series_writers
+    from warmlink.orchestration.report.series import series_writers
     from warmlink.orchestration.simulation import experiment_of
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
@@ -157,8 +155,7 @@ def simulate(
                 lambda done, count: progress(done / count / (1 + 2 * repeats)),
                 remark,
             )
-            written = Written(tuple(options.listed(record) or ()), csv)
-            lost = write_files(target, series_writers(result.table, written))
+            lost = write_files(target, series_writers(result))
             bounds: tuple[CouplingError, ...] = ()
             if repeats and result.status == "completed":
                 names = watch or result.table.names

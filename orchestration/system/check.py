@@ -60,6 +60,11 @@ def check_type(variable: Variable, declared: str | None, where: str) -> None:
         )
 
 
+def alike(one: str | None, other: str | None) -> bool:
+    """Whether values of two types pass for each other; a choice is an Integer in our FMUs of FMI 2.0."""
+    return one == other or {one, other} == {"Integer", "Enumeration"}
+
+
 def own_unit(info: ModelInfo, variable: Variable, declared: Unit | None = None) -> Unit | None:
     """Give the unit in which a variable's values are, or the declared one where the FMU tells none."""
     if variable.kind != "Real" or variable.unit is None:

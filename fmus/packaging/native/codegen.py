@@ -242,7 +242,7 @@ def _row(scalar: Scalar, place: tuple[int, int]) -> str:
         repr(float(value or 0)) for value in (scalar.start, *bounds, limits.ordinary_size(variable))
     )
     unit = "" if variable.unit == "1" else f" {variable.unit}"
-    kind = variable.type.upper()
+    kind = variable.type.upper() if variable.choice is None else "ENUMERATION"
     return (
         f"{{{_string(scalar.name)}, {_string(unit)}, {numbers}, "
         f"{kind}, {' | '.join(flags) or 0}, {place[0]}, {place[1]}}}"

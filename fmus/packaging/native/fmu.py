@@ -13,6 +13,7 @@ from xml.etree import ElementTree as ET
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.attributes import document
 from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
 from warmlink.fmus.packaging.exchange import exchanged_states
@@ -30,6 +31,7 @@ from warmlink.fmus.packaging.native.compile import (
     merged_libraries,
     platforms_named,
 )
+from warmlink.fmus.packaging.terminals import terminals_files
 
 FmiVersion = Literal["2.0", "3.0"]
 
@@ -109,6 +111,7 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
     return {
         "modelDescription.xml": description,
         **documentation,
+        **terminals_files(component),
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
         **build_description,
@@ -170,8 +173,7 @@ def _build_description(component: Component, units: Sequence[str]) -> bytes:
     for unit in units:
         ET.SubElement(files, "SourceFile", name=unit)
     ET.SubElement(configuration, "Library", name="m")
-    ET.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
+    return document(root)
 
 
 __all__ = [

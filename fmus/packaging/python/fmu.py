@@ -14,6 +14,7 @@ from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
 from warmlink.fmus.packaging.model_description import fmi2_model_description
 from warmlink.fmus.packaging.python.bundle import bundle
+from warmlink.fmus.packaging.terminals import terminals_files
 
 PYTHON_FOLDER = "python"
 
@@ -63,6 +64,7 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
             component, component.name, CAPABILITIES, implementation=carried.package
         ),
         **documentation_files(entry),
+        **terminals_files(component),
         **_libraries(component.name),
         "documentation/licenses/pythonfmu.txt": _pythonfmu_license(),
         "resources/slavemodule.txt": stem.encode(),

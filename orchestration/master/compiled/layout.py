@@ -15,7 +15,7 @@ from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Addressed, Names
 from warmlink.orchestration.system.model import Value
 
-# By FMI version and base type: the buffer (0 doubles, 1 ints, 2 bytes).
+# By FMI version and base type: the buffer (0 doubles, 1 ints, 2 bytes, 3 long ints).
 _KINDS = {
     ("fmi2", "Real"): 0,
     ("fmi2", "Integer"): 1,
@@ -23,6 +23,7 @@ _KINDS = {
     ("fmi3", "Float64"): 0,
     ("fmi3", "Int32"): 1,
     ("fmi3", "Boolean"): 2,
+    ("fmi3", "Int64"): 3,
 }
 Place = tuple[int, int]
 Numbers = NDArray[np.int64]
@@ -43,14 +44,14 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
 class Layout:
     """Tables of addresses and indices that the compiled loop runs over.
 
-    The three buffers hold doubles, ints and bytes; each batch of a slave's variables has its stretch in
-    one of them, so that FMI calls read and write there directly.
+    The four buffers hold doubles, ints, bytes and long ints; each batch of a slave's variables has its
+    stretch in one of them, so that FMI calls read and write there directly.
     """
 
     def __init__(self, network: Network, recorder: Recorder) -> None:
         self.network = network
         self.slaves = [slave for slave in network.slaves if isinstance(slave, Addressed)]
-        self._sizes = [0, 0, 3]  # the first three bytes are the flags of fmi3DoStep
+        self._sizes = [0, 0, 3, 0]  # the first three bytes are the flags of fmi3DoStep
         self._keep: list[Batch] = []
         count = len(network.slaves)
         plans = [self._plan(k, network.reads[k], "Get") for k in range(count)]
@@ -61,6 +62,7 @@ class Layout:
             np.zeros(self._sizes[0]),
             np.zeros(max(1, self._sizes[1]), dtype=np.int32),
             np.zeros(self._sizes[2], dtype=np.uint8),
+            np.zeros(max(1, self._sizes[3]), dtype=np.int64),
         )
         self.outputs = [places for _, places in plans]
         self.inputs = [places for _, places in writes]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.check import check_kind, check_type, own_unit, variable_of
+from warmlink.orchestration.system.check import alike, check_kind, check_type, own_unit, variable_of
 from warmlink.orchestration.system.model import Connection, Connector
 from warmlink.orchestration.system.model_info import ModelInfo, Variable
 from warmlink.orchestration.system.ssp.carried import Carried
@@ -76,7 +76,8 @@ class Resolver:
         source, target = way[0].source, way[-1].target
         (giving, unit), (taking, target_unit) = self.variable(source), self.variable(target)
         between = f"{source} -> {target}"
-        if giving.kind != taking.kind or (giving.kind == "Enumeration" and giving.items != taking.items):
+        both = giving.kind == taking.kind == "Enumeration"
+        if not alike(giving.kind, taking.kind) or (both and giving.items != taking.items):
             kinds = f"{giving.kind} does not convert to {taking.kind}"
             raise InputError(f"{between}: {kinds}; connect variables of one type")
         remedy = "connect variables of one quantity"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.check import checked_value
+from warmlink.orchestration.system.check import alike, checked_value
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.ssp.carried import Carried
 from warmlink.orchestration.system.ssp.declared import Binding, DeclaredComponent, DeclaredSystem
@@ -116,7 +116,7 @@ class StartValues:
         node = way[-1].target
         where = str(node)
         variable, own = self.resolver.variable(node)
-        if parameter.type != variable.kind:
+        if not alike(parameter.type, variable.kind):
             raise InputError(
                 f"{where}: is given a value of type {parameter.type}, but is of type {variable.type}; "
                 "give a value of that type"

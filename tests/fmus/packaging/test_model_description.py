@@ -91,6 +91,36 @@ def test_every_scalar_is_there_as_declared(component: Component, fmi: str) -> No
             assert tuple(None if b is None else float(b) for b in stated) == bounds
 
 
+def test_quantities_and_choices_are_declared_types() -> None:
+    two, three = (ET.fromstring(write(MOTOR, "x", Capabilities())) for write in WRITERS.values())
+    names = ("none", "power", "temperature")
+    pad = three.find("ModelVariables/Enumeration[@name='pad_mode']")
+    assert pad is not None
+    assert [pad.get(key) for key in ("declaredType", "start", "min", "max")] == ["PadMode", "0", "0", "2"]
+    items = three.findall("TypeDefinitions/EnumerationType[@name='PadMode']/Item")
+    assert [(i.get("name"), i.get("value")) for i in items] == [(n, str(i)) for i, n in enumerate(names)]
+    # libcosim passes over variables that are enumerations in FMI 2.0, and could not set them.
+    integer = two.find("ModelVariables/ScalarVariable[@name='pad_mode']/Integer")
+    assert integer is not None
+    assert integer.get("declaredType") == "PadMode"
+    told = two.find("TypeDefinitions/SimpleType[@name='PadMode']")
+    assert told is not None
+    assert told.get("description") == "0 none, 1 power, 2 temperature"
+    for root, path in ((two, "SimpleType/Real[@quantity='{}']"), (three, "Float64Type[@quantity='{}']")):
+        for name, unit in (("Power", "W"), ("ThermodynamicTemperature", "K"), ("TemperatureDifference", "K")):
+            (found,) = root.findall("TypeDefinitions/" + path.format(name))
+            assert found.get("unit") == unit
+            relative = "true" if name == "TemperatureDifference" else None
+            assert found.get("relativeQuantity") == relative
+
+
+@every
+def test_bounds_of_a_choice_are_those_of_its_items(component: Component) -> None:
+    for variable in (*component.inputs, *component.parameters):
+        if variable.choice is not None:
+            assert (variable.minimum, variable.maximum) == (0, variable.choice.last)
+
+
 def test_fmi3_has_time_after_the_component_s_own() -> None:
     description = read(fmi3_model_description(LINK, "x", Capabilities()))
     (time,) = [v for v in description.modelVariables if v.causality == "independent"]

@@ -96,12 +96,19 @@ def test_an_isolated_cell_gives_the_same_values(cell: System) -> None:
 
 @pytest.mark.slow
 def test_versions_of_fmi_mix(cell: System, tmp_path: Path) -> None:
-    chosen = [entries()[name] for name in ("ThermalLink", "MotorHeatSource")]
+    chosen = [entries()[name] for name in ("ThermalLink", "MotorHeatSource", "DutyCycle")]
     newer = {path.stem: path for path in build_native_fmus(chosen, tmp_path, "3.0")}
     older = FmuStore("native").files(KINDS)
     reference = simulate(cell, 600.0, 10.0, FixedPoint(), record=[ELONGATION])
-    for names in (("ThermalLink",), ("MotorHeatSource",), ("ThermalLink", "MotorHeatSource")):
+    for names in (("ThermalLink",), ("MotorHeatSource",), tuple(newer)):
         mixed = cell_of(older | {name: newer[name] for name in names})
         run = simulate(mixed, 600.0, 10.0, FixedPoint(), record=[ELONGATION])
         assert run.status == "completed", run.reason
         np.testing.assert_allclose(run[ELONGATION], reference[ELONGATION], rtol=0, atol=1e-11)
+    # Here the pad's mode goes from enumeration to enumeration.
+    plain, compiled = (
+        simulate(mixed, 600.0, 10.0, Jacobi(), record=[ELONGATION], stepping=stepping)
+        for stepping in ("plain", "compiled")
+    )
+    assert compiled.statistics.compiled
+    np.testing.assert_array_equal(plain[ELONGATION], compiled[ELONGATION])

@@ -122,6 +122,13 @@ def test_start_values_of_every_type_in_the_variables_own_units(lab: Lab) -> None
     }
 
 
+def test_an_enumeration_takes_its_integer_too(lab: Lab) -> None:
+    read = lab.read(lab.cell(link=parameters("metal:Integer:2")))
+    assert read.components["link"].values == {"metal": 2}
+    with pytest.raises(InputError, match=r"brass. is not of type Integer"):
+        lab.read(lab.cell(link=parameters("cells:Enumeration:brass")))
+
+
 def test_parameter_files_beside_the_ssd(lab: Lab) -> None:
     bound = binding(
         '<ssd:ParameterMapping source="resources/names.ssm"/>', 'source="resources/values%20of%20rod.ssv"'

@@ -27,18 +27,25 @@ Answer FUNCTION(F(GetReal, GetFloat64))(void *handle, const Reference references
     return status(well);
 }
 
-Answer FUNCTION(F(GetInteger, GetInt32))(void *handle, const Reference references[], size_t count,
-                                         Whole SIZED(values[], size))
-{
-    Instance *instance = handle;
-    int well = paired(instance, references, count, values, F(count, size));
-    for (size_t i = 0; well && i < count; i++) {
-        double value = 0;
-        well = model_get(&instance->model, references[i], INTEGER, &value);
-        values[i] = model_whole(value);
+/* Enumerations are integers of FMI 2.0, and have functions of their own in 3.0. */
+#define IS_CHOICE(reference) ((reference) < VARIABLES && WL(variables)[reference].kind == ENUMERATION)
+#define WHOLE(reference) F(IS_CHOICE(reference) ? ENUMERATION : INTEGER, INTEGER)
+
+#define WHOLE_GETTER(name, type, kind)                                                                        \
+    Answer FUNCTION(name)(void *handle, const Reference references[], size_t count, type SIZED(values[], size)) \
+    {                                                                                                         \
+        Instance *instance = handle;                                                                          \
+        int well = paired(instance, references, count, values, F(count, size));                               \
+        for (size_t i = 0; well && i < count; i++) {                                                          \
+            double value = 0;                                                                                 \
+            well = model_get(&instance->model, references[i], kind, &value);                                  \
+            values[i] = model_whole(value);                                                                   \
+        }                                                                                                     \
+        return status(well);                                                                                  \
     }
-    return status(well);
-}
+
+WHOLE_GETTER(F(GetInteger, GetInt32), Whole, WHOLE(references[i]))
+F(, WHOLE_GETTER(GetInt64, fmi3Int64, ENUMERATION))
 
 Answer FUNCTION(GetBoolean)(void *handle, const Reference references[], size_t count, Truth SIZED(values[], size))
 {
@@ -71,7 +78,8 @@ static int set(Instance *instance, Reference reference, Kind kind, double value)
     }
 
 SETTER(F(SetReal, SetFloat64), double, REAL, values[i])
-SETTER(F(SetInteger, SetInt32), Whole, INTEGER, values[i])
+SETTER(F(SetInteger, SetInt32), Whole, WHOLE(references[i]), values[i])
+F(, SETTER(SetInt64, fmi3Int64, ENUMERATION, (double)values[i]))
 SETTER(SetBoolean, Truth, BOOLEAN, values[i] != 0)
 
 Answer FUNCTION(F(GetRealOutputDerivatives, GetOutputDerivatives))(void *handle, const Reference references[],

@@ -14,7 +14,7 @@
 
 #define AT_LEAST_1(n) ((n) > 0 ? (n) : 1)
 
-typedef enum { REAL, INTEGER, BOOLEAN } Kind;
+typedef enum { REAL, INTEGER, BOOLEAN, ENUMERATION } Kind;
 enum { HAS_MINIMUM = 1, HAS_MAXIMUM = 2, POSITIVE = 4, ACCEPTS_NAN = 8, TUNABLE = 16 };
 
 typedef struct {

@@ -53,7 +53,7 @@ void model_serialize(const Memory *memory, unsigned char *bytes)
 
 static int fits(Kind kind, double value)
 {
-    return kind == REAL || (kind == INTEGER && value == model_whole(value)) || value == 0 || value == 1;
+    return kind == REAL || (kind != BOOLEAN && value == model_whole(value)) || value == 0 || value == 1;
 }
 
 /* What no instance could have remembered; NULL where all is well. */

@@ -9,7 +9,7 @@ int model_whole(double value)
 
 static const Variable *variable_of(Model *model, unsigned reference, Kind kind)
 {
-    static const char *const kinds[] = {"a real number", "an integer", "a boolean"};
+    static const char *const kinds[] = {"a real number", "an integer", "a boolean", "an enumeration"};
     if (reference >= VARIABLES) {
         model_report(model, ": value reference %u is unknown; " WL_NAME " has 0 to %d", reference, VARIABLES - 1);
         return NULL;

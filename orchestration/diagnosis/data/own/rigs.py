@@ -82,11 +82,11 @@ def _declaration(info: ModelInfo) -> Component:
     parameters: list[Parameter] = []
     outputs: list[Output] = []
     for variable in info.variables.values():
-        if variable.kind not in ("Real", "Integer", "Boolean") or variable.dimensions:
+        kind = "Integer" if variable.kind == "Enumeration" else variable.kind
+        if kind not in ("Real", "Integer", "Boolean") or variable.dimensions:
             continue
         unit, display = _unit(info, variable)
         about = variable.description
-        kind = variable.kind
         start = to_si(info, variable.name)(float(variable.start or 0.0))
         if variable.causality == "input":
             inputs.append(Input(variable.name, unit, about, start=start, display=display, type=kind))

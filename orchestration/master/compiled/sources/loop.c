@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { FLOAT64, INT32, UINT8 };                        /* kinds of values, as buffers hold them */
+enum { FLOAT64, INT32, UINT8, INT64 };                 /* kinds of values, as buffers hold them */
 enum { NOTHING, STEP, GET, SET, NOT_FINITE, TERMINATE }; /* what failed */
 enum { READS, WRITES, WIRES, CHECKS };                 /* rows of the ranges */
 
@@ -28,6 +28,7 @@ typedef struct {
     double *doubles;
     int32_t *ints;
     uint8_t *octets;
+    int64_t *longs;
 } Buffers;
 
 /* What failed at which slave and how, then the call under way and the rows recorded: see under_way.py. */
@@ -46,6 +47,8 @@ static double value_at(const Buffers *held, Place place)
 {
     if (place.kind == FLOAT64)
         return held->doubles[place.index];
+    if (place.kind == INT64)
+        return (double)held->longs[place.index];
     return place.kind == INT32 ? held->ints[place.index] : held->octets[place.index] != 0;
 }
 
@@ -76,6 +79,8 @@ static void pass_on(const Wire *wires, const double *factors, const Buffers *hel
             held->doubles[target.index] = value;
         } else if (target.kind == INT32)
             held->ints[target.index] = (int32_t)value;
+        else if (target.kind == INT64)
+            held->longs[target.index] = (int64_t)value;
         else
             held->octets[target.index] = value != 0;
     }
@@ -98,9 +103,9 @@ __attribute__((visibility("default"))) int64_t advance(
     int at_once, const int64_t *sequence, int64_t count, int64_t first, int64_t last, const double *times,
     const Slave *slaves, const Batch *reads, int64_t all_reads, const Batch *writes, const Wire *wires,
     const int64_t *checks, const Place *columns, int64_t width, const double *factors, double *doubles,
-    int32_t *ints, uint8_t *octets, const int64_t *ranges, double *row, Cells *cells)
+    int32_t *ints, uint8_t *octets, int64_t *longs, const int64_t *ranges, double *row, Cells *cells)
 {
-    const Buffers held = {doubles, ints, octets};
+    const Buffers held = {doubles, ints, octets, longs};
     for (int64_t point = first; point < last; point++) {
         double time = times[0] + (double)point * times[1];
         for (int64_t job = 0; job < 3 * count; job++) {

@@ -82,7 +82,10 @@ class Native:
         self._folder.cleanup()
 
     def _kind(self, name: str) -> str:
-        kind = self.scalars[name].variable.type
+        variable = self.scalars[name].variable
+        if self.modern and variable.choice is not None:
+            return "Int64"
+        kind = variable.type
         return {"Real": "Float64", "Integer": "Int32"}.get(kind, kind) if self.modern else kind
 
 

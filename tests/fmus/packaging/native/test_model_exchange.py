@@ -141,7 +141,7 @@ def test_nothing_happens_but_by_the_host(model: Any) -> None:
     model.setTime(5.0)
     before = rates(model)
     assert [bool(each) for each in model.completedIntegratorStep()][:2] == [False, False]
-    whole = model.setInt32 if hasattr(model, "setInt32") else model.setInteger
+    whole = model.setInt64 if hasattr(model, "setInt64") else model.setInteger
     pad = [reference(MOTOR, "pad_mode")]
     with pytest.raises(Exception, match="status 3"):
         whole(pad, [1])

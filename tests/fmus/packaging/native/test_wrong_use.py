@@ -103,7 +103,7 @@ def test_an_unknown_value_reference(motor: Native, act: str) -> None:
 def test_a_value_reference_of_another_type(motor: Native) -> None:
     (reference,) = motor.references(["pad_mode"])
     get = motor.fmu.getFloat64 if motor.modern else motor.fmu.getReal
-    assert refused(motor, lambda: get([reference])) == "motor.pad_mode: is an integer, not a real number"
+    assert refused(motor, lambda: get([reference])) == "motor.pad_mode: is an enumeration, not a real number"
 
 
 def test_text_is_refused(motor: Native) -> None:
@@ -185,6 +185,7 @@ NULL_CALLS = {
         "GetFloat64": lambda n: (None, n, None, n),
         "SetFloat64": lambda n: (None, n, None, n),
         "GetInt32": lambda n: (None, n, None, n),
+        "GetInt64": lambda n: (None, n, None, n),
         "SetBoolean": lambda n: (None, n, None, n),
         "GetBinary": lambda n: (None, n, None, None, n),
         "SetClock": lambda n: (None, n, None),

@@ -47,7 +47,7 @@ static void move_inputs(fmi2Component instance, int index)
             if ((variable->flags & ACCEPTS_NAN) && index % 5 == 4)
                 value = NAN;
             EXPECT(fmi2SetReal(instance, &i, 1, &value) == fmi2OK);
-        } else if (variable->kind == INTEGER) {
+        } else if (variable->kind == INTEGER || variable->kind == ENUMERATION) {
             int whole = (variable->flags & HAS_MAXIMUM) ? index % (1 + (int)variable->maximum) : index % 3;
             if ((variable->flags & HAS_MINIMUM) && whole < variable->minimum)
                 whole = (int)variable->minimum;
@@ -67,7 +67,7 @@ static void read_all(fmi2Component instance)
         fmi2Boolean truth;
         Kind kind = i < VARIABLES ? WL(variables)[i].kind : IS_STATE(i) || IS_RATE(i) ? REAL : (Kind)9;
         EXPECT((fmi2GetReal(instance, &i, 1, &number) == fmi2OK) == (kind == REAL));
-        EXPECT((fmi2GetInteger(instance, &i, 1, &whole) == fmi2OK) == (kind == INTEGER));
+        EXPECT((fmi2GetInteger(instance, &i, 1, &whole) == fmi2OK) == (kind == INTEGER || kind == ENUMERATION));
         EXPECT((fmi2GetBoolean(instance, &i, 1, &truth) == fmi2OK) == (kind == BOOLEAN));
     }
 }

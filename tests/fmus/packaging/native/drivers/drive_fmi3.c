@@ -62,6 +62,7 @@ static void read_all(bool pairs)
     for (unsigned i = 0; i < VARIABLES + 3 + 2 * WL_STATES; i++) {
         double number[2];
         int32_t whole;
+        int64_t wide;
         bool truth;
         int8_t small;
         Kind kind = i < VARIABLES ? WL(variables)[i].kind
@@ -69,6 +70,7 @@ static void read_all(bool pairs)
         EXPECT((fmi3GetFloat64(driven, &i, 1, number, 1) == fmi3OK) == (kind == REAL));
         EXPECT(fmi3GetFloat64(driven, &i, 1, number, 2) == fmi3Error);
         EXPECT((fmi3GetInt32(driven, &i, 1, &whole, 1) == fmi3OK) == (kind == INTEGER));
+        EXPECT((fmi3GetInt64(driven, &i, 1, &wide, 1) == fmi3OK) == (kind == ENUMERATION));
         EXPECT((fmi3GetBoolean(driven, &i, 1, &truth, 1) == fmi3OK) == (kind == BOOLEAN));
         EXPECT(fmi3GetInt8(driven, &i, 1, &small, 1) == fmi3Error);
         for (unsigned k = 0; pairs && k < VARIABLES + 2; k++) {

@@ -1,5 +1,7 @@
 /* Values and derivatives, right and wrong; a part of random_calls.c. */
 
+#include <stdint.h>
+
 #if FMI == 2
 #define ARRAY(values, count) values
 #else
@@ -12,8 +14,9 @@ static void values(int set)
     Reference *references = array(count * sizeof *references);
     double *reals = array(given * sizeof *reals);
     int *integers = array(given * sizeof *integers);
+    int64_t *wide = array(given * sizeof *wide);
     Truth *truths = array(given * sizeof *truths);
-    unsigned type = draw(3);
+    unsigned type = draw(FMI + 1);
     for (size_t i = 0; i < count && references; i++) {
         references[i] = some_reference();
         if (references[i] < VARIABLES && !one_in(10))
@@ -25,11 +28,21 @@ static void values(int set)
             reals[i] = value;
         if (integers)
             integers[i] = model_whole(value);
+        if (wide)
+            wide[i] = model_whole(value);
         if (truths)
             truths[i] = draw(2);
     }
     int there = given == count && (count == 0 || references);
     (void)given;
+    if (FMI == 2 && type == ENUMERATION)
+        type = INTEGER;
+#if FMI == 3
+    if (type == ENUMERATION)
+        CALL(there && (count == 0 || wide), set ? fmi3SetInt64(driven, references, count, wide, given)
+                                                : fmi3GetInt64(driven, references, count, wide, given));
+    else
+#endif
     if (type == 0)
         CALL(there && (count == 0 || reals),
              set ? F(SetReal, SetFloat64)(driven, references, count, ARRAY(reals, given))
@@ -42,7 +55,7 @@ static void values(int set)
         CALL(there && (count == 0 || truths),
              set ? F(SetBoolean, SetBoolean)(driven, references, count, ARRAY(truths, given))
                  : F(GetBoolean, GetBoolean)(driven, references, count, ARRAY(truths, given)));
-    free(references), free(reals), free(integers), free(truths);
+    free(references), free(reals), free(integers), free(wide), free(truths);
 }
 
 static void strings(void)
