@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -10,9 +12,11 @@ from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.guard import guarded
+from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
 from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
 
@@ -81,3 +85,45 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
         raise InputError(f'{system.name}: the system proposes no stop time; give one, as --stop "1 h"')
     step_size = proposed.step_size if step is None else positive(step, "s", "--step")
     return stop_time, step_size or stop_time / DEFAULT_STEPS
+
+
+def largest_step(system: System, stop_time: float, longest: float | None) -> float:
+    """Largest communication step in s that divides a run and exceeds neither `longest` nor a sample time."""
+    duration = stop_time - system.default_experiment.start_time
+    found = [duration / DEFAULT_STEPS if longest is None else longest]
+    for name, variable in variables(system).items():
+        if name.rpartition(".")[2] == "sample_time":
+            owner, _, own = name.rpartition(".")
+            found.append(float(system.components[owner].values.get(own, variable.start or duration)))
+    return duration / max(1, math.ceil(duration / min(found) - 1e-9))
+
+
+def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None) -> dict[str, float]:
+    """Largest coupling error by variable, in its unit: of those watched, or of all outputs that it fits.
+
+    Raises
+    ------
+    InputError
+        If the tolerance is not above 0, or does not fit.
+    """
+    known = variables(system)
+    if watched:
+        units = {name: known[name].unit for name in watched if name in known}
+        return {name: positive(tolerance, unit or "1", "--tolerance") for name, unit in units.items()}
+    found = {}
+    for name, variable in known.items():
+        with suppress(InputError):
+            if is_recorded(variable):
+                found[name] = positive(tolerance, variable.unit or "1", "--tolerance")
+    if not found:
+        raise InputError(f'--tolerance {tolerance}: fits no output; give a value above 0, as "0.1 um"')
+    return found
+
+
+def variables(system: System) -> dict[str, Variable]:
+    """Every variable of a system's FMUs, as `link.elongation`."""
+    return {
+        f"{name}.{variable.name}": variable
+        for name, held in system.components.items()
+        for variable in read_description(held.fmu).variables.values()
+    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +14,9 @@ from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, err
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
-from warmlink.orchestration.master.algorithms.table import algorithm
-from warmlink.orchestration.master.error_budget import coupling_error
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
+from warmlink.orchestration.master.error_budget import coupling_error, tried
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -23,6 +24,8 @@ from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
+from warmlink.orchestration.simulation import largest_step
+from warmlink.orchestration.system.model import System
 
 if TYPE_CHECKING:
     import pandas
@@ -101,7 +104,10 @@ class ClosedLoop(Answer):
     def remarks(self) -> tuple[str, ...]:
         """What a reader should know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
-        told = (*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None)
+        most, bound = self.scenario.coupling_tolerance, self.coupling_error_um
+        told = [*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None]
+        if most is not None and bound is not None and bound > 1e6 * most:
+            told.append(f"the coupling error is not within the tolerance of {1e6 * most:g} µm; allow more")
         return tuple(each for each in told if each)
 
     def to_frame(self) -> pandas.DataFrame:
@@ -224,40 +230,19 @@ def run_scenario(
     setup = scenario.setup
     system = scenario.system(scenario.files(store))
     told, ideal = judged(scenario)
-    chosen = algorithm(scenario.master)
-    stop, step = scenario.stop_time, scenario.step_size
-    with temporary_folder() as home:
-        result = guarded(
-            lambda line: simulate(
-                system, stop, step, chosen, unpacked=home, statistics=statistics, line=line
-            ),
-            lambda at, count: report(at / count / 3),
-        )
-        coupling, cut_short = None, result.reason
-        if cut_short is None:
-            try:
-                fine = guarded(
-                    lambda line: simulate(
-                        system,
-                        stop,
-                        step / 2,
-                        chosen,
-                        record=setup.roles.plant,
-                        unpacked=home,
-                        check_stability=False,
-                        line=line,
-                    ),
-                    lambda at, count: report((1 + 2 * at / count) / 3),
-                )
-                coupling = coupling_um(result, fine, chosen.order, setup)
-                cut_short = fine.reason
-            except KeyboardInterrupt:
-                cut_short = "interrupted"
-            except SlaveError as fault:  # before its first value, which costs the first run nothing
-                cut_short = str(fault)
-            cut_short = cut_short and f"{cut_short} in the run at half the step"
+    most, ran = scenario.coupling_tolerance, scenario
+    if most is not None:
+        ran = replace(scenario, step_size=largest_step(system, scenario.stop_time, scenario.step_size))
+    chosen, tolerances = algorithm(scenario.master), dict.fromkeys(setup.roles.plant, most or 0.0)
+    for whole, finer in tried(chosen, tolerances if most else {}):
+        if whole is not chosen:
+            ran = replace(ran, master=FOLLOWING)
+        result, coupling, cut_short = _bounded_run(system, ran, whole, finer, report, statistics)
+        broken = cut_short is not None and result.error is None
+        if broken or most is None or (coupling is not None and coupling <= 1e6 * most):
+            break
     return ClosedLoop(
-        scenario=scenario,
+        scenario=ran,
         fmus=store.kind,
         result=result,
         coupling_error_um=coupling,
@@ -266,6 +251,46 @@ def run_scenario(
         ideal=ideal,
         wall_seconds=time.perf_counter() - began,
     )
+
+
+def _bounded_run(
+    system: System,
+    scenario: Scenario,
+    whole: Algorithm,
+    finer: Algorithm,
+    report: Progress,
+    statistics: bool,
+) -> tuple[Result, float | None, str | None]:
+    """Run a system, and again at half the step: its run, coupling error in um, and why a run ended early."""
+    stop, step, setup = scenario.stop_time, scenario.step_size, scenario.setup
+    with temporary_folder() as home:
+        result = guarded(
+            lambda line: simulate(system, stop, step, whole, unpacked=home, statistics=statistics, line=line),
+            lambda at, count: report(at / count / 3),
+        )
+        if result.reason is not None:
+            return result, None, result.reason
+        coupling = None
+        try:
+            fine = guarded(
+                lambda line: simulate(
+                    system,
+                    stop,
+                    step / 2,
+                    finer,
+                    record=setup.roles.plant,
+                    unpacked=home,
+                    check_stability=False,
+                    line=line,
+                ),
+                lambda at, count: report((1 + 2 * at / count) / 3),
+            )
+            coupling, cut_short = coupling_um(result, fine, whole.order, setup), fine.reason
+        except KeyboardInterrupt:
+            cut_short = "interrupted"
+        except SlaveError as fault:  # before its first value, which costs the first run nothing
+            cut_short = str(fault)
+    return result, coupling, cut_short and f"{cut_short} in the run at half the step"
 
 
 def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:

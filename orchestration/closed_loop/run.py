@@ -27,12 +27,13 @@ def changed(
     step: str | float | None = None,
     stop: str | float | None = None,
     master: str | None = None,
+    tolerance: str | float | None = None,
 ) -> Scenario:
     """The scenario with the given changes; what is not given stays as its file says.
 
     Parameters
     ----------
-    controller, parameters, mismatches, step, stop, master : as for `run`
+    controller, parameters, mismatches, step, stop, master, tolerance : as for `run`
 
     Raises
     ------
@@ -45,6 +46,9 @@ def changed(
         duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
         step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
         master=master or scenario.master,
+        coupling_tolerance=scenario.coupling_tolerance
+        if tolerance is None
+        else positive(tolerance, "m", "--tolerance"),
         controller=scenario.controller if controller is None else controller_named(controller),
         parameters={**known.parameters, **given_values(parameters)},
     )
@@ -62,6 +66,7 @@ def run(
     step: str | float | None = None,
     stop: str | float | None = None,
     master: str | None = None,
+    tolerance: str | float | None = None,
     fmus: FmuKind | None = None,
 ) -> ClosedLoop:
     """Run a scenario with a controller and without one, and compute how far off the tool point is.
@@ -74,6 +79,7 @@ def run(
     mismatches : names or files; several mismatches add up
     step, stop : communication step size and stop time, `"1 h"` or in s
     master : name of the algorithm
+    tolerance : largest coupling error, `"0.1 um"` or in m, for which the steps become smaller where needed
     fmus : native (C) or python; by default native if there is a C compiler
 
     Raises
@@ -92,6 +98,7 @@ def run(
         step=step,
         stop=stop,
         master=master,
+        tolerance=tolerance,
     )
     with progress_bar(asked.title) as progress:
         return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress)

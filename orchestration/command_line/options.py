@@ -119,6 +119,13 @@ Statistics = Annotated[
     bool,
     typer.Option("--statistics", help="Count and time the calls of each FMU; the steps then go plainly."),
 ]
+Tolerance = Annotated[
+    str | None,
+    typer.Option(
+        help='Largest coupling error, such as "0.1 um". The step is then as long as --step and the sample '
+        "times allow, or shorter where the error asks for it."
+    ),
+]
 Exact = Annotated[
     bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
 ]

@@ -52,6 +52,7 @@ def run(
     master: Annotated[
         str | None, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
     ] = None,
+    tolerance: options.Tolerance = None,
     replace: options.Replace = None,
     map_: options.Rename = None,
     statistics: Statistics = False,
@@ -81,6 +82,7 @@ def run(
         step=step,
         stop=stop,
         master=master,
+        tolerance=tolerance,
     )
     built = store(kind_named(fmus), sorted(asked.kinds), remark)
     folder = out or Path("out") / asked.name

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,12 +23,13 @@ from warmlink.orchestration.console import (
 )
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.master.compiled.loop import Stepping
+    from warmlink.orchestration.master.algorithms.algorithm import Algorithm
     from warmlink.orchestration.master.error_budget import CouplingError
     from warmlink.orchestration.master.pacing import Pacing
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
-    from warmlink.orchestration.system.model import System
+
+    Bounds = tuple[CouplingError, ...]
 
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
@@ -93,6 +94,7 @@ def simulate(
             "yes, unless --checkpoint, --resume or --real-time is given.",
         ),
     ] = None,
+    tolerance: options.Tolerance = None,
     replace: options.Replace = None,
     map_: options.Rename = None,
     watch: Annotated[
@@ -110,13 +112,15 @@ def simulate(
     code 1).
     """
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
-    from warmlink.orchestration.master.algorithms.table import algorithm
-    from warmlink.orchestration.master.error_budget import coupling_error
+    from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
+    from warmlink.orchestration.master.compiled.loop import stepping_named
+    from warmlink.orchestration.master.error_budget import coupling_error, tried
     from warmlink.orchestration.master.guard import guarded
     from warmlink.orchestration.master.recording.checkpoint import LongRun
+    from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.report.series import series_writers
-    from warmlink.orchestration.simulation import experiment_of
+    from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -127,49 +131,74 @@ def simulate(
         long_run = LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
     # By default a run that keeps pace with the clock, or that may last for days, is not repeated.
     repeats = error_budget if error_budget is not None else pacing is None and long_run is None
+    if tolerance is not None and not repeats:
+        raise InputError(
+            "--tolerance: needs a second run; leave out --no-error-budget, --checkpoint, --resume and "
+            "--real-time"
+        )
     with temporary_folder() as work, locked_folder(folder):
         read = Replacements.given(replace, map_).in_system(read_system(system, work))
         for told in read.remarks:
             remark(told)
         stop_time, step_size = experiment_of(read, stop, step)
+        allowed: dict[str, float] = {}
+        if tolerance is not None:
+            allowed = tolerances_of(read, tolerance, watch)
+            step_size = largest_step(read, stop_time, step_size if step else None)
+        outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
         run = partial(
             simulate_system,
             read,
-            algorithm=chosen,
             start_time=read.default_experiment.start_time,
             isolation=_isolation(isolate, time_limit, memory_limit),
             unpacked=work,
-            stepping=_stepping(stepping),
+            stepping=stepping_named(stepping),
         )
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
-            result = guarded(
-                lambda line: run(
-                    stop_time,
-                    step_size,
-                    record=_recorded(read, watch),
-                    long_run=long_run,
-                    pacing=pacing,
-                    statistics=statistics,
-                    line=line,
-                ),
-                lambda done, count: progress(done / count / (1 + 2 * repeats)),
-                remark,
-            )
-            lost = write_files(target, series_writers(result))
-            bounds: tuple[CouplingError, ...] = ()
-            if repeats and result.status == "completed":
+
+            def bounded(whole: Algorithm, finer: Algorithm) -> tuple[Result, str | None, Bounds]:
+                result = guarded(
+                    lambda line: run(
+                        stop_time,
+                        step_size,
+                        whole,
+                        record=[*outputs, *watch] if watch else None,
+                        long_run=long_run,
+                        pacing=pacing,
+                        statistics=statistics,
+                        line=line,
+                    ),
+                    lambda done, count: progress(done / count / (1 + 2 * repeats)),
+                    remark,
+                )
+                lost = write_files(target, series_writers(result))
+                if not repeats or result.status != "completed":
+                    return result, lost, ()
                 names = watch or result.table.names
                 # The results of a run that writes checkpoints may not fit into memory.
                 streamed = None if long_run is None else LongRun(work / "half", every=None)
                 half = step_size / 2
                 fine = guarded(
                     lambda line: run(
-                        stop_time, half, record=names, long_run=streamed, check_stability=False, line=line
+                        stop_time,
+                        half,
+                        finer,
+                        record=names,
+                        long_run=streamed,
+                        check_stability=False,
+                        line=line,
                     ),
                     lambda done, count: progress((1 + 2 * done / count) / 3),
                     remark,
                 )
-                bounds = coupling_error(result, fine, chosen.order, names)
+                return result, lost, coupling_error(result, fine, whole.order, names)
+
+            for whole, finer in tried(chosen, allowed):
+                result, lost, bounds = bounded(whole, finer)
+                master = master if whole is chosen else FOLLOWING
+                missed = [each for each in bounds if each.largest > allowed.get(each.variable, math.inf)]
+                if not missed and result.error is None:
+                    break
     summary = _summary(result, bounds, folder)
     if json:
         answer_json(summary)
@@ -179,6 +208,8 @@ def simulate(
             options.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
+    for each in missed:
+        remark(f"{each.variable}: the coupling error is not within the tolerance; allow more")
     if lost is not None:
         remark(f"{folder}: {lost}")
     if result.reason is not None:
@@ -213,33 +244,6 @@ def _pacing(real_time: float | None) -> Pacing | None:
     if not 0 < real_time < math.inf:
         raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
     return Pacing(real_time)
-
-
-def _stepping(name: str) -> Stepping:
-    from warmlink.fmus.names import instead
-    from warmlink.orchestration.master.compiled.loop import Stepping
-
-    kinds: tuple[Stepping, ...] = get_args(Stepping)
-    for kind in kinds:
-        if name == kind:
-            return kind
-    raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
-
-
-def _recorded(system: System, watch: Sequence[str] | None) -> tuple[str, ...] | None:
-    """Names of all outputs and of the watched variables; None (all outputs) if nothing is watched."""
-    from warmlink.orchestration.master.recording.recorder import is_recorded
-    from warmlink.orchestration.system.description import read_description
-
-    if not watch:
-        return None
-    outputs = [
-        f"{name}.{variable.name}"
-        for name, component in system.components.items()
-        for variable in read_description(component.fmu).variables.values()
-        if is_recorded(variable)
-    ]
-    return (*outputs, *watch)
 
 
 def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:

@@ -2,14 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
+from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
 from warmlink.orchestration.master.recording.result import Result
 
 SAFETY = 1.5
+
+
+def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
+    """Give algorithms in the order in which they are tried until the bounds are within the tolerances.
+
+    First the one given, whose steps all have one size and cost least; then steps that follow the error.
+    Each comes with the one of the run at half the step: where the error sets the step, with a tolerance that
+    halves the steps.
+
+    Parameters
+    ----------
+    algorithm : Algorithm
+        With a fixed step.
+    tolerances : mapping
+        Largest coupling error by variable, in its unit; without any, the given algorithm is all.
+    """
+    yield algorithm, algorithm
+    if tolerances:
+        following = StepDoubling(InterfaceNewton(), tolerances)
+        finer = {name: largest / 2**following.order for name, largest in tolerances.items()}
+        yield following, StepDoubling(following.inner, finer)
 
 
 @dataclass(frozen=True)

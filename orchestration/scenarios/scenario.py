@@ -32,10 +32,11 @@ MOST_POINTS = 1_000_000
 
 @dataclass(frozen=True)
 class Scenario:
-    """What to run, and how; `step_size` is in s, `tolerance` in m.
+    """What to run, and how; `step_size` is in s, `tolerance` and `coupling_tolerance` in m.
 
     Attributes
     ----------
+    coupling_tolerance : largest coupling error of a run, for which steps may be smaller; None: any
     parameters : start values as written, `"2 W/K"` under `motor.joint_conductance`
     controller : the law that all controllers of the system use
     sensors : thermometers that the controllers use; a value of None there means the system's own
@@ -53,6 +54,7 @@ class Scenario:
     master: str = DEFAULT_MASTER
     controller: Controller = field(default_factory=lambda: shipped(DEFAULT_CONTROLLER))
     tolerance: float = DEFAULT_TOLERANCE
+    coupling_tolerance: float | None = None
     parameters: dict[str, str | float] = field(default_factory=dict)
     sensors: Sensors = AS_THEY_ARE
     mismatches: tuple[str, ...] = ()

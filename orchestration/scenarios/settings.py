@@ -47,6 +47,7 @@ class Settings:
     master: Annotated[str | None, Text("gauss_seidel")] = None
     controller: Annotated[str | None, Text("observer")] = None
     tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
+    coupling_tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
     materials: Mapping[str, Annotated[str, Material()]] = field(default_factory=dict)
     parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
     mismatches: Annotated[tuple[str, ...], Names("draw_1")] = ()
@@ -68,6 +69,7 @@ class Settings:
             master=default.master if self.master is None else self.master,
             controller=default.controller if self.controller is None else controller_named(self.controller),
             tolerance=self.tolerance or default.tolerance,
+            coupling_tolerance=self.coupling_tolerance or default.coupling_tolerance,
             parameters={**self._of_materials(), **self.parameters},
             sensors=self.sensors,
         )

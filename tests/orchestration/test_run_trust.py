@@ -92,6 +92,14 @@ def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
     assert metrics("o")["reduction_percent"] is None
 
 
+def test_a_tolerance_below_the_coupling_error_makes_the_steps_follow_it(warmlink: Warmlink) -> None:
+    _, kept = warmlink("run", "--stop", "10 s", "--tolerance", "0.1 um", "--no-report")
+    assert "1 s steps · gauss_seidel" in kept
+    _, found = warmlink("run", "--stop", "10 s", "--tolerance", "1e-4 um", "--no-report")
+    assert "1 s steps · error_controlled" in found
+    assert "not within the tolerance" not in found
+
+
 @pytest.mark.parametrize("mismatch", [["thermal_high"], ["noisy_sensors"], ["thermal_high", "noisy_sensors"]])
 def test_a_mismatch_is_that_of_compare(warmlink: Warmlink, mismatch: list[str]) -> None:
     chosen = [part for name in mismatch for part in ("--mismatch", name)]

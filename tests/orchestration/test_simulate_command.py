@@ -90,6 +90,19 @@ def test_watched_variables_alone_are_bounded(fmu: Path, capsys: pytest.CaptureFi
     assert {"b.y", "a.z"} <= set(answer["outputs"])
 
 
+def test_a_tolerance_sets_the_step(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer, _ = simulate(
+        oscillator(fmu, 1.0), "--tolerance", "1e-3", "--watch", "a.y", "--out", "o", capsys=capsys
+    )
+    table = pd.read_parquet("o/results.parquet")
+    truth = np.max(np.abs(table["a.y [1]"].to_numpy() - np.cos(table["time [s]"].to_numpy())))
+    assert truth <= answer["outputs"]["a.y"]["coupling_error"] <= 1e-3
+    _, said = simulate(oscillator(fmu), "--tolerance", "0.1 um", capsys=capsys, expected=2)
+    assert "--tolerance 0.1 um: fits no output" in said
+    _, said = simulate(oscillator(fmu), "--tolerance", "1", "--real-time", "1", capsys=capsys, expected=2)
+    assert "needs a second run" in said
+
+
 @pytest.mark.parametrize("option", ["--no-error-budget", "--checkpoint=5", "--real-time=100"])
 def test_the_run_is_not_repeated_where_that_was_not_asked(
     fmu: Path, option: str, capsys: pytest.CaptureFixture[str]

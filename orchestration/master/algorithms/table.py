@@ -11,6 +11,9 @@ from warmlink.orchestration.master.algorithms.interface_newton import InterfaceN
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
 
+FOLLOWING = "error_controlled"
+"""Name of the algorithm whose steps follow the error."""
+
 _ENTRIES: dict[str, tuple[Algorithm, str]] = {
     "jacobi": (Jacobi(), "all slaves step at once with held inputs, as libcosim and Ecos do it"),
     "jacobi_settled": (
@@ -26,7 +29,7 @@ _ENTRIES: dict[str, tuple[Algorithm, str]] = {
         InterfaceNewton(),
         "the same by Newton's method, with step Jacobians from rollback differences",
     ),
-    "error_controlled": (
+    FOLLOWING: (
         StepDoubling(InterfaceNewton()),
         "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
     ),

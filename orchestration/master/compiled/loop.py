@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal, cast
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled import kernel
@@ -24,6 +25,15 @@ Stepping = Literal["auto", "preferred", "plain", "compiled"]
 PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
+
+
+def stepping_named(name: str) -> Stepping:
+    """Give the way to step by its name; InputError where there is none of that name."""
+    kinds: tuple[Stepping, ...] = ("auto", "plain", "compiled")
+    for kind in kinds:
+        if name == kind:
+            return kind
+    raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
 
 
 def prepare() -> None:
