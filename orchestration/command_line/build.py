@@ -36,8 +36,8 @@ def build(
     platforms: Annotated[
         str | None,
         typer.Option(
-            help="Platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or `all`. Default: "
-            "this machine's."
+            help="Platforms of the native FMUs, such as `x86_64-linux,x86-windows`, or `all` of 64 bits. "
+            "Default: this machine's."
         ),
     ] = None,
     scenario: Annotated[

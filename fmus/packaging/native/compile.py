@@ -34,12 +34,14 @@ class Platform:
     fmi2 : its folder in FMI 2.0
     suffix : of a shared library
     target : what zig calls it
+    flags : for its compiler alone
     """
 
     name: str
     fmi2: str
     suffix: str
     target: str
+    flags: tuple[str, ...] = ()
 
 
 PLATFORMS = {
@@ -53,6 +55,18 @@ PLATFORMS = {
     )
 }
 """Platforms by name. FMI 2.0 has one folder for macOS; the library in it holds both architectures."""
+
+_SSE2 = ("-msse2", "-mfpmath=sse")  # the x87 computes with more digits, and so other numbers
+
+SMALL_PLATFORMS = {
+    each.name: each
+    for each in (
+        Platform("x86-linux", "linux32", ".so", "x86-linux-gnu.2.17", _SSE2),
+        Platform("x86-windows", "win32", ".dll", "x86-windows-gnu", _SSE2),
+        Platform("aarch32-linux", "aarch32-linux", ".so", "arm-linux-gnueabihf.2.17"),
+    )
+}
+"""Platforms of 32 bits, which are built where they are named: Linux, Windows, and ARM with hard floats."""
 
 BROWSER = Platform("wasm32-wasi", "", ".wasm", "wasm32-wasi")
 """Browsers, which run no FMUs but WebAssembly."""
@@ -153,7 +167,7 @@ def host_platform() -> Platform | None:
 
 
 def platforms_named(names: str | None) -> tuple[Platform, ...]:
-    """Platforms of a list such as `x86_64-linux,x86_64-windows`, or `all`; None is this machine's.
+    """Platforms of a list such as `x86_64-linux,x86-windows`, or `all` of 64 bits; None is this machine's.
 
     Raises
     ------
@@ -169,10 +183,11 @@ def platforms_named(names: str | None) -> tuple[Platform, ...]:
         return (host,)
     if names == "all":
         return tuple(PLATFORMS.values())
-    unknown = [name for name in names.split(",") if name not in PLATFORMS]
+    known = PLATFORMS | SMALL_PLATFORMS
+    unknown = [name for name in names.split(",") if name not in known]
     if unknown:
-        raise InputError(f"{unknown[0]}: no such platform; {instead(unknown[0], [*PLATFORMS, 'all'])}")
-    return tuple(PLATFORMS[name] for name in dict.fromkeys(names.split(",")))
+        raise InputError(f"{unknown[0]}: no such platform; {instead(unknown[0], [*known, 'all'])}")
+    return tuple(known[name] for name in dict.fromkeys(names.split(",")))
 
 
 def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
@@ -193,7 +208,8 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
         elif has_zig:
             # Zig takes our own standard for a guess at the machine's processor unless told otherwise.
             command = (sys.executable, "-m", "ziglang", "cc", "-target", platform.target)
-            chosen.append(Compiler(command, platform, (*FLAGS, "-mcpu=baseline", "-fno-sanitize=all")))
+            flags = (*FLAGS, "-mcpu=baseline", *platform.flags, "-fno-sanitize=all")
+            chosen.append(Compiler(command, platform, flags))
         elif ours:
             raise InputError(
                 "there is no C compiler here: install one (gcc or clang, as `cc`), "

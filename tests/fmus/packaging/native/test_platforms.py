@@ -17,7 +17,7 @@ import pytest
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.motor_heat_source.component import COMPONENT
-from warmlink.fmus.packaging.native.compile import PLATFORMS, Compiler, compilers
+from warmlink.fmus.packaging.native.compile import PLATFORMS, SMALL_PLATFORMS, Compiler, compilers
 from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 
 from .bare_host import HERE, arguments, compile_host, hour_in_python
@@ -47,8 +47,17 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[FmiVersion, Path]:
     }
 
 
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same component for the platforms of 32 bits, FMI 2.0."""
+    pytest.importorskip("ziglang", reason='cross-compiling needs zig: pip install "warmlink[cross]"')
+    (entry,) = (each for each in catalogue() if each.component.name == NAME)
+    folder = tmp_path_factory.mktemp("small")
+    return build_native_fmus([entry], folder, "2.0", list(SMALL_PLATFORMS.values()))[0]
+
+
 def compiler(platform: str) -> Compiler:
-    (found,) = compilers([PLATFORMS[platform]])
+    (found,) = compilers([(PLATFORMS | SMALL_PLATFORMS)[platform]])
     if "ziglang" not in found.command:
         # Alone, this machine's platform is compiled by its own compiler.
         found = compilers(list(PLATFORMS.values()))[list(PLATFORMS).index(platform)]
@@ -56,7 +65,7 @@ def compiler(platform: str) -> Compiler:
 
 
 def library(fmu: Path, version: FmiVersion, platform: str) -> tuple[str, bytes]:
-    place = PLATFORMS[platform]
+    place = (PLATFORMS | SMALL_PLATFORMS)[platform]
     path = f"binaries/{place.fmi2 if version == '2.0' else place.name}/{NAME}{place.suffix}"
     with ZipFile(fmu) as archive:
         return path, archive.read(path)
@@ -155,6 +164,36 @@ def test_aarch64_library_runs_under_qemu(
     given = arguments(COMPONENT, fmus[version], path, tmp_path / "fmu")
     results = run_hour([qemu, "-L", str(SYSTEM_ROOT), str(host), *given])
     assert results == pytest.approx(hour_in_python(COMPONENT), rel=1e-9)
+
+
+def test_32_bit_libraries_run_where_there_is_a_host(small: Path, tmp_path: Path) -> None:
+    """On this machine's own processor, and on an emulated ARM."""
+    emulated = ("qemu-arm", "-L", "/usr/arm-linux-gnueabihf")
+    hosts: dict[str, tuple[Path, tuple[str, ...]]] = {
+        "x86-linux": (Path("/lib/ld-linux.so.2"), ()),
+        "aarch32-linux": (Path(emulated[-1]), emulated if shutil.which(emulated[0]) else ()),
+    }
+    ran = []
+    for platform, (needed, command) in hosts.items():
+        if not needed.exists() or (platform.startswith("aarch") and not command):
+            continue
+        folder = tmp_path / platform
+        folder.mkdir()
+        host = compile_host(compiler(platform), "2.0", folder)
+        path, _ = library(small, "2.0", platform)
+        given = arguments(COMPONENT, small, path, folder / "fmu")
+        assert run_hour([*command, str(host), *given]) == pytest.approx(hour_in_python(COMPONENT), rel=1e-9)
+        ran.append(platform)
+    if not ran:
+        pytest.skip("nothing runs 32 bits here (Debian: libc6-i386, or qemu-user and libc6-armhf-cross)")
+
+
+def test_the_windows_library_of_32_bits_exports_fmi(small: Path) -> None:
+    path, content = library(small, "2.0", "x86-windows")
+    assert path == f"binaries/win32/{NAME}.dll"
+    (machine,) = struct.unpack_from("<H", content, struct.unpack_from("<I", content, 0x3C)[0] + 4)
+    assert machine == 0x14C, "not for i386"
+    assert b"\0fmi2DoStep\0" in content
 
 
 @pytest.mark.parametrize("version", VERSIONS)
