@@ -29,6 +29,16 @@ STEP = 1.0
 EVERY = 20
 """Steps between two comparisons."""
 
+NEUTRAL = (
+    "emissivity",
+    "hub_conductance",
+    "tip_conductance",
+    "hub_heat_capacity",
+    "tip_heat_capacity",
+    "tip_heat_flow",
+)
+"""Parameters and inputs that are 0 where nothing is said of them."""
+
 BOUNDS = ("displacement", "rotation", "temperature")
 
 
@@ -99,9 +109,9 @@ def compared(part: Part, run: Run) -> Kept:
     rise, largest, done = np.zeros(part.heat.unknowns), np.zeros(3), 0
     for steps, inputs in run.segments:
         instance.set(inputs)
-        step = full_step(part, {**run.parameters, **inputs})
+        step = full_step(part, {**run.parameters, **inputs}, STEP)
         for _ in range(steps):
-            rise = step(rise)
+            rise = step(rise, inputs["heat_flow"])
             instance.step(done * STEP, STEP)
             done += 1
             if done % EVERY == 0:
@@ -109,8 +119,12 @@ def compared(part: Part, run: Run) -> Kept:
     return Kept(largest, np.array([instance.get(f"{kind}_error_bound") for kind in BOUNDS]))
 
 
-def full_step(part: Part, values: Mapping[str, float]) -> Callable[[Array], Array]:
-    """Step of 1 s of all temperatures above 295.15 K while parameters and inputs are held."""
+def full_step(part: Part, values: Mapping[str, float], size: float) -> Callable[[Array, float], Array]:
+    """Step of all temperatures above 295.15 K while parameters and inputs are held, `size` in s.
+
+    It takes the heat flow in W beside the temperatures. What `values` does not say of hub, tip and
+    radiation is 0.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
 
@@ -120,6 +134,7 @@ def full_step(part: Part, values: Mapping[str, float]) -> Callable[[Array], Arra
     base, tip = heat.loads[:, 0], heat.loads[:, 1]
     lever = float(np.linalg.norm(heat.reach)) / 2
     h = values["convection_still"] + values["convection_per_speed"] * values["speed"] * lever
+    values = {**dict.fromkeys(NEUTRAL, 0.0), "tip_sink_temperature": COLD, **values}
     h += 4 * values["emissivity"] * STEFAN_BOLTZMANN * COLD**3
     mass = values["density"] * part.within.material["specific_heat"] * heat.mass
     decay = values["conductivity"] * heat.conduction + h * sum(heat.cooling)
@@ -134,18 +149,19 @@ def full_step(part: Part, values: Mapping[str, float]) -> Callable[[Array], Arra
         )
         mass, decay = mass + capacity * outer, decay + conductance * outer
     warmer = values["ambient_temperature"] - COLD
-    inflow = base * (values["heat_flow"] + values["hub_conductance"] * warmer)
+    inflow = base * values["hub_conductance"] * warmer
     sink = values["tip_sink_temperature"] - COLD
     inflow = inflow + tip * (values["tip_heat_flow"] + values["tip_conductance"] * sink)
     inflow = inflow + h * warmer * heat.loads[:, 2:].sum(axis=1)
-    factor = splu((mass + GAMMA * STEP * decay).tocsc(), **SYMMETRIC)
+    factor = splu((mass + GAMMA * size * decay).tocsc(), **SYMMETRIC)
     mass, decay = mass.tocsr(), decay.tocsr()
 
-    def step(rise: Array) -> Array:
+    def step(rise: Array, heat_flow: float) -> Array:
         # With the capacity matrix on both sides: ros2 solves for its product with the rates.
-        first = factor.solve(inflow - decay @ rise)
-        second = factor.solve(inflow - decay @ (rise + STEP * first) - 2 * (mass @ first))
-        return np.asarray(rise + STEP * (1.5 * first + 0.5 * second))
+        gain = inflow + base * heat_flow
+        first = factor.solve(gain - decay @ rise)
+        second = factor.solve(gain - decay @ (rise + size * first) - 2 * (mass @ first))
+        return np.asarray(rise + size * (1.5 * first + 0.5 * second))
 
     return step
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -11,6 +12,8 @@ from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.reduced_link.component import reduced_link
+from warmlink.fmus.reduced_link.model import STORED, read_stored
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
@@ -49,6 +52,15 @@ def entries() -> dict[str, Entry]:
 def components() -> dict[str, Component]:
     """Every component by its own name."""
     return {name: entry.component for name, entry in entries().items()}
+
+
+def reduced_link_in(fmu: Path) -> Component | None:
+    """Declaration of the reduced link that an FMU is, from the model that it holds; None for another FMU."""
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            return reduced_link(fmu.stem, read_stored(archive.read(STORED)))
+    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile):
+        return None
 
 
 @cache

@@ -79,6 +79,7 @@ def reduce(
     Example: `warmlink reduce link.step --heat-face "25, 6, 0 mm" --tool-point "330, 0, 0 mm"`
     """
     from warmlink.orchestration.files import fresh_file
+    from warmlink.orchestration.reduction.fmu import write_fmu
     from warmlink.orchestration.reduction.order import LARGEST_ORDER, Demand
     from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
     from warmlink.orchestration.report.reduction import write_report
@@ -116,7 +117,7 @@ def reduce(
     with spinner("reducing") as doing:
         found = reduce_part(part, wanted, within, demand, doing)
         doing("building and checking the FMU")
-        failed = _write(found, part.name, target)
+        failed = write_fmu(found, part.name, target)
         if report:
             doing("where thermometers tell most")
             with fresh_file(page) as scratch:
@@ -186,26 +187,6 @@ def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
     if not ends[0] < ends[1]:
         raise InputError(f"{option} {text}: ends below where it begins; exchange the two")
     return ends
-
-
-def _write(part: Part, name: str, target: Path) -> list[str]:
-    """Write the FMU and return what its checks found wrong."""
-    from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.packaging.archive import write_archive
-    from warmlink.fmus.packaging.native.compile import compilers, platforms_named
-    from warmlink.fmus.packaging.native.fmu import native_fmu_files
-    from warmlink.fmus.reduced_link.component import reduced_link
-    from warmlink.fmus.reduced_link.model import STORED, stored
-    from warmlink.orchestration.check.fmu import check_fmu
-    from warmlink.orchestration.files import fresh_file
-    from warmlink.orchestration.reduction.remarks import remarks
-
-    component = reduced_link(target.stem, part.model)
-    entry = Entry(component, "warmlink.fmus.reduced_link.component", remarks=remarks(part, name))
-    files = native_fmu_files(entry, "2.0", compilers(platforms_named(None)))
-    with fresh_file(target) as scratch:
-        write_archive(scratch, {**files, STORED: stored(part.model)})
-    return [f"{each.name}: {each.detail}" for each in check_fmu(target) if each.verdict == "fail"]
 
 
 def _figures(part: Part) -> dict[str, object]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -109,16 +110,27 @@ class Setup:
         """Names of warmlink's components that the system needs, without the controllers."""
         return {kind for kind in self.blueprint.components.values() if kind} - self.foreign.keys()
 
+    @cached_property
+    def reduced(self) -> Mapping[str, Component]:
+        """Links that `warmlink reduce` made, among the FMUs that came with the system."""
+        found = {kind: catalogue.reduced_link_in(path) for kind, path in self.foreign.items()}
+        return {kind: each for kind, each in found.items() if each is not None}
+
+    @property
+    def unknown(self) -> set[str]:
+        """Components of which only the FMU is known."""
+        return self.foreign.keys() - self.reduced.keys()
+
     def declared(self, law: Component) -> dict[str, Component]:
         """Declaration of each instance that is a component of warmlink."""
-        known = {**catalogue.components(), law.name: law}
+        known = {**catalogue.components(), **self.reduced, law.name: law}
         kinds = self.blueprint.components_with(law.name)
-        return {instance: known[kind] for instance, kind in kinds.items() if kind not in self.foreign}
+        return {instance: known[kind] for instance, kind in kinds.items() if kind in known}
 
     def called(self, short: str) -> list[str]:
         """Instances that correspond to one of the warm-up cell's: for `motor` all motors."""
-        kind = WARMUP_CELL.components.get(short)
-        return [instance for instance, each in self.blueprint.components.items() if each == kind]
+        kinds = {WARMUP_CELL.components.get(short), *(self.reduced if short == "link" else ())}
+        return [instance for instance, each in self.blueprint.components.items() if each in kinds]
 
     def noisy(self, noise: float) -> dict[str, dict[str, Value]]:
         """Start values of the thermometers that give their readings a noise in K (1 sigma)."""

@@ -34,11 +34,13 @@ from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.replaced import with_replaced
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
@@ -121,6 +123,7 @@ def design(
     camera_std: str | float | None = None,
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
+    replaced: Replacements = NOTHING_REPLACED,
 ) -> Designed:
     """Compute a controller's gains for a system.
 
@@ -135,6 +138,7 @@ def design(
     camera_std : that of the camera in m
     sample_time : time between two corrections, in s
     parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
+    replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
 
     Raises
     ------
@@ -146,8 +150,9 @@ def design(
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(f"--camera-std {camera_std}: {law} does not use the camera; {WITH_CAMERA} does")
     scenario = None
-    if str(system).endswith(".toml"):
-        scenario = changed(load_scenario(str(system)), controller=law, parameters=parameters)
+    if str(system).endswith(".toml") or replaced.fmus:
+        read = load_scenario(DEFAULT_SCENARIO if system == WARMUP_CELL.name else str(system))
+        scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
     known = AS_THEY_ARE if scenario is None else scenario.in_use
     sensors = known.used or SENSORS if sensors is None else sensors
     noise = positive(sensor_std or known.noise or SENSOR_STD, "K", "--sensor-std")
@@ -156,7 +161,7 @@ def design(
         raise InputError(
             f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
-    foreign = law == "regression" and scenario is not None and scenario.setup.foreign
+    foreign = law == "regression" and scenario is not None and scenario.setup.unknown
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if law == "regression":
         run = training_run(plant) if scenario is None or plant is not None else _run_of(scenario, sensors)

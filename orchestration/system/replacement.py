@@ -115,6 +115,9 @@ class Replacements:
         return replace(system, components=parts, connections=connections)
 
 
+NOTHING_REPLACED = Replacements({}, {})
+
+
 def _pair(text: str, option: str, example: str) -> tuple[str, str]:
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):

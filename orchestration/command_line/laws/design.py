@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json, Set
+from warmlink.orchestration.command_line.options import Json, Rename, Replace, Set
 from warmlink.orchestration.console import answer, answer_json
 
 
@@ -40,6 +40,8 @@ def design(
     ] = None,
     sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
     set_: Set = None,
+    replace: Replace = None,
+    map_: Rename = None,
     out: Annotated[Path | None, typer.Option(help="Parameter set (SSV) to write. Default: LAW.ssv.")] = None,
     report: Annotated[
         Path | None,
@@ -59,6 +61,7 @@ def design(
     """
     from warmlink.orchestration.command_line.options import settings_given
     from warmlink.orchestration.studies.design import design as design_law
+    from warmlink.orchestration.system.replacement import Replacements
 
     if out is not None and out.suffix != ".ssv":
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
@@ -72,6 +75,7 @@ def design(
         camera_std=camera_std,
         sample_time=sample_time,
         parameters=settings_given(set_ or []),
+        replaced=Replacements.given(replace, map_),
     )
     if report is not None and found.reduced is not None and found.plant is not None:
         from warmlink.controllers.design.plant import plant_model

@@ -65,7 +65,7 @@ class Rig:
     blueprint : parts and wires of the system
     cells : finite volumes of a link
     values : start values that differ from those that the parts declare, in SI units
-    foreign : what is known of parts that are no components of warmlink, by instance
+    foreign : what is known of parts that are in no catalogue, by instance; reduced links have equations
     looped : whether FMUs are simulated in a loop, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
     moved : input of a heat path that stands for each input before which one was put
@@ -94,7 +94,7 @@ class Rig:
     @property
     def in_loop(self) -> bool:
         """Whether FMUs are simulated in a loop, as equations of a part are not known."""
-        return self.looped or bool(self.foreign)
+        return self.looped or any(part.rates is None for part in self.foreign.values())
 
     @cached_property
     def components(self) -> Mapping[str, Component]:
@@ -177,7 +177,12 @@ class Rig:
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
         kind = PARTS.get(part)
-        return [i for i in self.components if kind and self.blueprint.components[i] == kind]
+        known = {instance for instance, each in self.foreign.items() if each.rates is not None}
+        return [
+            i
+            for i in self.components
+            if kind and (self.blueprint.components[i] == kind or (part == "link" and i in known))
+        ]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""

@@ -94,7 +94,8 @@ def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
     """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
     if cause.kind == "place":
         at = None if rig.in_loop else rig.on_link(variable)
-        return None if at is None else f"{PLACE}:{at[0]}.sensor_position[{at[1]}]"
+        place = None if at is None else f"{at[0]}.sensor_position[{at[1]}]"
+        return f"{PLACE}:{place}" if place in rig.parameters else None
     channel = channel_of(rig, variable)
     units = {"camera": ("m",), "reading": ("K", "m")}.get(cause.kind, ("K",))
     return channel.variable(cause.frees[0]) if channel.unit in units else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,13 +62,20 @@ def _along_link(
     rig: Rig, link: str, measured: Mapping[int, float], mean: float, known: Mapping[str, float]
 ) -> dict[str, float]:
     component = rig.components[link]
+    start = float(np.mean(list(measured.values()))) if measured else mean
+    if "sensor_position[1]" not in component.p.index:  # a reduced link's are in its shape
+        rises = [measured.get(i, start) - start for i in range(1, SENSORS + 1)]
+        return _starting(link, start, rises)
     starts = [known.get(f"{link}.{n}", rig.variables[f"{link}.{n}"].start) for n in component.p.names]
     places = np.array(sensor_positions(component.p.read(np.array(starts, dtype=float))), dtype=float)
-    start = float(np.mean(list(measured.values()))) if measured else mean
     if measured:
         order = sorted(measured, key=lambda i: places[i - 1])
         there = np.interp(places, [places[i - 1] for i in order], [measured[i] for i in order])
     else:
         there = np.full(SENSORS, start)
-    rises = {f"{link}.initial_temperature_rise[{i + 1}]": float(t - start) for i, t in enumerate(there)}
-    return {f"{link}.initial_temperature": start, **rises}
+    return _starting(link, start, there - start)
+
+
+def _starting(link: str, start: float, rises: Iterable[float]) -> dict[str, float]:
+    named = {f"{link}.initial_temperature_rise[{i}]": float(rise) for i, rise in enumerate(rises, 1)}
+    return {f"{link}.initial_temperature": start, **named}

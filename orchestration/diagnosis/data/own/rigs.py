@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from warmlink.fmus.component import Component, Input, Output, Parameter
 from warmlink.fmus.component.units import BASE_UNITS
-from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.catalogue import controller, reduced_link_in
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.data.own.system import Own, Paths, in_si, to_si
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
@@ -58,7 +58,11 @@ def rig_of_own(own: Own, looped: bool = False) -> Rig:
     """Rig of a system of one's own; `looped`: in a loop of its FMUs, even where every part is known."""
     kinds, files = parts_of(own.system)
     infos = {name: read_description(held.fmu) for name, held in own.system.components.items()}
-    foreign = {name: _declaration(infos[name]) for name, kind in kinds.items() if kind in files}
+    foreign = {
+        name: reduced_link_in(files[kind]) or _declaration(infos[name])
+        for name, kind in kinds.items()
+        if kind in files
+    }
     values = {
         name: {key: in_si(infos[name], key, value) for key, value in held.values.items()}
         for name, held in own.system.components.items()
