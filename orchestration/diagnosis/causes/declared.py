@@ -255,9 +255,10 @@ def _bounded(
     kind: Any = "plant",
 ) -> Cause:
     if not lower <= start <= upper or lower == upper:
+        shown = "" if unit == "1" else f" {unit}"
         raise InputError(
-            f"{place}.between: {lower:g} to {upper:g} {unit} does not hold {start:g} {unit}, the "
-            "value without the cause; give bounds about it"
+            f"{place}.between: {lower:g} to {upper:g}{shown} does not contain {start:g}{shown}, the value "
+            "without the cause; give a lower and an upper bound about it"
         )
     return Cause(
         table.name,
