@@ -112,7 +112,10 @@ def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
         ('[[cause]]\nname = "a"', "causes.toml: cause 1: sentence is missing"),
         (FLANGE.replace("flange", "link2"), "link2: Chain has a component of this name; rename the cause"),
         (FLANGE.replace('"5 W/K"', '"5 W"'), "experiment.toml: causes.toml: flange.between: W does not"),
-        (FLANGE.replace('"0 W/K"', '"1 W/K"'), "1 to 5 W/K does not contain 0 W/K, the value without the cause"),
+        (
+            FLANGE.replace('"0 W/K"', '"1 W/K"'),
+            "1 to 5 W/K does not contain 0 W/K, the value without the cause",
+        ),
         (FLANGE.replace(", from", ", fro"), "causes.toml: cause 1.adds: fro is not known; did you mean from"),
         (FLANGE.replace("conductance =", "heat ="), "flange.adds: W/K does not convert to W"),
         (FLANGE.replace("link2.base_", "link3.base_"), "there is no component of this name"),
