@@ -7,7 +7,10 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.text import Text
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C."""
@@ -97,7 +100,7 @@ def counted(progress: Callable[[float], None], total: int) -> Callable[[str], No
 def print_table(
     title: str,
     headings: Sequence[str],
-    rows: Iterable[Sequence[str]],
+    rows: Iterable[Sequence[str | Text]],
     *,
     texts: int | None = None,
     width: int | None = None,
@@ -109,7 +112,7 @@ def print_table(
     title : str
     headings : sequence of str
         Of the columns; without any, the first of two columns stands out.
-    rows : iterable of sequences of str
+    rows : iterable of sequences of str, or of text in a style
     texts : int, optional
         How many columns hold text that is never broken; numbers follow, on the right of their columns.
     width : int, optional
@@ -129,7 +132,7 @@ def print_table(
         table.add_column(style="cyan", no_wrap=True)
     for row in rows:
         table.add_row(*row)
-    console = Console()
-    (console if console.is_terminal or width is None else Console(width=width)).print(table)
+    console = Console(markup=False)  # which takes the unit in "speed [rad/s]" for a style
+    (console if console.is_terminal or width is None else Console(width=width, markup=False)).print(table)
     if not headings:
         console.print()

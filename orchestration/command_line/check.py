@@ -17,13 +17,15 @@ if TYPE_CHECKING:
     from warmlink.orchestration.check.fmu import CheckResult
     from warmlink.orchestration.system.model import System
 
-_SIGNS = {"pass": "[green]pass[/]", "fail": "[red]FAIL[/]", "skip": "[yellow]skip[/]"}
+_SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
 
 
 def check(
     file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file from any tool.")], json: Json = False
 ) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails."""
+    from rich.text import Text
+
     from warmlink.orchestration.check.fmu import check_fmu
 
     if not is_file(file):
@@ -33,7 +35,7 @@ def check(
     if json:
         answer_json([asdict(result) for result in results])
     else:
-        rows = [(result.name, _SIGNS[result.verdict], result.detail) for result in results]
+        rows = [(result.name, Text(*_SIGNS[result.verdict]), result.detail) for result in results]
         print_table(str(file), ("check", "", "detail"), rows)
         answer(f"{len(results) - failed} of {len(results)} checks found no fault")
     if failed:

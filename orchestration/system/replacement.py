@@ -76,18 +76,17 @@ class Replacements:
         path = self.fmus[instance]
         info = read_description(path)
         own = {name: self.names.get(f"{instance}.{name}", name) for name in asked}
-        problems = [
-            f"{name} {fault}" for name, each in asked.items() for fault in _faults(info, own[name], each)
-        ]
+        problems = [(name, fault) for name, each in asked.items() for fault in _faults(info, own[name], each)]
         problems += [
-            f"{name} is another variable of {path.name}, so that {other} cannot be called so"
+            (name, f"is another variable of {path.name}, so that {other} cannot be called so")
             for name, other in own.items()
             if name != other and name in info.variables and name not in own.values()
         ]
         if problems:
+            told = "; ".join(f"{name} {fault}" for name, fault in problems)
             raise InputError(
-                f"--replace {instance}={path}: {'; '.join(problems)}. Where it has another name, say --map "
-                f"{instance}.{next(iter(asked))}=NAME; see `warmlink list interface {interface}`"
+                f"--replace {instance}={path}: {told}. Where it has another name, say --map "
+                f"{instance}.{problems[0][0]}=NAME; see `warmlink list interface {interface}`"
             )
         renamed = {other: name for name, other in own.items() if name != other}
         return _renamed(path, renamed) if renamed else path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -67,6 +68,7 @@ def test_all_that_is_missing_is_said_at_once(strange: Path) -> None:
         assert "heat_flow is missing: an input [W]" in sentence
         assert "base_temperature is missing: an output [K]" in sentence
         assert "elongation is missing: an output [m]" in sentence
+        assert re.search(r"say --map link\.(heat_flow|base_temperature|elongation)=NAME", sentence)
         assert "see `warmlink list interface ThermalLink`" in sentence
 
 
@@ -98,6 +100,10 @@ def test_the_interface_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     assert '"heat_flow [W]"' in said
     assert '"sensor_temperature[8] [K]"' in said
+    list_(["interface", "ThermalLink"])
+    told = capsys.readouterr().out
+    for shown in ("speed [rad/s] ", "elongation [m] ", "sensor_temperature[8] [K] "):
+        assert shown in told
     with pytest.raises(InputError, match="no such component; did you mean"):
         list_(["interface", "ThermalLnk"])
     with pytest.raises(InputError, match="nothing to list"):
