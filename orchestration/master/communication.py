@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from warmlink.fmus.errors import InputError
 
@@ -18,11 +20,20 @@ class CommunicationPoints:
         In s.
     count : int
         Number of steps.
+    uneven : tuple of float
+        Times in s of all points where steps differ, of which `step_size` is then the longest; else empty.
     """
 
     start_time: float
     step_size: float
     count: int
+    uneven: tuple[float, ...] = ()
+
+    @classmethod
+    def at(cls, times: Sequence[float]) -> CommunicationPoints:
+        """Points at rising times in s."""
+        longest = max(end - begin for begin, end in pairwise(times))
+        return cls(times[0], longest, len(times) - 1, tuple(times))
 
     @classmethod
     def between(cls, start_time: float, stop_time: float, step_size: float) -> CommunicationPoints:
@@ -68,7 +79,11 @@ class CommunicationPoints:
 
     def time(self, point: int) -> float:
         """Give the time in s of a communication point."""
-        return self.start_time + point * self.step_size
+        return self.uneven[point] if self.uneven else self.start_time + point * self.step_size
+
+    def step(self, point: int) -> float:
+        """Give the length in s of the step that begins at a communication point."""
+        return self.uneven[point + 1] - self.uneven[point] if self.uneven else self.step_size
 
     @property
     def stop_time(self) -> float:

@@ -35,7 +35,7 @@ from warmlink.orchestration.system.model import System
 def simulate(
     system: System | Assembly,
     stop_time: float,
-    step_size: float,
+    step_size: float | Sequence[float],
     algorithm: Algorithm | None = None,
     *,
     start_time: float = 0.0,
@@ -58,7 +58,8 @@ def simulate(
     system : System or Assembly
         An assembly's slaves are terminated at the end.
     stop_time, step_size, start_time : float
-        In s; the step must divide the time between start and stop.
+        In s; the step must divide the time between start and stop. Times of all points, in place of a step,
+        lay out steps that differ.
     algorithm : Algorithm, optional
         Default: Jacobi. Steps that a slave discards are repeated in smaller parts, as `Retry` does by
         default; give a `Retry` to state the minimum.
@@ -98,7 +99,10 @@ def simulate(
         Where what was asked for cannot be run.
     """
     process = os.getpid()
-    points = CommunicationPoints.between(start_time, stop_time, step_size)
+    if isinstance(step_size, Sequence):
+        points = CommunicationPoints.at(step_size)
+    else:
+        points = CommunicationPoints.between(start_time, stop_time, step_size)
     algorithm = algorithm or Jacobi()
     if not algorithm.repeats_steps:
         algorithm = Retry(algorithm)

@@ -148,7 +148,7 @@ class Run:
                     stepper.recall(stepper.memory())  # copies of states that it holds are from long ago
                     continue
             else:
-                stepper.step(points.time(recorder.rows - 1), points.step_size)
+                stepper.step(points.time(recorder.rows - 1), points.step(recorder.rows - 1))
                 recorder.take(recorder.rows)
             point = recorder.rows - 1
             if self.clock is not None:

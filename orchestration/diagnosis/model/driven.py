@@ -43,19 +43,23 @@ class Driven:
     signals : course of each input or tunable parameter that does not stay as it starts, by full name and in
         its own unit, shape (points,)
     outputs : full names of what is wanted
-    step : communication step size in s; the run has one step fewer than points
+    time : communication points in s, from 0, shape (points,)
     """
 
     system: System
     signals: Mapping[str, Vector]
     outputs: tuple[str, ...]
-    points: int
-    step: float
+    time: Vector
 
     def halved(self) -> Driven:
         """The same with half of each step."""
         signals = {name: np.repeat(signal, 2)[:-1] for name, signal in self.signals.items()}
-        return replace(self, signals=signals, points=2 * self.points - 1, step=self.step / 2)
+        return replace(self, signals=signals, time=halved(self.time))
+
+
+def halved(time: Vector) -> Vector:
+    """Times with another one in the middle of each step."""
+    return np.interp(np.arange(2 * time.size - 1) / 2, np.arange(time.size), time)
 
 
 def courses(runs: Sequence[Driven]) -> list[Vector]:
@@ -93,11 +97,10 @@ def _course(run: Driven) -> Vector:
         log = _Log(run)
         assembly.slaves = [log, *assembly.slaves]
         assembly.connections = [*log.wires, *assembly.connections]
-        stop = (run.points - 1) * run.step
         result = simulate(
             assembly,
-            stop,
-            run.step,
+            float(run.time[-1]),
+            run.time.tolist(),
             GaussSeidel(),
             record=run.outputs,
             balances=(),
@@ -116,10 +119,10 @@ class _Laid(ctypes.Structure):
 
     _fields_ = (
         ("values", ctypes.c_void_p),
+        ("times", ctypes.c_void_p),
         ("points", ctypes.c_int64),
         ("width", ctypes.c_int64),
         ("point", ctypes.c_int64),
-        ("step", ctypes.c_double),
     )
 
 
@@ -161,9 +164,9 @@ class _Log:
             )
             self.wires.append(Connection(LOG, target, part, variable))
         self.dependencies: dict[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())
-        self._table = np.column_stack([np.empty((run.points, 0)), *run.signals.values()])
-        at = self._table.ctypes.data
-        self._laid = _Laid(at, run.points, len(run.signals), 0, run.step)
+        self._table = np.column_stack([np.empty((run.time.size, 0)), *run.signals.values()])
+        at = self._table.ctypes.data, run.time.ctypes.data
+        self._laid = _Laid(*at, run.time.size, len(run.signals), 0)
         self.component = ctypes.cast(ctypes.byref(self._laid), ctypes.c_void_p)
 
     def function(self, name: str) -> Any:
@@ -180,7 +183,7 @@ class _Log:
         return value if kind == "Real" else bool(value) if kind == "Boolean" else round(value)
 
     def step(self, time: float, step_size: float) -> None:
-        self._laid.point = min(int(time / self._run.step + 1e-6), self._run.points - 1)
+        self._laid.point = max(int(np.searchsorted(self._run.time, time, side="right")) - 1, 0)
 
     def set(self, names: Names, values: Sequence[Value]) -> None: ...
 

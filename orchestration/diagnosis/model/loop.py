@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.own.system import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
-from warmlink.orchestration.diagnosis.model.driven import Driven, courses
+from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
 from warmlink.orchestration.diagnosis.model.forward import (
     Courses,
     Trajectory,
@@ -63,11 +63,12 @@ class Loop:
         self.rig, self.slots, self._outputs, self._bounds = rig, slots, outputs, bounds
         self._system = _needed(rig, rig.own, outputs)
         self._infos = {name: read_description(part.fmu) for name, part in self._system.components.items()}
-        spacing = float(np.median(np.diff(run.time)))
-        own = min(rig.blueprint.step_size, spacing)
-        self._step: float = own if finer_than is None else finer_than._step / 2
-        self.time = self._step * np.arange(np.ceil(run.time[-1] / self._step - 1e-9) + 1)
-        self._table, self._rows = input_table(rig, run, known), run.time
+        uneven = all(info.capabilities.variable_step for info in self._infos.values())
+        laid = _communication(run.time, rig.blueprint.step_size, uneven)
+        self.time: Vector = laid if finer_than is None else halved(finer_than.time)
+        self._table = input_table(rig, run, known)
+        middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
+        self._acting = self._table[:, held_row(run.time, middle)]
         self._known = known
         self._kept: dict[bytes, Vector] = {}
         self._at: Vector | None = None
@@ -128,7 +129,8 @@ class Loop:
 
     def _interpolated(self, values: Vector, times: Vector) -> Vector:
         k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 2)
-        share = ((times - self.time[k]) / self._step).reshape(-1, *(1,) * (values.ndim - 1))
+        share = (times - self.time[k]) / (self.time[k + 1] - self.time[k])
+        share = share.reshape(-1, *(1,) * (values.ndim - 1))
         return np.asarray((1 - share) * values[k] + share * values[k + 1])
 
     def _course(self, z: Vector) -> Vector:
@@ -161,7 +163,7 @@ class Loop:
     def _driven(self, z: Vector, added: Mapping[int, Vector] | None = None) -> Driven:
         """A run with values of the slots, and courses that are added to some of them."""
         index = {name: i for i, name in enumerate(self.rig.externals)}
-        inputs = self._table[:, held_row(self._rows, self.time)]
+        inputs = self._acting.copy()
         values = {n: v for n, v in self._known.items() if n not in index}
         changing: dict[str, Vector] = {}
         for i, slot in enumerate(self.slots):
@@ -191,7 +193,7 @@ class Loop:
                 driven[name] = (signal - own.offset) / own.factor
         parts = {n: replace(c, values=starts[n]) for n, c in self._system.components.items()}
         system = replace(self._system, components=parts)
-        return Driven(system, driven, self._outputs, self.time.size, self._step)
+        return Driven(system, driven, self._outputs, self.time)
 
     def _named(self, name: str) -> tuple[ModelInfo, str]:
         part = self.rig.part_of(name)
@@ -205,6 +207,18 @@ class Loop:
     def _units(self) -> tuple[Vector, Vector]:
         own = [to_si(*self._named(name)) for name in self._outputs]
         return np.array([each.factor for each in own]), np.array([each.offset for each in own])
+
+
+def _communication(rows: Vector, longest: float, uneven: bool) -> Vector:
+    """Times in s at which FMUs communicate: at the rows, and evenly between them in steps of at most `longest`.
+
+    Where an FMU allows no steps that differ, they are even, and what acts in one is logged for its middle.
+    """
+    if uneven:
+        parts = np.ceil(np.diff(rows) / longest - 1e-9)
+        return np.interp(np.arange(parts.sum() + 1), np.append(0.0, np.cumsum(parts)), rows)
+    step = min(longest, float(np.median(np.diff(rows))))
+    return step * np.arange(np.ceil(rows[-1] / step - 1e-9) + 1)
 
 
 def _needed(rig: Rig, own: Own, outputs: tuple[str, ...]) -> System:

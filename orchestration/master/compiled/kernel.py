@@ -55,7 +55,7 @@ def advance(
     sequence : ndarray of int64
         Slaves in the order of stepping.
     times : ndarray of float64
-        Start time and communication step size in s.
+        Start time and communication step size in s, and the times of all points where steps differ.
     layout : Layout
         What the loop runs over.
     rows : ndarray, shape (more than last - first, columns)
@@ -78,7 +78,7 @@ def advance(
     step.restype = ctypes.c_int64
     reached = step(
         ctypes.c_int(at_once),
-        *(at(sequence), whole(len(sequence)), whole(first), whole(last), at(times)),
+        *(at(sequence), whole(len(sequence)), whole(first), whole(last), at(times), whole(len(times) > 2)),
         *(at(slaves), at(reads), whole(len(reads)), at(writes), at(wires), at(checks)),
         *(at(columns), whole(len(columns)), at(layout.factors)),
         *(at(buffer) for buffer in layout.buffers),

@@ -108,7 +108,7 @@ class CompiledLoop:
         self.layout.load()
         self._at_once = schedule.at_once
         self._order = np.array(schedule.slaves, dtype=np.int64)
-        self._times = np.array([points.start_time, points.step_size])
+        self._times = np.array([points.start_time, points.step_size, *points.uneven])
         self._points = points
         self._restores = not network.unable_to_restore()
         self._keyframe: Snapshot | None = None
@@ -160,7 +160,7 @@ class CompiledLoop:
         slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
         if what == kernel.NOT_FINITE:
-            network.time = self._points.time(reached) + self._points.step_size
+            network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
         if what == kernel.TERMINATE:
             slave.end("DoStep")

@@ -45,6 +45,8 @@ class Table:
     def times(self) -> NDArray[np.float64]:
         """Times in s, shape (points,)."""
         rows = np.arange(len(self), dtype=np.float64)
+        if self.points.uneven:
+            return np.array(self.points.uneven[: rows.size])
         return self.points.start_time + rows * self.points.step_size
 
     def __contains__(self, name: str) -> bool:

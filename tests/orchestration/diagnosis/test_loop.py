@@ -102,6 +102,17 @@ def test_readings_and_derivatives_are_those_of_the_joined_component(folder: Path
             assert np.abs(ours[1][:, :, i] - theirs[1][:, :, i]).max() < share * size + 1e-9, slot
 
 
+def test_rows_between_communication_points_are_not_late(folder: Path) -> None:
+    path = folder / "run.csv"
+    header, *rows = path.read_text("utf-8").splitlines()
+    late = [float(row.partition(",")[0]) + 2.5 * (i > 0) for i, row in enumerate(rows)]
+    moved = [f"{time},{row.partition(',')[2]}" for time, row in zip(late, rows, strict=True)]
+    path.write_text("\n".join([header, *moved]), "utf-8")
+    joined, looped = (Problem(said(folder, more)) for more in ("", "in_loop = true"))
+    ours, theirs = (each.finest(0, each.neutral[0]) for each in (joined, looped))
+    assert np.abs(ours - theirs).max() < 1e-2, "K"
+
+
 def test_in_a_loop_the_same_cause_is_named(folder: Path) -> None:
     found = [diagnose_experiment(said(folder, more)) for more in ("", "in_loop = true")]
     assert [each.verdict for each in found] == ["named", "named"]

@@ -101,13 +101,14 @@ static int do_step(const Slave *slave, double time, double step)
    after another in the sequence. Each point fills a row, from `row` on. */
 __attribute__((visibility("default"))) int64_t advance(
     int at_once, const int64_t *sequence, int64_t count, int64_t first, int64_t last, const double *times,
-    const Slave *slaves, const Batch *reads, int64_t all_reads, const Batch *writes, const Wire *wires,
+    int64_t uneven,     const Slave *slaves, const Batch *reads, int64_t all_reads, const Batch *writes, const Wire *wires,
     const int64_t *checks, const Place *columns, int64_t width, const double *factors, double *doubles,
     int32_t *ints, uint8_t *octets, int64_t *longs, const int64_t *ranges, double *row, Cells *cells)
 {
     const Buffers held = {doubles, ints, octets, longs};
     for (int64_t point = first; point < last; point++) {
-        double time = times[0] + (double)point * times[1];
+        double time = uneven ? times[2 + point] : times[0] + (double)point * times[1];
+        double length = uneven ? times[3 + point] - times[2 + point] : times[1];
         for (int64_t job = 0; job < 3 * count; job++) {
             int64_t k = at_once ? job % count : sequence[job / 3], deed = at_once ? job / count : (job % 3 + 2) % 3;
             const int64_t *range = ranges + k, size = count + 1;
@@ -116,7 +117,7 @@ __attribute__((visibility("default"))) int64_t advance(
             cells->slave = k;
             if (deed == 0) {
                 cells->what = STEP;
-                status = do_step(&slaves[k], time, times[1]);
+                status = do_step(&slaves[k], time, length);
                 if (status <= 1 && slaves[k].version == 3 && octets[1]) {
                     cells->what = TERMINATE;
                     cells->detail = status;
@@ -155,15 +156,16 @@ __attribute__((visibility("default"))) int64_t advance(
 
 /* A slave that plays a log: after a step, its outputs are those of the row in which the step began. */
 typedef struct {
-    const double *values;
+    const double *values, *times;
     int64_t points, width, point;
-    double step;
 } Log;
 
 __attribute__((visibility("default"))) int log_step(Log *log, double time, double step, int keep)
 {
-    int64_t point = (int64_t)(time / log->step + 1e-6);
-    log->point = point < log->points ? point : log->points - 1;
+    while (log->point > 0 && log->times[log->point] > time)
+        log->point--;
+    while (log->point + 1 < log->points && log->times[log->point + 1] <= time)
+        log->point++;
     return 0;
 }
 
