@@ -210,7 +210,7 @@ class Loop:
 
 
 def _communication(rows: Vector, longest: float, uneven: bool) -> Vector:
-    """Times in s at which FMUs communicate: at the rows, and evenly between them in steps of at most so many s.
+    """Times in s at which FMUs communicate: at the rows, and evenly between them in steps up to the longest.
 
     Where an FMU allows no steps that differ, they are even, and what acts in one is logged for its middle.
     """
