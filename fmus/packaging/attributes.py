@@ -50,8 +50,13 @@ def value_attributes(scalar: Scalar) -> dict[str, str]:
     if real:
         values["nominal"] = variable.nominal
     values["start"] = scalar.start
-    kind = {"Real": float, "Integer": int, "Boolean": bool}[variable.type]
-    return attributes | {key: text(kind(value)) for key, value in values.items() if value is not None}
+    stated = {key: text(typed(variable, value)) for key, value in values.items() if value is not None}
+    return attributes | stated
+
+
+def typed(variable: Variable, value: float) -> float | bool:
+    """A value as a number of the variable's type."""
+    return {"Real": float, "Integer": int, "Boolean": bool}[variable.type](value)
 
 
 def declared_type(variable: Variable) -> str | None:

@@ -32,9 +32,6 @@ from warmlink.fmus.packaging.exchange import (
     unknowns_by_kind,
 )
 
-GENERATION_DATE = "1980-01-01T00:00:00Z"
-"""The same in every build, so that equal sources give equal files."""
-
 VENDOR = "warmlink"
 """Name under which this project annotates a model description."""
 
@@ -245,7 +242,7 @@ def _origin(component: Component) -> dict[str, str]:
         "copyright": release.COPYRIGHT,
         "license": release.LICENSE,
         "generationTool": f"warmlink {release.version()}",
-        "generationDateAndTime": GENERATION_DATE,
+        "generationDateAndTime": f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
         "variableNamingConvention": "structured",
     }
 

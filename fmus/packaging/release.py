@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
+from contextlib import suppress
+from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -10,6 +13,8 @@ from pathlib import Path
 AUTHOR = "the warmlink developers"
 COPYRIGHT = f"Copyright (c) 2026 {AUTHOR}"
 LICENSE = "MIT"
+DATE = datetime(2026, 11, 22, tzinfo=UTC)
+"""Of the release."""
 
 
 @cache
@@ -19,6 +24,16 @@ def version() -> str:
     if project.is_file():
         return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
     return metadata.version("warmlink")
+
+
+def generated() -> datetime:
+    """Time that files state as that of their making, so that equal sources give equal files.
+
+    `SOURCE_DATE_EPOCH` in seconds since 1970 (reproducible-builds.org); without it, the date of the release.
+    """
+    with suppress(KeyError, ValueError, OverflowError, OSError):
+        return datetime.fromtimestamp(int(os.environ["SOURCE_DATE_EPOCH"]), UTC)
+    return DATE
 
 
 def license_text() -> str:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import Variable, read_description
+from warmlink.orchestration.system.geometry import Box, boxes, longer_side, places
 from warmlink.orchestration.system.model import (
     Component,
     Connector,
@@ -23,13 +25,16 @@ from warmlink.orchestration.system.model import (
 from warmlink.orchestration.system.ports import Ports, opened, with_connectors
 from warmlink.orchestration.system.ssp.declared import DeclaredConnection
 from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
-from warmlink.orchestration.system.ssp.nest import Tree, flat, nested
+from warmlink.orchestration.system.ssp.nest import SystemConnector, Tree, flat, nested
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.units import Unit, meaning
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = "parameters"
 OMS = "org.openmodelica"
+
+_Shown = tuple[str, str, Component, Connector]
+"""A connector's name and kind, and the component's connector whose type and unit it has."""
 
 
 def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> None:
@@ -116,7 +121,12 @@ class _Files:
 
 def _ssd(system: System, tree: Tree, files: _Files) -> Any:
     root = element(
-        "ssd", "SystemStructureDescription", version="1.0", name=system.name, generationTool="warmlink"
+        "ssd",
+        "SystemStructureDescription",
+        version="1.0",
+        name=system.name,
+        generationTool="warmlink",
+        generationDateAndTime=f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
     )
     document = _Document(system, files)
     document.add(root, system.name, tree)
@@ -135,56 +145,72 @@ class _Document:
         self.enumerations: dict[str, dict[str, int]] = {}
         self.units: dict[str, Unit] = {}
 
-    def add(self, parent: Any, name: str, tree: Tree) -> None:
-        """Add a system with all that is in it."""
+    def add(self, parent: Any, name: str, tree: Tree, box: Box | None = None) -> None:
+        """Add a system with all that is in it, to be drawn in a box of the system around it."""
         child = sub_element(parent, "ssd", "System", name=name)
-        if tree.connectors:
-            connectors = sub_element(child, "ssd", "Connectors")
-            for shown in tree.connectors:
-                component, variable = shown.source
-                held = self.system.components[component]
-                source = next(each for each in held.connectors if each.name == variable)
-                self._connector(connectors, shown.name, shown.kind, held, source)
+        self._connectors(child, [self._shown(shown) for shown in tree.connectors])
+        if box is not None:
+            _geometry(child, box)
         elements = sub_element(child, "ssd", "Elements")
+        drawn = boxes(
+            {inner: longer_side(c.kind for c in held.connectors) for inner, held in tree.components.items()}
+            | {inner: longer_side(c.kind for c in below.connectors) for inner, below in tree.systems.items()},
+            ((edge.start_element, edge.end_element) for edge in tree.edges),
+        )
         for inner, held in tree.components.items():
-            self._component(elements, inner, held)
+            self._component(elements, inner, held, drawn[inner])
         for inner, below in tree.systems.items():
-            self.add(elements, inner, below)
+            self.add(elements, inner, below, drawn[inner])
         if tree.edges:
             links = sub_element(child, "ssd", "Connections")
             for edge in tree.edges:
                 _connection(links, edge)
         _fixed_step_master(child, self.system.default_experiment.step_size)
 
-    def _component(self, elements: Any, name: str, held: Component) -> None:
+    def _shown(self, shown: SystemConnector) -> _Shown:
+        component, variable = shown.source
+        held = self.system.components[component]
+        return shown.name, shown.kind, held, next(c for c in held.connectors if c.name == variable)
+
+    def _component(self, elements: Any, name: str, held: Component, box: Box) -> None:
         source, kind = self.files.fmus[held.fmu], "application/x-fmu-sharedlibrary"
         child = sub_element(elements, "ssd", "Component", name=name, type=kind, source=source)
-        if held.connectors:
-            connectors = sub_element(child, "ssd", "Connectors")
-            for connector in held.connectors:
-                self._connector(connectors, connector.name, connector.kind, held, connector)
+        self._connectors(child, [(each.name, each.kind, held, each) for each in held.connectors])
+        _geometry(child, box)
         if held.values:
             bindings = sub_element(child, "ssd", "ParameterBindings")
             sub_element(bindings, "ssd", "ParameterBinding", source=self.files.parameters[held.name])
 
-    def _connector(self, parent: Any, name: str, kind: str, held: Component, source: Connector) -> None:
-        """Add a connector: of the type of a component's connector, and of its unit where it has one."""
-        child = sub_element(parent, "ssd", "Connector", name=name, kind=kind)
+    def _connectors(self, parent: Any, shown: Sequence[_Shown]) -> None:
+        """Add connectors: each of the type of a component's connector, and of its unit where it has one."""
+        held = sub_element(parent, "ssd", "Connectors") if shown else None
+        for (name, kind, component, source), place in zip(shown, places([s[1] for s in shown]), strict=True):
+            child = sub_element(held, "ssd", "Connector", name=name, kind=kind)
+            self._type(child, component, source)
+            if place is not None:
+                sub_element(child, "ssd", "ConnectorGeometry", x=repr(place[0]), y=repr(place[1]))
+
+    def _type(self, connector: Any, held: Component, source: Connector) -> None:
         info, where = read_description(held.fmu), f"{held.name}.{source.name}"
         variable = variable_of(info, source.name, where)
         if source.type == "Enumeration":
             if variable.items:
                 enumeration = f"{info.model_name}.{source.name}"
                 self.enumerations[enumeration] = variable.items
-                sub_element(child, "ssc", "Enumeration", name=enumeration)
+                sub_element(connector, "ssc", "Enumeration", name=enumeration)
             return
-        typed = sub_element(child, "ssc", source.type)
+        typed = sub_element(connector, "ssc", source.type)
         unit = _unit(self.system, held, variable)
         if unit is None:
             return
         if self.units.setdefault(unit.name, unit) != unit:
             raise InputError(f"{where}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
         typed.set("unit", unit.name)
+
+
+def _geometry(element: Any, box: Box) -> None:
+    corners = dict(zip(("x1", "y1", "x2", "y2"), map(repr, box), strict=True))
+    sub_element(element, "ssd", "ElementGeometry", **corners)
 
 
 def _unit(system: System, held: Component, variable: Variable) -> Unit | None:

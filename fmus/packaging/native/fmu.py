@@ -31,6 +31,7 @@ from warmlink.fmus.packaging.native.compile import (
     merged_libraries,
     platforms_named,
 )
+from warmlink.fmus.packaging.references import reference_files
 from warmlink.fmus.packaging.terminals import terminals_files
 
 FmiVersion = Literal["2.0", "3.0"]
@@ -112,6 +113,7 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
         "modelDescription.xml": description,
         **documentation,
         **terminals_files(component),
+        **reference_files(component, fmi_version),
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
         **build_description,

@@ -14,6 +14,7 @@ from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
 from warmlink.fmus.packaging.model_description import fmi2_model_description
 from warmlink.fmus.packaging.python.bundle import bundle
+from warmlink.fmus.packaging.references import reference_files
 from warmlink.fmus.packaging.terminals import terminals_files
 
 PYTHON_FOLDER = "python"
@@ -65,6 +66,7 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
         ),
         **documentation_files(entry),
         **terminals_files(component),
+        **reference_files(component),
         **_libraries(component.name),
         "documentation/licenses/pythonfmu.txt": _pythonfmu_license(),
         "resources/slavemodule.txt": stem.encode(),

@@ -17,6 +17,7 @@ from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Scalar
 from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.model_description import (
@@ -198,6 +199,19 @@ def test_differences_are_marked_and_absolute_temperatures_are_not() -> None:
     }
     assert {"ambient_offset", "initial_temperature_rise[1]"} <= marked
     assert not {"initial_temperature", "reference_temperature", "tip_temperature"} & marked
+
+
+@both
+def test_the_date_is_that_of_the_sources(fmi: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def date() -> str | None:
+        return ET.fromstring(WRITERS[fmi](MOTOR, "x", Capabilities())).get("generationDateAndTime")
+
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    assert date() == f"{release.DATE:%Y-%m-%d}T00:00:00Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    assert date() == "2023-11-14T22:13:20Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    assert date() == f"{release.DATE:%Y-%m-%d}T00:00:00Z"
 
 
 def test_sources_and_capabilities_are_stated() -> None:

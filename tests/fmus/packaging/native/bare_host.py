@@ -27,7 +27,7 @@ def compile_host(compiler: Compiler, version: str, folder: Path, suffix: str = "
     command = [*compiler.command, "-std=gnu99", "-O1", "-Wall", "-Werror", f"-I{header_folder()}", *flags]
     libraries = ["-lm"] if compiler.platform.suffix == ".dll" else ["-ldl", "-lm"]
     done = subprocess.run(
-        [*command, str(source), "-o", str(target), *libraries], capture_output=True, text=True
+        [*command, str(source), "-o", str(target), *libraries], capture_output=True, text=True, cwd=folder
     )
     assert done.returncode == 0, done.stderr
     return target
