@@ -126,6 +126,14 @@ Tolerance = Annotated[
         "times allow, or shorter where the error asks for it."
     ),
 ]
+Record = Annotated[
+    str | None,
+    typer.Option(
+        help="Variables to write, separated by commas, as --record link.*,controller.correction. "
+        "Default: every one."
+    ),
+]
+Csv = Annotated[bool, typer.Option(help="Write results.csv beside results.parquet.")]
 Exact = Annotated[
     bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
 ]

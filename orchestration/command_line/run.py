@@ -22,6 +22,7 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, progress
 
 if TYPE_CHECKING:
     from warmlink.orchestration.closed_loop.outcome import ClosedLoop
+    from warmlink.orchestration.report.series import Written
 
 
 def run(
@@ -56,6 +57,8 @@ def run(
     replace: options.Replace = None,
     map_: options.Rename = None,
     statistics: Statistics = False,
+    record: options.Record = None,
+    csv: options.Csv = True,
     report: Report = True,
     json: Json = False,
 ) -> None:
@@ -70,6 +73,7 @@ def run(
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.pacing import interruption
+    from warmlink.orchestration.report.series import Written
     from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -93,7 +97,7 @@ def run(
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
-            lost = _write(outcome, target, report)
+            lost = _write(outcome, target, Written(tuple(options.listed(record) or ()), csv), report)
     if json:
         answer_json(outcome.to_dict())
     else:
@@ -110,7 +114,7 @@ def run(
         raise SystemExit(FAILED)
 
 
-def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
+def _write(outcome: ClosedLoop, target: Path, written: Written, report: bool) -> str | None:
     """Write the results; return which files could not be written and why, or None."""
     from warmlink.orchestration.files import write_files
     from warmlink.orchestration.report.series import series_writers
@@ -118,7 +122,7 @@ def _write(outcome: ClosedLoop, target: Path, report: bool) -> str | None:
     metrics = json_text.dumps(outcome.to_dict(), indent=2) + "\n"
     writers = {
         "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
-        **series_writers(outcome.result),
+        **series_writers(outcome.result.table, written),
     }
     if report:
         from warmlink.orchestration.report.closed_loop import write_report

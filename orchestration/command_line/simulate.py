@@ -104,6 +104,8 @@ def simulate(
         ),
     ] = None,
     statistics: Statistics = False,
+    record: options.Record = None,
+    csv: options.Csv = True,
     json: Json = False,
 ) -> None:
     """Run a system of FMUs and write its outputs as CSV and Parquet.
@@ -119,7 +121,7 @@ def simulate(
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.report.series import Written, series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
@@ -155,6 +157,7 @@ def simulate(
             stepping=stepping_named(stepping),
         )
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
+            written = Written(tuple(options.listed(record) or ()), csv)
 
             def bounded(whole: Algorithm, finer: Algorithm) -> tuple[Result, str | None, Bounds]:
                 result = guarded(
@@ -171,7 +174,7 @@ def simulate(
                     lambda done, count: progress(done / count / (1 + 2 * repeats)),
                     remark,
                 )
-                lost = write_files(target, series_writers(result))
+                lost = write_files(target, series_writers(result.table, written))
                 if not repeats or result.status != "completed":
                     return result, lost, ()
                 names = watch or result.table.names

@@ -163,3 +163,19 @@ def test_parameter_sets_that_cannot_serve(
     assert run(["run", *arguments], monkeypatch) == 2
     assert sentence in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_what_is_written_can_be_chosen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chosen = ["--record", "link.elo*,motor.shaft_temperature,link.elongatoin", "--no-csv", "--no-report"]
+    assert (
+        run(["run", "stop_and_go", "--stop", "1 min", *chosen, "--out", str(tmp_path / "o")], monkeypatch)
+        == 0
+    )
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {"metrics.json", "results.parquet"}
+    frame = pd.read_parquet(tmp_path / "o" / "results.parquet")
+    assert list(frame) == ["time [s]", "motor.shaft_temperature [K]", "link.elongation [m]"]
+    assert len(frame) == 61
+    told = " ".join(capsys.readouterr().err.split())
+    assert "--record link.elongatoin: nothing that was recorded; did you mean link.elongation?" in told
