@@ -58,7 +58,9 @@ def series_writers(table: Table, written: Written) -> dict[str, Callable[[Path],
             for block in _blocks(table, columns):
                 writer.write_table(_table(headings, block))
 
-    writers = {"results.parquet": lambda path: write(parquet.ParquetWriter(path, schema))}
+    writers: dict[str, Callable[[Path], object]] = {
+        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema))
+    }
     if written.csv:
         writers["results.csv"] = lambda path: write(csv.CSVWriter(path, schema))
     return writers

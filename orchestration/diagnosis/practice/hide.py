@@ -127,7 +127,7 @@ def hide(
             truth = effect.on_truth(truth, size, duration)
         late += size if name == "clock_offset" else 0.0
     changes = np.cumsum([segment.duration for segment in duty])[:-1]
-    rows = np.unique(np.round([*np.arange(0.0, duration + interval / 2, interval), *changes], 6))
+    rows = np.unique(np.round([*np.arange(0.0, duration + 1e-6, interval), *changes], 6))
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)

@@ -102,6 +102,14 @@ def test_a_duty_of_uneven_stages_is_logged_as_it_was_driven(unchanged: Unchanged
     np.testing.assert_allclose(ambient, [stage.ambient_temperature for stage in unchanged.duty], rtol=1e-9)
 
 
+def test_no_row_is_logged_after_the_end(unchanged: Unchanged) -> None:
+    end = sum(stage.duration for stage in unchanged.duty)
+    assert end - 20.0 < unchanged.columns["time [s]"][-1] <= end
+    for whole in (40.0, 60.0):
+        stages = (Segment(duration=whole, speed=1.0, torque=1.0),)
+        assert hide({}, stages, QUIET, interval=20.0)["time [s]"][-1] == whole
+
+
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_cause_does_in_the_model_what_it_does_in_truth(name: str, unchanged: Unchanged) -> None:
     """Its change of the readings, by another solver, to a fifteenth or a millikelvin."""
