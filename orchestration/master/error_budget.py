@@ -13,6 +13,7 @@ from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
 from warmlink.orchestration.master.recording.result import Result
 
 SAFETY = 1.5
+BOLD = 10.0
 
 
 def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
@@ -20,7 +21,8 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
 
     First the one given, whose steps all have one size and cost least; then steps that follow the error.
     Each comes with the one of the run at half the step: where the error sets the step, with a tolerance that
-    halves the steps.
+    halves the steps. The first of these tries more than the tolerance, since most errors die out again, which
+    step doubling does not count on.
 
     Parameters
     ----------
@@ -30,10 +32,13 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
         Largest coupling error by variable, in its unit; without any, the given algorithm is all.
     """
     yield algorithm, algorithm
-    if tolerances:
-        following = StepDoubling(InterfaceNewton(), tolerances)
-        finer = {name: largest / 2**following.order for name, largest in tolerances.items()}
-        yield following, StepDoubling(following.inner, finer)
+    inner = InterfaceNewton(tolerance=1e-7)
+    for bold in (BOLD, 1.0) if tolerances else ():
+        following, finer = (
+            StepDoubling(inner, {name: share * bold * most for name, most in tolerances.items()})
+            for share in (1.0, 0.5**inner.order)
+        )
+        yield following, finer
 
 
 @dataclass(frozen=True)

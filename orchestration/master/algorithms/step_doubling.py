@@ -71,6 +71,8 @@ class DoublingStepper(SubSteps):
         self._start = self.network.snapshot(reuse=self._start)
         memory = self.inner.memory()
         self.inner.step(time, step_size)
+        if self.too_long:
+            return np.inf
         coarse = self._values()
         self.back(self._start, memory)
         self.inner.step(time, step_size / 2)

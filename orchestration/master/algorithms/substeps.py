@@ -11,6 +11,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Stepper, StepperA
 from warmlink.orchestration.master.algorithms.signals import switching_outputs
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.system.model import Value
 
 REPEATABLE = ("discard", "not converged")
 DEEPEST = 40
@@ -62,6 +63,7 @@ class SubSteps(StepperAround):
         self._growth = growth
         self._before: Snapshot | None = None
         self._switching = switching_outputs(network)
+        self._held, self._last = list[Value](), False
 
     locates_jumps: ClassVar[bool] = True
 
@@ -94,6 +96,18 @@ class SubSteps(StepperAround):
         self._size, carried = cast("tuple[int, object]", memory)
         super().recall(carried)
 
+    @property
+    def too_long(self) -> bool:
+        """Whether there was a jump in the part just tried, which is not the smallest.
+
+        A comparison of results does not see it: parts are halved until it is caught in the smallest, whose
+        length then bounds how late it is seen.
+        """
+        return not self._last and self._held != self._switches()
+
+    def _switches(self) -> list[Value]:
+        return [self.network.outputs[k][position] for k, position in self._switching]
+
     def back(self, snapshot: Snapshot, memory: object) -> None:
         """Undo a part."""
         self.network.rewind(snapshot)
@@ -102,12 +116,10 @@ class SubSteps(StepperAround):
     def _try(self, time: float, part: float, *, last: bool) -> float:
         self._before = self.network.snapshot(reuse=self._before)
         memory = self.inner.memory()
-        before = [self.network.outputs[k][position] for k, position in self._switching]
+        self._held, self._last = self._switches(), last
         try:
             error = self.attempt(time, part)
-            # A jump inside a part is invisible to a comparison of results: halve until it is caught in the
-            # smallest part, whose length then bounds how late it is seen.
-            if self.locates_jumps and before != [self.network.outputs[k][p] for k, p in self._switching]:
+            if self.locates_jumps and self._held != self._switches():
                 error = 1.0 if last else math.inf
         except SlaveError as failure:
             if failure.status not in REPEATABLE:
