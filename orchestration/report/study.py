@@ -65,7 +65,7 @@ def _about(study: Study) -> Table:
         ("controller", study.controller.name),
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
         ("mismatches", ", ".join(mismatch.name for mismatch in study.mismatches)),
-        ("objective", study.objective.title),
+        *(("objective", each.title) for each in (study.objective, study.second) if each is not None),
         *((f"{c.title}", f"at most {c.at_most:g}") for c in study.constraints),
         *((axis.name, _range(axis)) for axis in study.axes),
         ("seed", str(study.seed)),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import Controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, store
@@ -47,6 +48,10 @@ class AtWork:
 
     fmus: FmuSet
     workers: Workers
+
+    def joins(self, controller: Controller) -> bool:
+        """Whether the systems with a controller run joined."""
+        return controller.component.name in self.fmus.rollouts
 
 
 @contextmanager

@@ -92,6 +92,12 @@ class Axis:
             return min(max(self.low * (self.high / self.low) ** share, self.low), self.high)
         return self.low + share * (self.high - self.low)
 
+    def share(self, value: float) -> float:
+        """Share of the way from the lower bound to the upper one, of an axis with bounds: undoes `at`."""
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
     def levels(self, count: int) -> list[float]:
         """Evenly spaced values from bound to bound; all of a choice."""
         if self.choice:

@@ -24,6 +24,7 @@ class Judged:
     objective : NaN where there is none
     excess : by how much each constraint is exceeded, 0 or below where it is kept
     reason : why there is no objective, None where there is one
+    second : the second objective, where the study has one
     outcomes : of its runs in the order of `Study.runs`; none where a component refused the point, nor
         of trials read back from a storage
     """
@@ -34,6 +35,7 @@ class Judged:
     excess: tuple[float, ...] = ()
     reason: str | None = None
     outcomes: tuple[Outcome, ...] = field(default=(), repr=False, compare=False)
+    second: float | None = None
 
     @property
     def feasible(self) -> bool:
@@ -46,14 +48,44 @@ class Judged:
             "number": self.number,
             "parameters": dict(self.point),
             "objective": None if math.isnan(self.objective) else self.objective,
+            **({} if self.second is None else {"second_objective": self.second}),
             "feasible": self.feasible,
             "reason": self.reason,
         }
 
 
+def front(found: Sequence[Judged]) -> list[Judged]:
+    """The feasible points that no other one betters in both objectives, by the first one.
+
+    With one objective that is the best alone, the earliest of equals.
+    """
+    kept: list[Judged] = []
+    for each in sorted((each for each in found if each.feasible), key=lambda each: _objectives(each)):
+        if not kept or _objectives(each)[1] < _objectives(kept[-1])[1]:
+            kept.append(each)
+    return kept
+
+
 def best(found: Sequence[Judged]) -> Judged | None:
-    """The feasible point with the smallest objective, the earliest of equals; None where there is none."""
-    return min((each for each in found if each.feasible), key=lambda each: each.objective, default=None)
+    """The best point that keeps every constraint; None where there is none.
+
+    With two objectives it is the one of the front that is closest to the least of both, each measured by the
+    span that it has in the front.
+    """
+    kept = front(found)
+    if len(kept) < 3:
+        return kept[0] if kept else None
+    (low, high), (most, least) = _objectives(kept[0]), _objectives(kept[-1])
+    return min(
+        kept,
+        key=lambda e: math.hypot(
+            (e.objective - low) / (most - low), (_objectives(e)[1] - least) / (high - least)
+        ),
+    )
+
+
+def _objectives(judged: Judged) -> tuple[float, float]:
+    return judged.objective, judged.second or 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,6 +131,7 @@ class Searched(Answer):
         return {
             "study": self.study.name,
             "objective": self.study.objective.title,
+            **({} if self.study.second is None else {"second_objective": self.study.second.title}),
             "best": None if self.best is None else self.best.to_dict(),
             "units": {axis.name: axis.unit for axis in self.study.axes},
             f"{self.word}s": [each.to_dict() for each in self.found],
@@ -149,6 +182,7 @@ def judged(
             return Judged(number, point, reason=reason, outcomes=outcomes)
     objective = study.objective.value(outcomes, cases)
     excess = tuple(constraint.excess(outcomes, cases) for constraint in study.constraints)
-    if not all(math.isfinite(value) for value in (objective, *excess)):
+    second = None if study.second is None else study.second.value(outcomes, cases)
+    if not all(math.isfinite(value) for value in (objective, second or 0.0, *excess)):
         return Judged(number, point, reason=f"{study.objective.title} is {objective}", outcomes=outcomes)
-    return Judged(number, point, objective, excess, None, outcomes)
+    return Judged(number, point, objective, excess, None, outcomes, second)

@@ -51,7 +51,9 @@ class Storage:
                 storage: Any = optuna.storages.RDBStorage(url, engine_kwargs=arguments)
             else:
                 storage = optuna.storages.get_storage(url)
-            self.study = optuna.create_study(storage=storage, study_name=self.name, load_if_exists=True)
+            self.study = optuna.create_study(
+                storage=storage, study_name=self.name, load_if_exists=True, directions=directions(study)
+            )
             # Found out now rather than after the first batch: may it be written?
             self.study.set_user_attr("title", study.title)
         except Exception as fault:
@@ -72,7 +74,7 @@ class Storage:
 
         trial = optuna.trial.create_trial(
             state=TrialState.COMPLETE if evaluation.reason is None else TrialState.FAIL,
-            value=evaluation.objective if evaluation.reason is None else None,
+            values=told(evaluation) if evaluation.reason is None else None,
             params=internal(evaluation.point, self._distributions),
             distributions=dict(self._distributions),
             user_attrs={REASON: evaluation.reason, EXCESS: list(evaluation.excess)},
@@ -115,6 +117,18 @@ def internal(point: Mapping[str, float], chosen: Mapping[str, BaseDistribution])
         name: int(point[name]) if isinstance(distribution, IntDistribution) else point[name]
         for name, distribution in chosen.items()
     }
+
+
+def directions(study: Study) -> list[optuna.study.StudyDirection]:
+    """That each objective is to be small."""
+    from optuna.study import StudyDirection
+
+    return [StudyDirection.MINIMIZE] * (1 if study.second is None else 2)
+
+
+def told(evaluation: Judged) -> list[float]:
+    """The objectives as Optuna hears them."""
+    return [evaluation.objective, *([] if evaluation.second is None else [evaluation.second])]
 
 
 def default_url(folder: Path) -> str:

@@ -17,6 +17,9 @@ metric = "max_abs_um"
 over = "cvar"                                     # worst, mean, or cvar: the mean of the worst share
 level = 0.25
 
+[second_objective]                                # none by default; with it, tune shows the Pareto front
+metric = "correction_rate_um_s"
+
 [[constraint]]
 metric = "correction_rate_um_s"
 at_most = 0.5
@@ -112,6 +115,7 @@ class StudyFile:
     step_size: Annotated[float | None, Quantity("s", positive=True)] = None
     master: Annotated[str | None, Text("gauss_seidel")] = None
     objective: Gathered = field(default_factory=Gathered)
+    second_objective: Gathered | None = None
     constraint: tuple[Constraint, ...] = ()
     tune: TuneSettings = TuneSettings()
     sweep: SweepSettings = SweepSettings()
@@ -135,6 +139,7 @@ class Study:
     seed: int
     axes: tuple[Axis, ...]
     objective: Gathered
+    second: Gathered | None
     constraints: tuple[Constraint, ...]
     tune: TuneSettings
     sweep: SweepSettings
@@ -186,6 +191,8 @@ class Study:
             "sampler": self.tune.sampler,
             "fmus": fmus,
         }
+        if self.second is not None:
+            facts["second"] = asdict(self.second)
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:12]
 
 
@@ -224,6 +231,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         seed=file.seed,
         axes=tuple(read_axis(key, table, declared, name) for key, table in file.parameters.items()),
         objective=file.objective,
+        second=file.second_objective,
         constraints=file.constraint,
         tune=file.tune,
         sweep=file.sweep,

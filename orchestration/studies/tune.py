@@ -9,34 +9,54 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work, folder_for
 from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, latin_hypercube
+from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, front, latin_hypercube
 from warmlink.orchestration.studies.storage import (
     EXCESS,
     REASON,
     Storage,
     default_url,
+    directions,
     distributions,
     import_optuna,
     internal,
+    told,
 )
 from warmlink.orchestration.studies.study import Point, Study, load_study
+from warmlink.orchestration.studies.winner import polish
 
 if TYPE_CHECKING:
     import optuna
     import pandas
 
 
+@dataclass(frozen=True, repr=False)
 class Tuned(Searched):
-    """A study with all its trials."""
+    """A study with all its trials, and its winner polished."""
 
-    word = "trial"
+    polished: Judged | None = None
+    word: ClassVar[str] = "trial"
+
+    @property
+    def best(self) -> Judged | None:
+        """The winner, polished where that was possible."""
+        return best(self.found) if self.polished is None else self.polished
+
+    @property
+    def gain(self) -> str:
+        """What polishing gave, in words."""
+        winner = best(self.found)
+        if winner is None or self.polished is None:
+            return "not polished, since the system is not joined" if winner is not None else ""
+        share = 100 * (1 - self.polished.objective / winner.objective)
+        return f"polished along its gradient from {winner.objective:.5g}, {share:.2g} % less"
 
     @property
     def trials(self) -> list[Judged]:
@@ -44,12 +64,18 @@ class Tuned(Searched):
         return self.found
 
     def _best_lines(self) -> list[str]:
-        lines, winner, first = ["no trial keeps every constraint"], self.best, self.found[0]
+        study, winner, first = self.study, self.best, self.found[0]
+        lines = ["no trial keeps every constraint"]
         if winner is not None:
-            shipped = self.study.shipped and first.reason is None
-            told = f", {first.objective:.4g} as shipped" if shipped else ""
-            lines = [f"{self.study.objective.title}: {winner.objective:.4g} at best{told}"]
-            lines += self.study.lines(winner.point)
+            told = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
+            at_best = "at best" if study.second is None else f"in trial {winner.number}, amid the front"
+            lines = [f"{study.objective.title}: {winner.objective:.4g} {at_best}{told}"]
+            lines += [*study.lines(winner.point), self.gain]
+        if study.second is not None:
+            lines.append(f"front, by {study.objective.title} and {study.second.title}")
+            lines += [
+                f"  trial {e.number:<6}{e.objective:>12.4g}{e.second:>12.4g}" for e in front(self.found)
+            ]
         unfit = sum(trial.reason is None and not trial.feasible for trial in self.found)
         return [*lines, f"{unfit} trials break a constraint"] if unfit else lines
 
@@ -63,6 +89,7 @@ class Tuned(Searched):
                 "number": trial.number,
                 **{axis.heading: trial.point[axis.name] for axis in self.study.axes},
                 "objective": trial.objective if trial.reason is None else None,
+                **self._of_two(trial),
                 "feasible": int(trial.feasible),
                 **dict(zip(excesses, trial.excess or [None] * len(excesses), strict=True)),
                 "reason": trial.reason,
@@ -70,6 +97,12 @@ class Tuned(Searched):
             for trial in self.trials
         ]
         return pandas.DataFrame(rows)
+
+    def _of_two(self, trial: Judged) -> dict[str, float | int | None]:
+        """What a row has besides, where there are two objectives."""
+        if self.study.second is None:
+            return {}
+        return {"second_objective": trial.second, "in_front": int(trial in front(self.found))}
 
 
 SPREAD = 16
@@ -79,8 +112,10 @@ Progress = Callable[[int, Judged | None], None]
 """Called with the number of trials done and the best so far."""
 
 
-def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -> Tuned:
-    """Go on with a study until it has its trials.
+def tune(
+    study: Study, workers: Workers, storage: Storage, progress: Progress, *, joined: bool = False
+) -> Tuned:
+    """Go on with a study until it has its trials, and polish its winner where joined runs are cheap.
 
     Raises
     ------
@@ -104,7 +139,8 @@ def tune(study: Study, workers: Workers, storage: Storage, progress: Progress) -
         chooser.tell(batch)
         trials += batch
         progress(len(trials), best(trials))
-    return Tuned(study, trials)
+    winner = best(trials) if joined else None
+    return Tuned(study, trials, None if winner is None else polish(study, winner, workers))
 
 
 def tune_study(
@@ -136,7 +172,14 @@ def tune_study(
         progress_bar(asked.title) as show,
     ):
         storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(folder))
-        return tune(asked, work.workers, storage, lambda done, leader: show(done / asked.tune.trials))
+        share = asked.tune.trials
+        return tune(
+            asked,
+            work.workers,
+            storage,
+            lambda done, leader: show(done / share),
+            joined=work.joins(asked.controller),
+        )
 
 
 def _run(
@@ -173,7 +216,7 @@ class _Chooser:
 
         self._study = study
         self._distributions = distributions(study)
-        self._optuna = optuna.create_study(sampler=_sampler(study, 0))
+        self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=directions(study))
         self._asked: list[optuna.trial.Trial] = []
         self._number = 0
         for point in _first_points(study):
@@ -197,7 +240,7 @@ class _Chooser:
         for asked, trial in zip(self._asked, batch, strict=True):
             _constrain(asked, trial.excess)
             if trial.reason is None:
-                self._optuna.tell(asked, trial.objective)
+                self._optuna.tell(asked, told(trial))
             else:
                 self._optuna.tell(asked, state=TrialState.FAIL)
         self._asked = []
@@ -250,9 +293,10 @@ def _of_storage(trial: optuna.trial.FrozenTrial) -> Judged:
     return Judged(
         trial.number,
         {name: float(value) for name, value in trial.params.items()},
-        math.nan if trial.value is None else trial.value,
+        trial.values[0] if trial.values else math.nan,
         tuple(attributes.get(EXCESS) or ()),
         attributes.get(REASON),
+        second=trial.values[1] if trial.values and len(trial.values) > 1 else None,
     )
 
 

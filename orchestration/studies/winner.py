@@ -1,13 +1,97 @@
-"""The winning start values as parameter sets (SSV) that any SSP tool reads."""
+"""The winner of a study: polished along its gradient, and written as parameter sets (SSV)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.studies.case import Outcome
+from warmlink.orchestration.studies.cores.workers import Workers
+from warmlink.orchestration.studies.objective import METRICS, Gathered
+from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
+
+Vector = NDArray[np.float64]
+
+DIFFERENCE = 1e-4
+"""Of the way between a parameter's bounds: small beside what matters, large beside rounding."""
+
+MOST_ITERATIONS = 15
+
+
+def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
+    """Improve a winner by sequential quadratic programming; the winner itself if nothing better is found.
+
+    Gradients are differences of runs that go side by side. Where another run becomes the worst, the objective
+    has a kink; therefore every run gets a constraint of its own, that it stays below a bound, and the bound
+    is minimised. A second objective gets no worse.
+    """
+    from scipy.optimize import minimize
+
+    axes = [axis for axis in study.axes if not axis.integer and not axis.choice]
+    if not axes:
+        return winner
+    limits = list(study.constraints)
+    if study.second is not None and winner.second is not None:
+        limits.append(study.second.limited(winner.second))
+    cases = study.cases(winner.point, "")
+    bounded = len(cases) if study.objective.over == "worst" else 1
+    found, known = [winner], dict[bytes, tuple[Vector, Vector]]()
+
+    def figures(asked: Gathered, outcomes: Sequence[Outcome]) -> list[float]:
+        if asked.over != "worst":
+            return [asked.value(outcomes, cases)]
+        return [METRICS[asked.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
+
+    def margins(judged: Judged) -> Vector:
+        rows = [-np.array(figures(study.objective, judged.outcomes)) / winner.objective]
+        for limit in limits:
+            over = limit.at_most - np.array(figures(limit, judged.outcomes))
+            rows.append(over / (abs(limit.at_most) or 1.0))
+        return np.concatenate(rows)
+
+    def linear(place: Vector) -> tuple[Vector, Vector]:
+        """Margins and their derivatives; ArithmeticError where a run gives none."""
+        key = place.tobytes()
+        if key not in known:
+            steps = np.where(place > 0.5, -DIFFERENCE, DIFFERENCE)
+            points = [
+                {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
+                for each in (place, *(place + np.diag(steps)))
+            ]
+            ended = sorted(evaluate(study, points, workers, winner.number), key=lambda each: each.number)
+            if any(each.reason is not None for each in ended):
+                raise ArithmeticError
+            found.append(ended[0])
+            first, *others = map(margins, ended)
+            known[key] = first, (np.array(others) - first).T / steps
+        return known[key]
+
+    start = np.array([axis.share(winner.point[axis.name]) for axis in axes])
+    with suppress(ArithmeticError):
+        bound = (np.arange(len(linear(start)[0])) < bounded).astype(float)
+        minimize(
+            lambda z: z[-1],
+            np.append(start, 1.0),
+            jac=lambda z: np.eye(len(z))[-1],
+            bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
+            constraints={
+                "type": "ineq",
+                "fun": lambda z: linear(z[:-1])[0] + bound * z[-1],
+                "jac": lambda z: np.column_stack([linear(z[:-1])[1], bound]),
+            },
+            method="SLSQP",
+            options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
+        )
+    fit = [each for each in found if each.feasible and (each.second or 0.0) <= (winner.second or 0.0)]
+    return min(fit, key=lambda each: each.objective)
 
 
 def write_winner(study: Study, point: Point, folder: Path) -> list[Path]:

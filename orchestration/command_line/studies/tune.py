@@ -41,6 +41,9 @@ def tune(
         metric = "max_abs_um"
         over = "worst"
 
+    A table [second_objective] of the same kind asks for the Pareto front of both. Where the system is joined,
+    the winner is polished along its gradient.
+
     Writes trials.csv, winner.ssv and report.html. After an interruption the same command continues; its table
     does not depend on the number of processes.
     """
@@ -63,6 +66,7 @@ def tune(
                 work.workers,
                 storage,
                 lambda done, leader: show(done / asked.tune.trials, _note(leader)),
+                joined=work.joins(asked.controller),
             )
         with results(folder) as target:
             found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
@@ -71,7 +75,7 @@ def tune(
             if report:
                 from warmlink.orchestration.report.tuning import write_report
 
-                write_report(asked, storage, found.trials, target / "report.html")
+                write_report(found, storage, target / "report.html")
     if json:
         answer_json(found.to_dict())
         return

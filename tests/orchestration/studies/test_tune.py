@@ -14,11 +14,12 @@ from warmlink.orchestration.report.tuning import write_report
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.ledger import Ledger
-from warmlink.orchestration.studies.points import Judged, best
+from warmlink.orchestration.studies.objective import Gathered
+from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
-from warmlink.orchestration.studies.tune import tune
-from warmlink.orchestration.studies.winner import write_winner
+from warmlink.orchestration.studies.tune import Tuned, tune
+from warmlink.orchestration.studies.winner import polish, write_winner
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 import_optuna()
@@ -239,8 +240,35 @@ def test_the_winner_is_a_parameter_set_with_units(study: Study, tmp_path: Path) 
 def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder: Path) -> None:
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
-    write_report(study, Storage(study, "fmus", default_url(here)), trials, here / "report.html")
+    write_report(Tuned(study, trials), Storage(study, "fmus", default_url(here)), here / "report.html")
     text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
     assert "parcoords" in drawn
+
+
+def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study, folder: Path) -> None:
+    # The error is least at a gain of 5 µm/W, the rate of the correction grows with the gain.
+    two = replace(study, second=Gathered("correction_rate_um_s"), constraints=())
+    here = make(folder, "two")
+    trials = run(two, here, Formula())
+    kept = front(trials)
+    assert len(kept) > 2
+    for trial in trials:
+        assert any(each.objective <= trial.objective and each.second <= trial.second for each in kept)
+    winner = best(trials)
+    assert winner in kept[1:-1]
+    assert same(trials, run(two, here, Formula(at_most=0)))
+    write_report(Tuned(two, trials), Storage(two, "fmus", default_url(here)), here / "report.html")
+    assert "Front" in (here / "report.html").read_text("utf-8")
+    assert Tuned(two, trials).to_frame()["in_front"].sum() == len(kept)
+
+
+def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(study: Study) -> None:
+    start = Judged(3, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, 2.2)
+    free = replace(study, constraints=())
+    assert polish(free, start, Formula()).objective == pytest.approx(1.0, abs=1e-3)
+    bound = replace(study, constraints=(Gathered("correction_rate_um_s").limited(0.045),))
+    found = polish(bound, start, Formula())
+    assert found.feasible
+    assert found.objective == pytest.approx(1.25, abs=1e-2)
