@@ -149,8 +149,8 @@ def balanced(plant: LinearPlant) -> Balanced:
     state = root[:, None] * A / root
     if np.abs(state - state.T).max() > 1e-9 * np.abs(state).max():
         raise InputError(
-            "the plant's heat network is not symmetric at the temperature given; "
-            "linearise where all temperatures are equal"
+            "the plant's heat network is not symmetric at the temperature given; linearise where all "
+            "temperatures are equal, and let a HeatPath take out what it brings in, or design a regression"
         )
     state = (state + state.T) / 2
     scaled_in = root[:, None] * B * [SIZES[name] for name in INPUTS]

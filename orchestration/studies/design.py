@@ -21,6 +21,7 @@ from warmlink.fmus.component import Parameter as Declared
 from warmlink.fmus.component.join import join
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.names import instead, listed
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
@@ -228,7 +229,11 @@ def plant_in(scenario: Scenario) -> Plant:
     motors, links = setup.called("motor"), setup.called("link")
     if not motors or not links:
         raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
-    plant = [*motors, *links]
+    plant = [
+        *motors,
+        *links,
+        *(n for n, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name),
+    ]
     wires = {target: source for source, target in setup.blueprint.wires}
     among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
     joined = join(setup.name, {name: declared[name] for name in plant}, among)
