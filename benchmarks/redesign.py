@@ -169,7 +169,7 @@ def main(
                 found = trial(Path(folder), hidden, seed + i)
             answer(
                 f"{kind}, {hidden:.3f} W/K: {found.said} {found.value:.3f} W/K; off by {found.none:.1f} um, "
-                f"with a law designed before {found.before:.1f} um, for the extended model {found.after:.1f} um"
+                f"law of before {found.before:.1f} um, of the extended model {found.after:.1f} um"
             )
 
 
