@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -101,18 +101,18 @@ def random_run(part: Part, seed: Sequence[int], steps: int) -> Run:
     return Run(parameters, tuple(segments))
 
 
-def compared(part: Part, run: Run) -> Kept:
-    """Run the component and the full elements side by side, both by ROS2 in steps of 1 s."""
-    instance = Instance(reduced_link("Reduced", part.model))
+def compared(part: Part, run: Run, size: float = STEP) -> Kept:
+    """Run the component and the full elements side by side, both by ROS2 in steps of `size` in s."""
+    instance = Instance(replace(reduced_link("Reduced", part.model), micro_step=size))
     instance.set({**run.parameters, **run.segments[0][1]})
     instance.initialize()
     rise, largest, done = np.zeros(part.heat.unknowns), np.zeros(3), 0
     for steps, inputs in run.segments:
         instance.set(inputs)
-        step = full_step(part, {**run.parameters, **inputs}, STEP)
+        step = full_step(part, {**run.parameters, **inputs}, size)
         for _ in range(steps):
             rise = step(rise, inputs["heat_flow"])
-            instance.step(done * STEP, STEP)
+            instance.step(done * size, size)
             done += 1
             if done % EVERY == 0:
                 largest = np.maximum(largest, _errors(part, run, instance, rise))
@@ -204,7 +204,8 @@ def example_part(size: float | None = None, order: int | None = None) -> Part:
 def main(
     runs: Annotated[int, typer.Option(help="Random parameter sets and duties.")] = 200,
     seed: Annotated[int, typer.Option(help="Of all random choices.")] = 1,
-    steps: Annotated[int, typer.Option(help="Length of a run in s.")] = 1800,
+    steps: Annotated[int, typer.Option(help="Steps of a run.")] = 1800,
+    step_size: Annotated[float, typer.Option(help="Of both models, in s.")] = STEP,
     mesh_size: Annotated[float | None, typer.Option(help="Of the elements in mm.")] = None,
 ) -> None:
     """Compare bounds of the reduced example part with its errors in random runs of the full elements."""
@@ -212,10 +213,11 @@ def main(
     kept = []
     with progress_bar("runs") as progress:
         for i in range(runs):
-            kept.append(compared(part, random_run(part, [seed, i], steps)))
+            kept.append(compared(part, random_run(part, [seed, i], steps), step_size))
             progress((i + 1) / runs)
     answer(
-        f"order {part.model.order}, {part.heat.unknowns} temperatures, {runs} runs of {steps} s, seed {seed}"
+        f"order {part.model.order}, {part.heat.unknowns} temperatures, {runs} runs of {steps} steps of "
+        f"{step_size:g} s, seed {seed}"
     )
     for i, name in enumerate(BOUNDS):
         ratios = np.array([each.bounds[i] / each.errors[i] for each in kept])
