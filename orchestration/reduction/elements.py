@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_diag, bmat, coo_matrix, csc_matrix, csr_matrix
+from scipy.sparse import block_diag, bmat, csc_matrix, csr_matrix, vstack
 
 from warmlink.orchestration.reduction.equilibrium import Equilibrium, linear_to_quadratic
 from warmlink.orchestration.reduction.simplices import nearest
@@ -96,7 +96,7 @@ class Elements:
         mesh, element = solid.mesh, skfem.ElementTetP2()
         basis = skfem.Basis(mesh, element, intorder=2)
         surfaces = {
-            name: _Surface(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4), basis.N)
+            name: _Surface(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4))
             for name, faces in (("base", task.heated), ("tip", task.tool), *enumerate(task.cooled))
         }
         groups = [surfaces[g] for g in range(len(task.cooled))]
@@ -161,40 +161,26 @@ def linear_temperatures(heat: HeatMatrices, solid: Solid) -> HeatMatrices:
 class _Surface:
     """Mass matrix, load and area of some facets."""
 
-    def __init__(self, basis: Any, size: int) -> None:
-        values = _values(basis)
-        self.mass = _assemble(np.einsum("ieq,jeq,eq->ije", values, values, basis.dx), basis, size)
+    def __init__(self, basis: Any) -> None:
+        self.mass = _mass(basis)
         self.load = np.asarray(self.mass.sum(axis=0)).ravel()
         self.area = float(self.load.sum())
 
 
-def _values(basis: Any) -> Array:
-    """Shape functions at the quadrature points, shape (functions, cells, points)."""
-    return np.stack([np.broadcast_to(np.asarray(each[0]), basis.dx.shape) for each in basis.basis])
+def _mass(basis: Any) -> csr_matrix:
+    from skfem.models.poisson import mass
 
-
-def _assemble(local: Array, basis: Any, size: int) -> csr_matrix:
-    """Sparse matrix of cells' matrices, shape (functions, functions, cells)."""
-    dofs = basis.element_dofs
-    rows = np.broadcast_to(dofs[:, None], local.shape).ravel()
-    columns = np.broadcast_to(dofs[None], local.shape).ravel()
-    return csr_matrix(coo_matrix((local.ravel(), (rows, columns)), shape=(size, size)))
-
-
-def _gradients(basis: Any) -> Array:
-    return np.stack([np.asarray(each[0].grad) for each in basis.basis])
+    return csr_matrix(mass.assemble(basis))
 
 
 def _gradient_products(basis: Any) -> list[list[csr_matrix]]:
     """Integrals of the derivative of test functions along axis a times that of trial functions along c."""
-    slopes = _gradients(basis)
-    local = np.einsum("iaeq,jceq,eq->acije", slopes, slopes, basis.dx, optimize=True)
-    return [[_assemble(local[a, c], basis, basis.N) for c in range(3)] for a in range(3)]
+    from skfem import BilinearForm
 
+    def product(a: int, c: int) -> csr_matrix:
+        return csr_matrix(BilinearForm(lambda u, v, w: v.grad[a] * u.grad[c]).assemble(basis))
 
-def _mass(basis: Any) -> csr_matrix:
-    values = _values(basis)
-    return _assemble(np.einsum("ieq,jeq,eq->ije", values, values, basis.dx, optimize=True), basis, basis.N)
+    return [[product(a, c) for c in range(3)] for a in range(3)]
 
 
 def _lame(ratio: float) -> tuple[float, float]:
@@ -217,11 +203,14 @@ def _stiffness(product: list[list[csr_matrix]], laplacian: csr_matrix, ratio: fl
 
 def _thermal_load(basis: Any, ratio: float) -> csr_matrix:
     """Forces from temperatures for an expansion coefficient of 1, shape (3 N, N)."""
+    from skfem import BilinearForm
+
     first, second = _lame(ratio)
-    slopes, values = _gradients(basis), _values(basis)
-    local = np.einsum("iaeq,jeq,eq->aije", slopes, values, basis.dx, optimize=True)
-    blocks = [[(3 * first + 2 * second) * _assemble(each, basis, basis.N)] for each in local]
-    return csr_matrix(bmat(blocks))
+
+    def force(axis: int) -> csr_matrix:
+        return csr_matrix(BilinearForm(lambda u, v, w: v.grad[axis] * u).assemble(basis))
+
+    return csr_matrix((3 * first + 2 * second) * vstack([force(axis) for axis in range(3)]))
 
 
 def _rigid_motions(places: Array, centre: Array) -> Array:

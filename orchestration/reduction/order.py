@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +45,9 @@ SMOOTHING = 10.0
 """s over which inputs are smoothed before patterns are chosen: what passes sooner moves no tool point."""
 
 SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP = 6, 60, 2
+
+TRIED = 5
+"""Bases that are tried where the order is given."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,7 @@ class Chosen:
 def choose_order(responses: Responses, order: int | None = None) -> Chosen:
     """Reduce a part until its error at every sampled setting is within the tolerance.
 
-    At each step of the greedy search, the Gramian of the worst setting is added, and the order grows.
+    A greedy search: at each step the Gramian of the worst setting is added, and the order grows.
 
     Parameters
     ----------
@@ -194,56 +196,23 @@ def choose_order(responses: Responses, order: int | None = None) -> Chosen:
     InputError
         The tolerance is not met with any order up to `LARGEST_ORDER`.
     """
-    from pymor.algorithms.greedy import weak_greedy
-
-    search = _surrogate(responses, order)
-    steps = (LARGEST_ORDER - SMALLEST_ORDER) // ORDER_STEP
-    found = weak_greedy(
-        search,
-        responses.settings,
-        atol=1.0 if order is None else 0.0,
-        max_extensions=steps if order is None else 4,
-    )
-    errors = [float(each) for each in found["max_errs"]]
+    orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
+    gramian, bases, errors = responses.gramian(responses.settings[0]), [], []
+    for size in orders:
+        bases.append(_leading(gramian, responses.heat.uniform, size))
+        found = [responses.error(setting, bases[-1]) for setting in responses.settings]
+        errors.append(max(found))
+        if order is None and errors[-1] <= 1:
+            break
+        gramian = gramian + responses.gramian(responses.settings[int(np.argmax(found))])
     if order is None and errors[-1] > 1:
         raise InputError(
             f"{LARGEST_ORDER} patterns leave an error {errors[-1]:.2g} times the tolerance; allow a larger "
             "--tolerance, or a narrower range of convection"
         )
-    gains = np.max([responses.gains(setting, search.best) for setting in responses.settings], axis=0)
-    return Chosen(search.best, search.orders[: len(errors)], errors, gains)
-
-
-def _surrogate(responses: Responses, order: int | None) -> Any:
-    """Search that pyMOR's greedy algorithm drives; pyMOR is imported only here."""
-    from pymor.algorithms.greedy import WeakGreedySurrogate
-
-    class Search(WeakGreedySurrogate):
-        """The leading directions of the Gramians of the settings that were worst so far, added up."""
-
-        def __init__(self) -> None:
-            self._gramian = responses.gramian(responses.settings[0])
-            self.basis = _leading(self._gramian, responses.heat.uniform, order or SMALLEST_ORDER)
-            self.best, self.least = self.basis, np.inf
-            self.orders = [self.basis.shape[1]]
-
-        def evaluate(self, mus: Sequence[Setting], return_all_values: bool = False) -> Any:
-            errors = np.array([responses.error(setting, self.basis) for setting in mus])
-            if return_all_values:
-                return errors
-            worst = int(np.argmax(errors))
-            if errors[worst] < self.least:
-                self.best, self.least = self.basis, errors[worst]
-            return errors[worst], mus[worst]
-
-        def extend(self, mu: Setting) -> None:
-            self._gramian = self._gramian + responses.gramian(mu)
-            self.basis = _leading(
-                self._gramian, responses.heat.uniform, order or self.orders[-1] + ORDER_STEP
-            )
-            self.orders.append(self.basis.shape[1])
-
-    return Search()
+    best = bases[int(np.argmin(errors))]
+    gains = np.max([responses.gains(setting, best) for setting in responses.settings], axis=0)
+    return Chosen(best, list(orders)[: len(errors)], errors, gains)
 
 
 def _leading(gramian: Array, uniform: Array, order: int) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from warmlink.orchestration.reduction.mesh_error import HEAT_FLOW, TIMES
+from warmlink.orchestration.reduction.mesh_error import HEAT_FLOW, TIMES, MeshError
 from warmlink.orchestration.reduction.order import SAFETY
 from warmlink.orchestration.reduction.part import Part
 
@@ -15,7 +15,6 @@ def remarks(part: Part, name: str) -> str:
     """Section on a part in Markdown."""
     mesh, chosen, within, demand = part.mesh, part.chosen, part.within, part.demand
     met = "not met: the order was given" if chosen.error > 1 else "met"
-    order = "not observed" if mesh.order is None else f"observed order {mesh.order:.2g}"
     faces = {
         "heated": part.task.heated,
         "tool": part.task.tool,
@@ -44,25 +43,34 @@ def remarks(part: Part, name: str) -> str:
                 ("order", "error / tolerance"),
                 ((str(n), f"{error:.3g}") for n, error in zip(chosen.orders, chosen.errors, strict=True)),
             ),
-            f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures ({order}); "
-            "the last line is the estimated error of the finest [nm]. For a mesh file the first line is that "
-            "of temperatures that are linear in each tetrahedron.",
-            _table(
-                ("temperatures", *(f"{time:g} s" for time in TIMES)),
-                [
-                    *(
-                        (str(n), *(f"{1e6 * each:.4f}" for each in row))
-                        for n, row in zip(mesh.unknowns, mesh.elongation, strict=True)
-                    ),
-                    ("error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error)),
-                ],
-            ),
+            mesh_sentence(mesh),
+            _table(*mesh_table(mesh)),
             "Thermometers [mm]: "
             + "; ".join(
                 ", ".join(f"{1e3 * x:.4g}" for x in place) for place in np.round(part.task.sensors, 9)
             ),
         ]
     )
+
+
+def mesh_sentence(mesh: MeshError) -> str:
+    """What `mesh_table` shows."""
+    order = "no order observed" if mesh.order is None else f"observed order {mesh.order:.2g}"
+    return (
+        f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures, the one in use "
+        f"last ({order}), and its estimated error [nm]. For a mesh file the first line is that of "
+        "temperatures that are linear in each tetrahedron."
+    )
+
+
+def mesh_table(mesh: MeshError) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of the elongation on each mesh."""
+    rows = [
+        [str(n), *(f"{1e6 * each:.4f}" for each in row)]
+        for n, row in zip(mesh.unknowns, mesh.elongation, strict=True)
+    ]
+    rows.append(["error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error)])
+    return ["temperatures", *(f"{time:g} s" for time in TIMES)], rows
 
 
 def _named(number: int, name: str) -> str:

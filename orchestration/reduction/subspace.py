@@ -97,7 +97,7 @@ def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
     from pymor.operators.numpy import NumpyMatrixOperator
     from pymor.vectorarrays.numpy import NumpyVectorSpace
 
-    set_log_levels({"pymor": "WARNING"})  # for the greedy search too
+    set_log_levels({"pymor": "WARNING"})
     mass = NumpyMatrixOperator(heat.mass)
     responses = np.concatenate([np.ones((1, len(heat.loads))), *_responses(heat, within)])
     vectors = NumpyVectorSpace.from_numpy(responses.T)

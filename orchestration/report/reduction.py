@@ -13,6 +13,7 @@ from warmlink.orchestration.reduction.mesh_error import HEAT_FLOW, TIMES
 from warmlink.orchestration.reduction.order import SAFETY
 from warmlink.orchestration.reduction.part import Part
 from warmlink.orchestration.reduction.picture import MOST_CORNERS
+from warmlink.orchestration.reduction.remarks import mesh_sentence, mesh_table
 from warmlink.orchestration.reduction.simplices import coarsened
 from warmlink.orchestration.reduction.solid import Face, Solid
 from warmlink.orchestration.reduction.thermometers import NOISE, Observer, Pair, best_pair
@@ -44,21 +45,7 @@ def write_report(part: Part, name: str, path: Path) -> None:
             f"factor of safety of {SAFETY:g}, as the search went.",
             figure=_orders(part.chosen.orders, part.chosen.errors),
         ),
-        Section(
-            "Mesh",
-            f"Elongation after a step of {HEAT_FLOW:g} W on coarser meshes and, last, the one in use; "
-            + ("no order observed." if mesh.order is None else f"observed order {mesh.order:.2g}."),
-            table=Table(
-                ("temperatures", *(f"{time:g} s [µm]" for time in TIMES)),
-                [
-                    *(
-                        (str(n), *(f"{1e6 * each:.4f}" for each in row))
-                        for n, row in zip(mesh.unknowns, mesh.elongation, strict=True)
-                    ),
-                    ("estimated error", *(f"{1e9 * each:.2g} nm" for each in mesh.error)),
-                ],
-            ),
-        ),
+        Section("Mesh", mesh_sentence(mesh), table=Table(*mesh_table(mesh))),
         Section("Software", table=versions()),
     ]
     write_page(path, f"{name}, reduced", lead, sections)
