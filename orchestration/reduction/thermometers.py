@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, solve_continuous_are
+from scipy.linalg import solve_continuous_are
 
 from warmlink.controllers.design.gains import Unknown
 from warmlink.controllers.design.plant import INPUTS, Plant, plant_model
@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 
 NOISE, SAMPLE_TIME = 0.1, 1.0
 """K (1 sigma) and s, of a reading."""
+
+
+MODES = 12
+"""Slowest modes of motor and link, which the filter is made of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +50,18 @@ class Observer:
         link = reduced_link("Link", model)
         joined = join("Plant", {"motor": MOTOR, "link": link}, WIRES)
         plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
+        root = np.sqrt(plant.heat_capacity)
+        rates, modes = np.linalg.eigh(root[:, None] * plant.A / root)
+        slowest = np.argsort(-rates)[:MODES]
+        rates, modes = rates[slowest], modes[:, slowest]
+        self._link = (modes / root[:, None])[-model.order :]
         unknown = Unknown()
         size = np.array([unknown.shaft_heat, unknown.link_heat])
         time = np.array([unknown.shaft_heat_time, unknown.link_heat_time])
-        into = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
-        self._size = len(plant.A)
-        self._state = block_diag(plant.A, np.diag(-1 / time))
-        self._state[: self._size, self._size :] = into
-        self._driven = block_diag(np.zeros_like(plant.A), np.diag(2 * size**2 / time))
+        heats = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
+        self._state = np.diag([*rates, *(-1 / time)])
+        self._state[: rates.size, rates.size :] = (modes.T * root) @ heats
+        self._driven = np.diag([*np.zeros_like(rates), *(2 * size**2 / time)])
         self._tool = self._rows(model.material["expansion_coefficient"] * model.displacement_rows)
 
     def error(self, rows: Array) -> float:
@@ -64,10 +72,8 @@ class Observer:
         return float(np.sqrt(np.trace(self._tool @ covariance @ self._tool.T)))
 
     def _rows(self, link: Array) -> Array:
-        """Rows of the link's patterns among all states."""
-        rows = np.zeros((len(link), len(self._state)))
-        rows[:, self._size - link.shape[1] : self._size] = link
-        return rows
+        """Rows for the modes and the unknown heat, from rows for the link's patterns."""
+        return np.hstack([link @ self._link, np.zeros((len(link), 2))])
 
 
 def best_pair(observer: Observer, places: Array, rows: Array) -> Pair:
