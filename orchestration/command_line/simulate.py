@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,13 +23,10 @@ from warmlink.orchestration.console import (
 )
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.master.algorithms.algorithm import Algorithm
     from warmlink.orchestration.master.error_budget import CouplingError
     from warmlink.orchestration.master.pacing import Pacing
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
-
-    Bounds = tuple[CouplingError, ...]
 
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
@@ -117,7 +114,6 @@ def simulate(
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import coupling_error, tried
-    from warmlink.orchestration.master.guard import guarded
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
@@ -151,53 +147,36 @@ def simulate(
         run = partial(
             simulate_system,
             read,
+            stop_time,
             start_time=read.default_experiment.start_time,
             isolation=_isolation(isolate, time_limit, memory_limit),
             unpacked=work,
             stepping=stepping_named(stepping),
         )
+        written = Written(tuple(options.listed(record) or ()), csv)
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
-            written = Written(tuple(options.listed(record) or ()), csv)
-
-            def bounded(whole: Algorithm, finer: Algorithm) -> tuple[Result, str | None, Bounds]:
-                result = guarded(
-                    lambda line: run(
-                        stop_time,
-                        step_size,
-                        whole,
-                        record=[*outputs, *watch] if watch else None,
-                        long_run=long_run,
-                        pacing=pacing,
-                        statistics=statistics,
-                        line=line,
-                    ),
-                    lambda done, count: progress(done / count / (1 + 2 * repeats)),
-                    remark,
-                )
-                lost = write_files(target, series_writers(result.table, written))
-                if not repeats or result.status != "completed":
-                    return result, lost, ()
-                names = watch or result.table.names
-                # The results of a run that writes checkpoints may not fit into memory.
-                streamed = None if long_run is None else LongRun(work / "half", every=None)
-                half = step_size / 2
-                fine = guarded(
-                    lambda line: run(
-                        stop_time,
-                        half,
-                        finer,
-                        record=names,
-                        long_run=streamed,
-                        check_stability=False,
-                        line=line,
-                    ),
-                    lambda done, count: progress((1 + 2 * done / count) / 3),
-                    remark,
-                )
-                return result, lost, coupling_error(result, fine, whole.order, names)
-
             for whole, finer in tried(chosen, allowed):
-                result, lost, bounds = bounded(whole, finer)
+                first = partial(
+                    run,
+                    step_size,
+                    whole,
+                    record=[*outputs, *watch] if watch else None,
+                    long_run=long_run,
+                    pacing=pacing,
+                    statistics=statistics,
+                )
+                result = _apart(first, lambda done, count: progress(done / count / (1 + 2 * repeats)))
+                lost = write_files(target, series_writers(result.table, written))
+                bounds: tuple[CouplingError, ...] = ()
+                if repeats and result.status == "completed":
+                    names = watch or result.table.names
+                    # The results of a run that writes checkpoints may not fit into memory.
+                    streamed = None if long_run is None else LongRun(work / "half", every=None)
+                    half = partial(
+                        run, step_size / 2, finer, record=names, long_run=streamed, check_stability=False
+                    )
+                    fine = _apart(half, lambda done, count: progress((1 + 2 * done / count) / 3))
+                    bounds = coupling_error(result, fine, whole.order, names)
                 master = master if whole is chosen else FOLLOWING
                 missed = [each for each in bounds if each.largest > allowed.get(each.variable, math.inf)]
                 if not missed and result.error is None:
@@ -219,6 +198,13 @@ def simulate(
         remark(f"stopped early: {result.reason}; what was computed up to there is kept")
     if lost is not None or result.reason is not None:
         raise SystemExit(FAILED)
+
+
+def _apart(run: Callable[..., Result], progress: Callable[[int, int], None]) -> Result:
+    """Do a run in a process of its own."""
+    from warmlink.orchestration.master.guard import guarded
+
+    return guarded(lambda line: run(line=line), progress, remark)
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
