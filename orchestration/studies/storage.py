@@ -1,4 +1,4 @@
-"""Where a tuning study's trials are kept: any storage that Optuna takes by URL, SQLite by default."""
+"""Where a tuning study's trials are kept: a database by its URL, SQLite by default, or a file that grows."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from optuna.distributions import BaseDistribution
 
 LOCK_TIMEOUT_S = 3.0
+JOURNAL = "journal:///"
+"""Before the path of a file to which each trial is appended, which goes on shared file systems too."""
 
 REASON, EXCESS = "reason", "excess"
 """User attributes of a trial."""
@@ -37,18 +39,21 @@ class Storage:
 
     A study that is not quite the same, or runs on other FMUs, has another name in the storage: its trials
     are not mixed with these.
-    `fmus` is the digest of the FMUs, `url` as Optuna takes it.
+    `fmus` is the digest of the FMUs, `url` as Optuna takes it, or `journal:///` and a path.
     """
 
     def __init__(self, study: Study, fmus: str, url: str) -> None:
         import optuna
 
         self.name = f"{study.name}-{study.digest(fmus)}"
+        self.place = shown_place(url)
         self._distributions = distributions(study)
         try:
             if url.startswith("sqlite"):
                 arguments = {"connect_args": {"timeout": LOCK_TIMEOUT_S}}
                 storage: Any = optuna.storages.RDBStorage(url, engine_kwargs=arguments)
+            elif url.startswith(JOURNAL):
+                storage = _journal(url.removeprefix(JOURNAL))
             else:
                 storage = optuna.storages.get_storage(url)
             self.study = optuna.create_study(
@@ -58,7 +63,7 @@ class Storage:
             self.study.set_user_attr("title", study.title)
         except Exception as fault:
             raise InputError(
-                f"storage {_shown(url)}: cannot be used ({_brief(fault)}); wait for whoever uses it, "
+                f"storage {self.place}: cannot be used ({_brief(fault)}); wait for whoever uses it, "
                 "or choose another"
             ) from fault
 
@@ -68,7 +73,7 @@ class Storage:
             return list(self.study.get_trials(deepcopy=False))
 
     def add(self, evaluation: Judged) -> None:
-        """Add the trial that comes next; InputError if the storage takes it no more."""
+        """Add the trial that comes next; InputError if the storage takes it no more, or has it already."""
         import optuna
         from optuna.trial import TrialState
 
@@ -80,7 +85,29 @@ class Storage:
             user_attrs={REASON: evaluation.reason, EXCESS: list(evaluation.excess)},
         )
         with _answering("takes no more trials"):
-            self.study.add_trial(trial)
+            there = len(self.study.get_trials(deepcopy=False))
+            if there == evaluation.number:
+                self.study.add_trial(trial)
+        if there != evaluation.number:
+            raise InputError(
+                f"storage {self.place}: somebody else works on {self.name}, which has {there} trials where "
+                f"{evaluation.number} were expected; end one of the two, and run again to go on"
+            )
+
+
+def _journal(path: str) -> optuna.storages.JournalStorage:
+    """Storage in a file; a last line that a kill cut short, after which Optuna reads no more, is removed."""
+    from optuna.storages import JournalStorage
+    from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
+
+    backend, lock = JournalFileBackend(path), JournalFileSymlinkLock(path)
+    lock.acquire()
+    try:
+        with Path(path).open("r+b") as stream:
+            stream.truncate(stream.read().rfind(b"\n") + 1)
+    finally:
+        lock.release()
+    return JournalStorage(backend)
 
 
 @contextmanager
@@ -136,8 +163,10 @@ def default_url(folder: Path) -> str:
     return f"sqlite:///{(folder / 'study.db').resolve().as_posix()}"
 
 
-def _shown(url: str) -> str:
-    """The URL without a password."""
+def shown_place(url: str) -> str:
+    """The URL without a password, or the path of a journal, as optuna-dashboard takes them too."""
+    if url.startswith(JOURNAL):
+        return url.removeprefix(JOURNAL)
     scheme, there, rest = url.partition("://")
     return scheme + there + rest.rpartition("@")[2]
 

@@ -26,6 +26,7 @@ at_most = 0.5
 
 [tune]
 trials = 60
+storage = "journal:////shared/study.log"          # a shared file, or a database; default: SQLite in --out
 
 [sweep]
 kind = "latin_hypercube"                          # or grid

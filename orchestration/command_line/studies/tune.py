@@ -81,6 +81,7 @@ def tune(
         return
     answer(found.summary())
     answer(f"trials  {folder / 'trials.csv'}")
+    answer(f"study   optuna-dashboard {storage.place}")
     if report:
         answer(f"report  {folder / 'report.html'}")
 

@@ -272,3 +272,31 @@ def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(stu
     found = polish(bound, start, Formula())
     assert found.feasible
     assert found.objective == pytest.approx(1.25, abs=1e-2)
+
+
+def test_a_journal_survives_a_kill_within_a_line_and_counts_no_trial_twice(
+    study: Study, folder: Path
+) -> None:
+    def go(name: str, out: str, runs: int | None = None) -> list[Judged]:
+        storage = Storage(study, "fmus", f"journal:///{folder / name}")
+        here = folder / out
+        here.mkdir(exist_ok=True)
+        workers = Ledger(here, "fmus", Formula(at_most=runs), print)
+        return tune(study, workers, storage, lambda done, leader: None).trials
+
+    whole = go("whole.log", "a")
+    with pytest.raises(KeyboardInterrupt):
+        go("cut.log", "b", 13)
+    with (folder / "cut.log").open("ab") as stream:
+        stream.write(b'{"op_code": 4, "worker')
+    assert same(go("cut.log", "b"), whole)
+    assert len(Storage(study, "fmus", f"journal:///{folder / 'cut.log'}").trials()) == len(whole)
+
+
+def test_two_that_write_to_one_study_are_told_so(study: Study, folder: Path) -> None:
+    one, other = (Storage(study, "fmus", f"journal:///{folder / 's.log'}") for _ in range(2))
+    trial = Judged(0, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, 2.0)
+    one.add(trial)
+    with pytest.raises(InputError, match="somebody else works on"):
+        other.add(trial)
+    assert len(one.trials()) == 1
