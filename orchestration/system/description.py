@@ -94,6 +94,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         capabilities=_capabilities(slave, major, where),
         default_experiment=_experiment(root.find("DefaultExperiment"), where),
         units=definitions_of_units(root.find("UnitDefinitions"), where),
+        log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),
     )
 
 

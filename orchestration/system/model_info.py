@@ -108,6 +108,8 @@ class ModelInfo:
         Names, in the order of ModelStructure.
     dependencies
         For each output the names it depends on; None where the FMU declares nothing, which means all.
+    log_categories
+        What it may be asked to log; empty where it declares nothing.
     """
 
     path: Path
@@ -122,6 +124,7 @@ class ModelInfo:
     capabilities: Capabilities
     default_experiment: DefaultExperiment
     units: dict[str, Unit]
+    log_categories: tuple[str, ...] = ()
 
     def with_causality(self, causality: str) -> tuple[str, ...]:
         """Give the names of the variables of one causality, in the FMU's order."""

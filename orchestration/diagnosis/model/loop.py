@@ -86,7 +86,7 @@ class Loop:
     def linearise(self, z: Vector) -> None:
         """Take all derivatives anew at values of the slots."""
         self._at, every, self._answers = z.copy(), np.arange(z.size), {}
-        self._columns = self._differences(z, every) if self._bounds and z.size else np.empty(0)
+        self._columns = self._differences(z, every)
 
     def __call__(self, z: Vector, times: Vector) -> Trajectory:
         """Simulate; see `Forward`. Between communication points the outputs are interpolated."""

@@ -96,8 +96,12 @@ class FmiSlave(ABC):
             raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from error
         self.functions = self._library.dll
         self.component = c_void_p(self._library.component)
-        count = len(_CATEGORIES)
-        self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*_CATEGORIES))
+        # An FMU may refuse all further calls after one for a category that it does not declare.
+        known = [each for each in _CATEGORIES if each.decode() in info.log_categories]
+        asked = known if info.log_categories else _CATEGORIES
+        if asked:
+            count = len(asked)
+            self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*asked))
         self._look_around("when it was loaded")
 
     @abstractmethod

@@ -113,6 +113,17 @@ def test_rows_between_communication_points_are_not_late(folder: Path) -> None:
     assert np.abs(ours - theirs).max() < 1e-2, "K"
 
 
+def test_where_only_instruments_may_be_wrong_there_is_nothing_to_differentiate(folder: Path) -> None:
+    found = Problem(said(folder, "in_loop = true"))
+    run = found.experiment.runs[0]
+    nothing = np.empty(0)
+    simulated = loop.Loop(
+        found.experiment.rig, (), found.variables, run, {}, None, lambda: (nothing, nothing)
+    )
+    simulated.linearise(nothing)
+    assert simulated(nothing, run.time).by_slot.shape == (run.time.size, len(found.variables), 0)
+
+
 def test_in_a_loop_the_same_cause_is_named(folder: Path) -> None:
     found = [diagnose_experiment(said(folder, more)) for more in ("", "in_loop = true")]
     assert [each.verdict for each in found] == ["named", "named"]

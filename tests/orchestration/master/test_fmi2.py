@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import textwrap
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,9 @@ from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
+from warmlink.orchestration.system.archive import unpack
+from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connection, System, Value
 
 from .pairs import wire
@@ -36,6 +41,26 @@ def test_all_types_are_set_and_got(trivial2: Path) -> None:
     assembly.close()
     assert assembly.folder is not None
     assert not assembly.folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("declared", "asked"),
+    [(("logEvents", "logStatusError"), [1]), (("logEvents",), []), ((), [4])],
+)
+def test_only_declared_categories_are_logged(
+    trivial2: Path, declared: tuple[str, ...], asked: list[int], tmp_path: Path
+) -> None:
+    counts: list[int] = []
+
+    class Watched(Fmi2Slave):
+        def function(self, name: str) -> Any:
+            if name == "SetDebugLogging":
+                return lambda component, on, count, categories: counts.append(count)
+            return super().function(name)
+
+    info = replace(read_description(trivial2), log_categories=declared)
+    Watched("a", info, unpack(trivial2, tmp_path)).terminate()
+    assert counts == asked
 
 
 def test_a_loop_of_two_equals_the_recursion(trivial2: Path) -> None:
