@@ -78,7 +78,7 @@ class Subject:
         if self.info.fmi_version == "2.0":
             return numbers
         # In FMI 3.0 an alias is another name of the same variable.
-        return list({v.value_reference: v for v in reversed(numbers)}.values())[::-1]
+        return list({(v.value_reference, v.element): v for v in reversed(numbers)}.values())[::-1]
 
 
 def put(slave: FmiSlave, values: dict[str, float]) -> None:

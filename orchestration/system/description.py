@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +22,15 @@ from warmlink.orchestration.system.xml import (
     any_number,
     boolean,
     integer,
-    optional_integer,
     optional_number,
     parse_xml,
     required,
+    truth,
 )
 from warmlink.orchestration.text_files import is_file
+
+_MOST_ELEMENTS = 100_000
+"""Variables of one FMU, beyond which arrays are not taken apart."""
 
 # The attribute that tells each capability, in FMI 2.0 and in 3.0; one of them may not know it.
 _FLAGS = {
@@ -79,7 +83,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
             f"{where}: offers {' and '.join(kinds) or 'no interface'}, not co-simulation; "
             "export the model for co-simulation"
         )
-    variables, by_key = _read_variables(root, major, where)
+    variables, by_key, arrays = _read_variables(root, major, where)
     outputs = _outputs(root, major, by_key, where)
     return ModelInfo(
         path=fmu,
@@ -95,6 +99,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         default_experiment=_experiment(root.find("DefaultExperiment"), where),
         units=definitions_of_units(root.find("UnitDefinitions"), where),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),
+        arrays=arrays,
     )
 
 
@@ -114,21 +119,61 @@ def _capabilities(slave: Any, major: int, where: str) -> Capabilities:
     )
 
 
-def _read_variables(root: Any, major: int, where: str) -> tuple[dict[str, Variable], dict[int, str]]:
-    """Give the variables by name, and the name by what ModelStructure refers to: index or value reference."""
+def _read_variables(
+    root: Any, major: int, where: str
+) -> tuple[dict[str, Variable], dict[int, tuple[str, ...]], dict[str, tuple[str, ...]]]:
+    """Give the variables by name, the names by what ModelStructure refers to, and the arrays' elements.
+
+    ModelStructure refers to indices in FMI 2.0, and to value references in FMI 3.0.
+    """
     types = _declared_types(root, major)
     variables: dict[str, Variable] = {}
-    by_key: dict[int, str] = {}
-    elements = root.find("ModelVariables")
-    for index, element in enumerate(() if elements is None else elements, start=1):
-        variable = _variable(element, types, major, where)
+    by_key: dict[int, tuple[str, ...]] = {}
+    arrays: dict[str, tuple[str, ...]] = {}
+    found = root.find("ModelVariables")
+    elements = () if found is None else tuple(found)
+    lengths = {e.get("valueReference", ""): e.get("start", "") for e in elements}
+    for index, element in enumerate(elements, start=1):
+        variable = _variable(element, types, major, lengths, where)
         names = [variable.name, *(required(a, "name", where) for a in element.iterfind("Alias"))]
         for name in names:
-            if name in variables:
-                raise InputError(f"{where}: declares the variable {name} twice; names must be unique")
-            variables[name] = replace(variable, name=name)
-        by_key[index if major == 2 else variable.value_reference] = variable.name
-    return variables, by_key
+            scalars = _scalars(replace(variable, name=name), element, where, _MOST_ELEMENTS - len(variables))
+            for scalar in scalars:
+                if scalar.name in variables:
+                    raise InputError(
+                        f"{where}: declares the variable {scalar.name} twice; names must be unique"
+                    )
+                variables[scalar.name] = scalar
+            if variable.dimensions:
+                arrays[name] = tuple(scalar.name for scalar in scalars)
+            if name == variable.name:
+                key = index if major == 2 else variable.value_reference
+                by_key[key] = tuple(scalar.name for scalar in scalars)
+    return variables, by_key, arrays
+
+
+def _scalars(variable: Variable, element: Any, where: str, most: int) -> list[Variable]:
+    """Give the elements of an array; what is none, or has too many, stays as it is."""
+    sizes, kind = variable.dimensions, variable.kind
+    count = math.prod(sizes)
+    if not sizes or kind is None or count > most:
+        return [variable]
+    where = f"{where}: {variable.name}"
+    listed = [held.get("value", "") for held in element.iterfind("Start")] or element.get("start", "").split()
+    if len(listed) not in (0, 1, count):
+        raise InputError(f"{where}: has {len(listed)} start values for {count} elements; give one for each")
+    starts = [_value(text, kind, where) for text in listed] * (count if len(listed) == 1 else 1)
+    return [
+        replace(
+            variable,
+            name=f"{variable.name}[{','.join(str(i + 1) for i in place)}]",
+            start=starts[number] if starts else None,
+            dimensions=(),
+            element=number,
+            elements=count,
+        )
+        for number, place in enumerate(product(*(range(size) for size in sizes)))
+    ]
 
 
 def _declared_types(root: Any, major: int) -> dict[str, Any]:
@@ -142,7 +187,9 @@ def _declared_types(root: Any, major: int) -> dict[str, Any]:
     return {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.get("name")}
 
 
-def _variable(element: Any, types: dict[str, Any], major: int, where: str) -> Variable:
+def _variable(
+    element: Any, types: dict[str, Any], major: int, lengths: dict[str, str], where: str
+) -> Variable:
     name = required(element, "name", where)
     typed = element if major == 3 else next((child for child in element if child.tag in TYPES), None)
     if typed is None:
@@ -161,7 +208,10 @@ def _variable(element: Any, types: dict[str, Any], major: int, where: str) -> Va
     causality = element.get("causality", "local")
     real = kind == "Real"
     variability = element.get("variability") or _default_variability(typed.tag, real, causality)
-    sizes = tuple(optional_integer(d, "start", where) or 0 for d in element.iterfind("Dimension"))
+    sizes = tuple(
+        integer(d.get("start") or lengths.get(d.get("valueReference", "")) or "0", where)
+        for d in element.iterfind("Dimension")
+    )
     return Variable(
         name=name,
         value_reference=_reference(required(element, "valueReference", where), where),
@@ -214,13 +264,15 @@ def _start(element: Any, typed: Any, kind: ConnectorType | None, where: str) -> 
     if text is None and kind == "String":
         held = element.find("Start")
         text = None if held is None else held.get("value")
-    if text is None or kind is None:
-        return None
+    return None if text is None or kind is None else _value(text, kind, where)
+
+
+def _value(text: str, kind: ConnectorType, where: str) -> Value:
     if kind == "Real":
         return any_number(text, where)
     if kind in ("Integer", "Enumeration"):
         return integer(text, where)
-    return boolean(typed, "start", where, default=False) if kind == "Boolean" else text
+    return truth(text, "start", where) if kind == "Boolean" else text
 
 
 def _default_variability(fmi_type: str, real: bool, causality: str) -> str:
@@ -241,11 +293,13 @@ def _default_initial(causality: str, variability: str) -> str | None:
     return "calculated"
 
 
-def _outputs(root: Any, major: int, by_key: dict[int, str], where: str) -> dict[str, tuple[str, ...] | None]:
+def _outputs(
+    root: Any, major: int, by_key: dict[int, tuple[str, ...]], where: str
+) -> dict[str, tuple[str, ...] | None]:
     """Give what each output depends on, by name; None where no dependencies are declared."""
     path, key = ("Outputs/Unknown", "index") if major == 2 else ("Output", "valueReference")
 
-    def name(text: str) -> str:
+    def names(text: str) -> tuple[str, ...]:
         reference = integer(text, where)
         if reference not in by_key:
             raise InputError(f"{where}: ModelStructure refers to variable {reference}, which is not declared")
@@ -254,6 +308,8 @@ def _outputs(root: Any, major: int, by_key: dict[int, str], where: str) -> dict[
     found: dict[str, tuple[str, ...] | None] = {}
     for unknown in root.iterfind(f"ModelStructure/{path}"):
         dependencies = unknown.get("dependencies")
-        names = None if dependencies is None else tuple(name(text) for text in dependencies.split())
-        found[name(required(unknown, key, where))] = names
+        known = (
+            None if dependencies is None else tuple(n for each in dependencies.split() for n in names(each))
+        )
+        found |= dict.fromkeys(names(required(unknown, key, where)), known)
     return found

@@ -30,7 +30,7 @@ TYPES: dict[str, ConnectorType] = {
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable, or an array that nobody here can connect (`dimensions` is then not empty).
+    """One scalar variable, an element of an array, or an array whose elements are too many to tell apart.
 
     Parameters
     ----------
@@ -51,7 +51,10 @@ class Variable:
     items
         Names of an Enumeration's items with their integers.
     dimensions
-        Sizes of an array, 0 where a structural parameter gives the size; empty for a scalar.
+        Sizes of an array that is not taken apart; empty for all others.
+    element, elements
+        Place in an array, counted from 0 row by row, and how many elements the array has. All have the
+        array's value reference, and are exchanged together.
     """
 
     name: str
@@ -70,6 +73,8 @@ class Variable:
     description: str = ""
     items: dict[str, int] = field(default_factory=dict)
     dimensions: tuple[int, ...] = ()
+    element: int = 0
+    elements: int = 1
 
     @property
     def settable(self) -> bool:
@@ -103,7 +108,10 @@ class ModelInfo:
     guid
         FMI 2.0 `guid` or FMI 3.0 `instantiationToken`.
     variables
-        By name, in the FMU's order; aliases of FMI 3.0 under their own names too.
+        By name, in the FMU's order; aliases of FMI 3.0 under their own names too. Elements of arrays are
+        called `A[1,2]`.
+    arrays
+        Names of the elements by the name of their array.
     outputs
         Names, in the order of ModelStructure.
     dependencies
@@ -124,6 +132,7 @@ class ModelInfo:
     capabilities: Capabilities
     default_experiment: DefaultExperiment
     units: dict[str, Unit]
+    arrays: dict[str, tuple[str, ...]] = field(default_factory=dict)
     log_categories: tuple[str, ...] = ()
 
     def with_causality(self, causality: str) -> tuple[str, ...]:

@@ -104,8 +104,11 @@ def optional_integer(element: Any, name: str, where: str) -> int | None:
 def boolean(element: Any, name: str, where: str, default: bool) -> bool:
     """Give an attribute as a truth value (true, false, 1 or 0), or the default where it is absent."""
     text = element.get(name)
-    if text is None:
-        return default
+    return default if text is None else truth(text, name, where)
+
+
+def truth(text: str, name: str, where: str) -> bool:
+    """Give what a text says as a truth value; `name` is that of its attribute."""
     if text.strip() not in ("true", "false", "1", "0"):
         raise InputError(f"{where}: {name} is {text!r}, neither true nor false")
     return text.strip() in ("true", "1")

@@ -161,6 +161,8 @@ class _Log:
                 causality="output",
                 initial=None,
                 value_reference=len(self.variables),
+                element=0,
+                elements=1,
             )
             self.wires.append(Connection(LOG, target, part, variable))
         self.dependencies: dict[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())

@@ -36,6 +36,8 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
             return f"{slave.name} is not an FMU in this process"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
+                if batch.arrays:
+                    return f"{slave.name} exchanges arrays"
                 if (slave.prefix, batch.base) not in _KINDS:
                     return f"{slave.name} exchanges {batch.base} values"
     return None

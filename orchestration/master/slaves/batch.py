@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import c_uint
+from itertools import accumulate
 from typing import Any
 
 from warmlink.fmus.errors import InputError
@@ -11,6 +12,22 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.model_info import Variable
+
+Held = dict[int, list[Value]]
+"""All values of an array by its value reference: what its elements were set to, or start from."""
+
+_FLOATS = ("Real", "Float32", "Float64")
+
+
+def held_from_start(variables: Mapping[str, Variable]) -> Held:
+    """Give the start values of everything, by value reference."""
+    held: Held = {}
+    for variable in variables.values():
+        blank: Value = "" if variable.kind == "String" else 0
+        values = held.setdefault(variable.value_reference, [blank] * variable.elements)
+        if variable.start is not None:
+            values[variable.element] = variable.start
+    return held
 
 
 class Batch:
@@ -22,22 +39,41 @@ class Batch:
         The type as the FMI functions name it: `Real`, `Float64` and so on.
     c_type : type
         Its ctypes type.
+    positions, variables : list
+        Of those variables, their places in the set.
+    held : dict
+        The slave's values of arrays, of which some elements may be set alone.
 
     Attributes
     ----------
+    arrays : bool
+        Whether some of the variables are elements of arrays.
     get, set : ctypes function
         Of the FMU.
     arguments : tuple
         Of both.
     """
 
-    def __init__(self, base: str, c_type: Any, positions: list[int], references: list[int]) -> None:
+    def __init__(
+        self, base: str, c_type: Any, positions: list[int], variables: Sequence[Variable], held: Held
+    ) -> None:
         self.base = base
         self.positions = positions
         self.count = len(positions)
-        self.plain = base in ("Real", "Float32", "Float64")
-        self.references = (c_uint * self.count)(*references)
-        self.values: Any = (c_type * self.count)()
+        self.arrays = any(variable.elements > 1 for variable in variables)
+        self.plain = base in _FLOATS and not self.arrays
+        self._places = [(v.value_reference, v.element) for v in variables]
+        self._held = held
+        references = [reference for reference, _ in self._places]
+        size = self.count
+        if self.arrays:
+            # FMI exchanges all elements of an array at once.
+            sizes = {v.value_reference: v.elements for v in variables}
+            starts = dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
+            self._slots = [starts[reference] + element for reference, element in self._places]
+            references, size = list(sizes), sum(sizes.values())
+        self.references = (c_uint * len(references))(*references)
+        self.values: Any = (c_type * size)()
         self.get: Any = None
         self.set: Any = None
         self.arguments: tuple[Any, ...] = ()
@@ -45,7 +81,11 @@ class Batch:
     def load(self, values: Sequence[Value]) -> None:
         """Fill the array from the values of the whole set."""
         chosen = values if self.count == len(values) else [values[p] for p in self.positions]
-        if self.plain:
+        if self.arrays:
+            for (reference, element), value in zip(self._places, chosen, strict=True):
+                self._held[reference][element] = value
+            chosen = [value for reference in self.references for value in self._held[reference]]
+        if self.base in _FLOATS:
             self.values[:] = chosen
         elif self.base == "String":
             self.values[:] = [str(value).encode() for value in chosen]
@@ -56,10 +96,10 @@ class Batch:
         """Give the array's values as Python values."""
         values: list[Value] = self.values[:]
         if self.base == "Boolean":
-            return [bool(value) for value in values]
+            values = [bool(value) for value in values]
         if self.base == "String":
-            return [(value or b"").decode("utf-8", "replace") for value in self.values]
-        return values
+            values = [(value or b"").decode("utf-8", "replace") for value in self.values]
+        return [values[slot] for slot in self._slots] if self.arrays else values
 
 
 def sorted_by_type(
@@ -67,18 +107,19 @@ def sorted_by_type(
     variables: Mapping[str, Variable],
     names: Names,
     base_type: Callable[[Variable], tuple[str, Any] | None],
+    held: Held | None = None,
 ) -> tuple[list[Batch], list[int] | None]:
     """Sort variables into batches of one base type; also their places among the values of all batches.
 
     The places are None where the variables follow in that order. `base_type` gives the name and ctypes type
-    by which a variable is exchanged, or None where it cannot be.
+    by which a variable is exchanged, or None where it cannot be; `held` keeps what arrays were set to.
 
     Raises
     ------
     InputError
         Where a variable is unknown or cannot be exchanged.
     """
-    found: dict[str, tuple[Any, list[int], list[int]]] = {}
+    found: dict[str, tuple[Any, list[int], list[Variable]]] = {}
     for position, name in enumerate(names):
         variable = variables.get(name)
         if variable is None:
@@ -89,10 +130,10 @@ def sorted_by_type(
                 f"{slave}.{name}: {variable.type} values of this shape cannot be exchanged; "
                 "choose a scalar number, Boolean or String"
             )
-        _, positions, references = found.setdefault(base[0], (base[1], [], []))
+        _, positions, chosen = found.setdefault(base[0], (base[1], [], []))
         positions.append(position)
-        references.append(variable.value_reference)
-    batches = [Batch(base, *lists) for base, lists in found.items()]
+        chosen.append(variable)
+    batches = [Batch(base, *lists, held or {}) for base, lists in found.items()]
     by_type = [position for batch in batches for position in batch.positions]
     places = sorted(range(len(names)), key=by_type.__getitem__)
     return batches, None if places == list(range(len(names))) else places

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NoReturn
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
+from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
 from warmlink.orchestration.master.slaves.fmu_log import FmuLog
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.master.slaves.surroundings import Surroundings
@@ -80,6 +80,7 @@ class FmiSlave(ABC):
         self.time = 0.0
         self.log = FmuLog()
         self._sorted: dict[Names, tuple[list[Batch], list[int] | None]] = {}
+        self._held = held_from_start(info.variables) if info.arrays else {}
         self._worst = 0
         self.number = under_way.here.register(name)
         self._under_way = under_way.here.cells
@@ -204,12 +205,13 @@ class FmiSlave(ABC):
 
     def directional_derivative(self, output: str, known: str) -> float:
         """Get the derivative of an output by an input, the state held fixed."""
-        seed, found = c_double(1.0), c_double()
-        size = (1,) if self.prefix == "fmi3" else ()
+        of, by = self.variables[output], self.variables[known]
+        seed, found = (c_double * by.elements)(), (c_double * of.elements)()
+        seed[by.element] = 1.0
+        sizes = ((by.elements,), (of.elements,)) if self.prefix == "fmi3" else ((), ())
         ends = (self.references((output,)), 1, self.references((known,)), 1)
-        name = "GetDirectionalDerivative"
-        self.call(name, self.component, *ends, byref(seed), *size, byref(found), *size)
-        return found.value
+        self.call("GetDirectionalDerivative", self.component, *ends, seed, *sizes[0], found, *sizes[1])
+        return found[of.element]
 
     def references(self, names: Names) -> Any:
         """Give an array of value references."""
@@ -289,7 +291,7 @@ class FmiSlave(ABC):
         return (self._sorted.get(names) or self._prepare(names))[0]
 
     def _prepare(self, names: Names) -> tuple[list[Batch], list[int] | None]:
-        batches, order = sorted_by_type(self.name, self.variables, names, self.base_type)
+        batches, order = sorted_by_type(self.name, self.variables, names, self.base_type, self._held)
         for batch in batches:
             batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
             batch.arguments = self.arguments(batch)

@@ -40,7 +40,7 @@ class Fmi3Slave(FmiSlave):
         inputs = [
             v.value_reference
             for v in self.variables.values()
-            if v.causality == "input" and v.type == "Float64" and not v.dimensions
+            if v.causality == "input" and v.type == "Float64" and v.elements == 1
         ]
         library.instantiate(
             loggingOn=False,
@@ -58,7 +58,7 @@ class Fmi3Slave(FmiSlave):
 
     def arguments(self, batch: Batch) -> tuple[Any, ...]:
         """Give instance, value references, their count, values, and their count again."""
-        return self.component, batch.references, batch.count, batch.values, batch.count
+        return self.component, batch.references, len(batch.references), batch.values, len(batch.values)
 
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Enter initialization mode."""
@@ -76,10 +76,11 @@ class Fmi3Slave(FmiSlave):
                 self._varying.pop(self.variables[name].value_reference, None)
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
-        """Let inputs vary in the next step, as far as the slave asks for them during it."""
+        """Let inputs vary in the next step, as far as the slave asks for them; elements of arrays do not."""
         for name, value, start in zip(names, values, self.get(names), strict=True):
-            reference = self.variables[name].value_reference
-            self._varying.setdefault(reference, [float(start), 0.0, 0.0])[order] = value
+            if self.variables[name].elements == 1:
+                reference = self.variables[name].value_reference
+                self._varying.setdefault(reference, [float(start), 0.0, 0.0])[order] = value
 
     def restore(self, state: object) -> None:
         """Return to a copied state."""

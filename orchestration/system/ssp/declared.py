@@ -12,12 +12,13 @@ from warmlink.orchestration.system.units import Conversion, Unit
 
 @dataclass(frozen=True)
 class DeclaredConnector:
-    """A connector as written: `type` is SSP's name of it, None where none is given."""
+    """A connector as written: `type` is SSP's name of it, None where none is given; `sizes` of an array."""
 
     name: str
     kind: ConnectorKind
     type: str | None
     unit: Unit | None
+    sizes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.check import alike, check_kind, check_type, own_unit, variable_of
 from warmlink.orchestration.system.model import Connection, Connector
 from warmlink.orchestration.system.model_info import ModelInfo, Variable
 from warmlink.orchestration.system.ssp.carried import Carried
+from warmlink.orchestration.system.ssp.declared import DeclaredConnector
 from warmlink.orchestration.system.ssp.flatten import Edge, Flat, Node, Path
 from warmlink.orchestration.system.units import Conversion, Unit
 
@@ -23,7 +25,11 @@ class Resolver:
 
     def connectors(self, path: Path) -> tuple[Connector, ...]:
         """Give a component's connectors, checked against its FMU in name, kind, type and unit."""
-        return tuple(self._connector(Node(path, name)) for name in self.flat.components[path].connectors)
+        return tuple(
+            self._connector(node, declared)
+            for name, declared in self.flat.components[path].connectors.items()
+            for node in self._elements(Node(path, name), declared.sizes)
+        )
 
     def connections(self) -> Iterator[Connection]:
         """Give all connections from an output to an input, through whatever systems lie between.
@@ -34,7 +40,7 @@ class Resolver:
             if edge.target.path in self.flat.components:
                 way = self.flat.way_to(edge.target)
                 if way[0].source.path in self.flat.components:
-                    yield self._connection(way)
+                    yield from map(self._connection, self._element_by_element(way))
 
     def variable(self, node: Node) -> tuple[Variable, Unit | None]:
         """Give a component's scalar variable and the unit of its values."""
@@ -54,8 +60,31 @@ class Resolver:
             )
         return value.into(self.variable(way[-1].target)[1]).so_far
 
-    def _connector(self, node: Node) -> Connector:
-        declared = self.flat.components[node.path].connectors[node.connector]
+    def _elements(self, node: Node, sizes: Sequence[int] = ()) -> tuple[Node, ...]:
+        """Give the elements of an array, or what is none by itself; `sizes` are those of its connector."""
+        names = self.infos[node.path].arrays.get(node.connector, (node.connector,))
+        if sizes and math.prod(sizes) != len(names):
+            raise InputError(
+                f"{node}: is declared with {math.prod(sizes)} elements, but has {len(names)} in its FMU; "
+                "correct one"
+            )
+        return tuple(Node(node.path, name) for name in names)
+
+    def _element_by_element(self, way: Sequence[Edge]) -> Iterator[Sequence[Edge]]:
+        """Give a way between arrays as one for each element."""
+        sources, targets = self._elements(way[0].source), self._elements(way[-1].target)
+        if len(sources) != len(targets):
+            raise InputError(
+                f"{way[0].source} -> {way[-1].target}: {len(sources)} and {len(targets)} elements; "
+                "connect arrays of one size"
+            )
+        for source, target in zip(sources, targets, strict=True):
+            each = [*way]
+            each[0] = replace(each[0], source=source)
+            each[-1] = replace(each[-1], target=target)
+            yield each
+
+    def _connector(self, node: Node, declared: DeclaredConnector) -> Connector:
         where = str(node)
         variable, unit = self.variable(node)
         check_kind(variable, declared.kind, where)
@@ -63,7 +92,7 @@ class Resolver:
         remedy = "declare the connector in a unit of its variable"
         Carried(where, remedy, unit, variable.relative).into(declared.unit)
         assert variable.kind is not None  # variable_of has seen to it
-        return Connector(declared.name, declared.kind, variable.kind, unit.name if unit else None)
+        return Connector(node.connector, declared.kind, variable.kind, unit.name if unit else None)
 
     def _shown_unit(self, node: Node) -> Unit | None:
         """Give the unit that a connector shows to those connected with it."""

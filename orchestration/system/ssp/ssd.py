@@ -24,6 +24,7 @@ from warmlink.orchestration.system.ssp.declared import (
 )
 from warmlink.orchestration.system.ssp.elements import (
     check_root,
+    children,
     only_child,
     refuse_other_children,
     root_of_file,
@@ -35,7 +36,7 @@ from warmlink.orchestration.system.ssp.parameter_values import (
     transformation,
 )
 from warmlink.orchestration.system.units import Unit, definitions_of_units
-from warmlink.orchestration.system.xml import boolean, local, optional_number, required
+from warmlink.orchestration.system.xml import boolean, integer, local, optional_number, required
 from warmlink.orchestration.text_files import is_file
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
@@ -169,15 +170,17 @@ class _Reader:
         if known is None:
             raise InputError(f"{where}: connectors of kind {kind} are not supported; use input or output")
         typed = [
-            child for child in element if local(child) not in ("ConnectorGeometry", "Annotations", "MetaData")
+            child
+            for child in element
+            if local(child) not in ("ConnectorGeometry", "Dimension", "Annotations", "MetaData")
         ]
-        extra = next((local(child) for child in typed if local(child) == "Dimension"), None)
-        if extra or len(typed) > 1:
-            raise InputError(f"{where}: array and clocked connectors are not supported; connect scalars")
+        sizes = tuple(integer(required(d, "size", where), where) for d in children(element, "Dimension"))
+        if len(typed) > 1:
+            raise InputError(f"{where}: clocked connectors are not supported; connect others")
         if not typed:
-            return DeclaredConnector(name, known, None, None)
+            return DeclaredConnector(name, known, None, None, sizes)
         unit = typed[0].get("unit")
-        return DeclaredConnector(name, known, local(typed[0]), self.unit(unit))
+        return DeclaredConnector(name, known, local(typed[0]), self.unit(unit), sizes)
 
     def unit(self, name: str | None) -> Unit | None:
         return None if not name else self.units.get(name, Unit(name))

@@ -237,8 +237,8 @@ def test_components_of_fmi_three_and_two_mix(lab: Lab) -> None:
     ("connected", "sentence"),
     [
         (
-            connector("field", "input"),
-            "third.field: is an array in Link3.fmu, which is not supported; use scalars",
+            connector("field", "input", '<ssc:Float64/><ssc:Dimension size="2"/>'),
+            "third.field: is declared with 2 elements, but has 3 in its FMU; correct one",
         ),
         (
             connector("image", "output"),

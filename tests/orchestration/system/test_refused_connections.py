@@ -129,7 +129,7 @@ CASES = [
     Case(
         "array",
         alone(connector("ambient", "input", '<ssc:Real/><ssc:Dimension size="3"/>')),
-        "link.ambient: array and clocked connectors are not supported; connect scalars",
+        "link.ambient: is declared with 3 elements, but has 1 in its FMU; correct one",
     ),
     Case(
         "wrong_unit",

@@ -1,0 +1,100 @@
+"""Arrays of foreign FMUs of FMI 3.0: element by element in a system, as a whole in SSP 2.0."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+from system.ssp_text import component, connection, connector, ssd, system
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.read import read_system
+
+from .pairs import wire
+
+DESCRIPTION = """<fmiModelDescription fmiVersion="3.0" modelName="Arrays" instantiationToken="{a}">
+  <CoSimulation modelIdentifier="Arrays" canHandleVariableCommunicationStepSize="true"/>
+  <LogCategories><Category name="own"/></LogCategories>
+  <ModelVariables>
+    <Float64 name="u" valueReference="0" causality="input" start="1 2 3"><Dimension start="3"/></Float64>
+    <Float64 name="gain" valueReference="1" causality="parameter" variability="tunable"
+      start="1 0 0 0 1 0 0 0 1"><Dimension valueReference="9"/><Dimension start="3"/></Float64>
+    <Float64 name="y" valueReference="2" causality="output"><Dimension valueReference="9"/></Float64>
+    <UInt64 name="size" valueReference="9" causality="structuralParameter" variability="fixed" start="3"/>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="2" dependencies=""/></ModelStructure>
+</fmiModelDescription>"""
+
+
+@pytest.fixture(scope="module")
+def arrays(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    import fmpy
+
+    compiler = shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("the slave of this test needs a C compiler: install gcc or clang")
+    folder = tmp_path_factory.mktemp("arrays")
+    library = folder / f"Arrays{fmpy.sharedLibraryExtension}"
+    headers = Path(fmpy.__file__).parent / "c-code"
+    source = Path(__file__).with_name("arrays.c")
+    # FMPy asks for every function of the standard.
+    every = set(re.findall(r"FMI3_Export \w+ +(fmi3\w+);", (headers / "fmi3Functions.h").read_text()))
+    own = re.findall(r"^\w[\w *]*?(fmi3\w+)\(", source.read_text(), re.MULTILINE)
+    absent = folder / "absent.c"
+    absent.write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(every - set(own))))
+    flags = ["-O1", "-fPIC", "-shared", "-w", f"-I{headers}"]
+    subprocess.run([compiler, *flags, str(source), str(absent), "-o", str(library)], check=True)
+    with zipfile.ZipFile(folder / "Arrays.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    return folder / "Arrays.fmu"
+
+
+def test_arrays_are_their_elements(arrays: Path) -> None:
+    info = read_description(arrays)
+    assert info.arrays["u"] == info.with_causality("input") == ("u[1]", "u[2]", "u[3]")
+    assert info.outputs == ("y[1]", "y[2]", "y[3]")
+    assert [info.variables[f"gain[{i},{i}]"].start for i in (1, 2, 3)] == [1.0, 1.0, 1.0]
+    last = info.variables["gain[3,2]"]
+    assert (last.value_reference, last.element, last.elements, last.start) == (1, 7, 9, 0.0)
+
+
+def test_elements_are_wired_set_and_recorded_alone(arrays: Path) -> None:
+    values = {"a": {"gain[1,2]": 10.0}, "b": {"u[2]": -1.0, "gain[2,2]": 2.0}}
+    parts = {name: Component(name, arrays, (), given) for name, given in values.items()}
+    wired = System("s", parts, (wire("a.y[1] -> b.u[3]"), wire("b.y[2] -> a.u[1]", factor=0.5)))
+    run = simulate(wired, 2.0, 1.0, GaussSeidel(("b", "a")), record=["a.y[1]", "b.y[3]", "a.u[1]", "a.u[2]"])
+    assert run.status == "completed", run.reason
+    # b.y[2] = 2 * -1, so a.u[1] = -1 and a.y[1] = -1 + 10 * 2; b takes it a step later.
+    assert [run[name][-1] for name in ("a.y[1]", "b.y[3]", "a.u[1]", "a.u[2]")] == [19.0, 19.0, -1.0, 2.0]
+
+
+def written(folder: Path, fmu: Path, second: str, size: int) -> System:
+    whole = f'<ssc:Real/><ssc:Dimension size="{size}"/>'
+    ends = component("a", "resources/A.fmu", connector("y", "output", whole))
+    ends += component("b", "resources/A.fmu", connector(second, "input", whole))
+    path = folder / "arrays.ssp"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", ssd(system(ends, connection("a.y", f"b.{second}")), "2.0"))
+        archive.write(fmu, "resources/A.fmu")
+    return read_system(path, folder / "work")
+
+
+def test_an_array_is_connected_as_a_whole_in_ssp_2(arrays: Path, tmp_path: Path) -> None:
+    read = written(tmp_path, arrays, "u", 3)
+    assert [link.target for link in read.connections] == ["b.u[1]", "b.u[2]", "b.u[3]"]
+    run = simulate(read.with_values("a", {"gain[3,1]": 4.0}), 1.0, 1.0, GaussSeidel(("a", "b")))
+    assert [run[f"b.y[{i}]"][-1] for i in (1, 2, 3)] == [1.0, 2.0, 7.0]
+
+
+def test_a_connector_of_another_size_is_refused(arrays: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"a\.y: is declared with 2 elements, but has 3 in its FMU"):
+        written(tmp_path, arrays, "u", 2)
