@@ -32,7 +32,7 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
         Largest coupling error by variable, in its unit; without any, the given algorithm is all.
     """
     yield algorithm, algorithm
-    inner = InterfaceNewton(tolerance=1e-7)
+    inner = InterfaceNewton(tolerance=1e-5)
     for bold in (BOLD, 1.0) if tolerances else ():
         following, finer = (
             StepDoubling(inner, {name: share * bold * most for name, most in tolerances.items()})
