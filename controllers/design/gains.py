@@ -152,7 +152,7 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
         "elongation_row": _listed(reduced.C[OUTPUTS.index("elongation")]),
         "elongation_per_kelvin": reduced.elongation_per_kelvin,
         "link_loss": reduced.link_loss,
-        "link_loss_per_speed": reduced.link_loss_per_speed,
+        "link_loss_per_speed": max(0.0, reduced.link_loss_per_speed),
     }
 
 

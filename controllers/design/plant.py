@@ -168,6 +168,10 @@ class LinearPlant:
         return float(held @ into[link, INPUTS.index("ambient_temperature")])
 
 
+USUAL_SPEED = 3.43
+"""rad/s of the paper's continuous duty cycle, at which and at rest the linear plant has the link's losses."""
+
+
 @lru_cache(maxsize=64)
 def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
     """Linear state space of motors and links; kept, as it takes a tenth of a second.
@@ -189,7 +193,7 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     """
     plant = given or cell_plant()
     joined = plant.component
-    still, moving = (_at_rest(plant, temperature, speed) for speed in (0.0, 1.0))
+    still, moving = (_at_rest(plant, temperature, speed) for speed in (0.0, USUAL_SPEED))
     states = [name for name in joined.continuous.names if "temperature" in name]
     kept = [joined.continuous.index[name] for name in states]
     heat_capacity = _heat_capacity(plant, still)
@@ -220,9 +224,9 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     none = np.zeros_like(into)
     return LinearPlant(
         A=A,
-        A_speed=state_matrix(moving) - A,
+        A_speed=(state_matrix(moving) - A) / USUAL_SPEED,
         B=np.column_stack([*heats, into]),
-        B_speed=np.column_stack([none, none, none, ambient(moving) - into]),
+        B_speed=np.column_stack([none, none, none, (ambient(moving) - into) / USUAL_SPEED]),
         C=_outputs(plant, outputs_by(joined, still, states)),
         heat_capacity=heat_capacity,
         uniform=uniform,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, USUAL_SPEED, LinearPlant
 from warmlink.controllers.design.reduction import Balanced, ReducedPlant, balanced
 from warmlink.orchestration.report.figures import COLOURS, DASHES, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
@@ -16,7 +16,7 @@ from warmlink.orchestration.report.page import Section, Table, versions, write_p
 if TYPE_CHECKING:
     import control
 
-SPEEDS = (0.0, 3.43)
+SPEEDS = (0.0, USUAL_SPEED)
 """rad/s: standing still, and the paper's moving case."""
 
 FREQUENCIES = np.logspace(-6, 0, 121)

@@ -7,7 +7,14 @@ import pytest
 from scipy import linalg
 
 from warmlink.controllers.design.gains import Unknown, design_controller, uniform_profile
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant, cell_plant, plant_model
+from warmlink.controllers.design.plant import (
+    INPUTS,
+    OUTPUTS,
+    USUAL_SPEED,
+    LinearPlant,
+    cell_plant,
+    plant_model,
+)
 from warmlink.controllers.design.reduction import balanced, reduce_plant
 from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
 from warmlink.controllers.design.shipped import as_module, shipped_values
@@ -38,15 +45,18 @@ def plant() -> LinearPlant:
     return plant_model()
 
 
-def test_the_linear_plant_follows_the_components(plant: LinearPlant) -> None:
-    """Friction at a high speed, still air, no current: linear but for the speed, so the two are one."""
-    speed, span = 3.43, 1800.0
+@pytest.mark.parametrize("mixing", [0.0, 1.0, 1.8])
+def test_the_linear_plant_follows_the_components(mixing: float) -> None:
+    """Friction at the usual speed, no current: linear but for the speed, so the two are one."""
+    plant = plant_model(cell_plant(link={"convection_mixing": mixing}))
+    speed, span = USUAL_SPEED, 1800.0
     run = integrate(
         motor_and_link(),
         [demand(span, speed, 0.0)],
         ("link.elongation", "link.tip_temperature", "motor.winding_temperature"),
         every=600.0,
         tolerance=1e-9,
+        parameters={"link.convection_mixing": mixing},
     )
     A, B = plant.at(speed)
     heat = np.zeros(len(INPUTS))
@@ -203,6 +213,14 @@ def test_losses_in_the_law_are_the_motors(plant: LinearPlant) -> None:
     )
     warm = copper_loss(run.values["motor.winding_temperature"][-1], u._replace(torque=4.0), p)
     assert warm > 1.05 * copper_loss(293.15, u._replace(torque=4.0), p), "the test is of a warm winding"
+
+
+@pytest.mark.parametrize("mixing", [0.5, 1.1, 1.8])
+def test_a_law_is_designed_where_moving_air_cools_hardly_more_than_still_air(mixing: float) -> None:
+    design = design_controller(plant=cell_plant(link={"convection_mixing": mixing}))
+    instance = Instance(OBSERVER)
+    instance.set(by_scalar(design.parameters))
+    instance.initialize()
 
 
 def test_bad_designs_are_refused_in_a_sentence() -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -67,7 +68,9 @@ def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:
 
 
 def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
-    """Largest error of the observer designed on a fitted model; None where no elongation was measured.
+    """Largest error of the observer designed on a fitted model.
+
+    None where no elongation was measured, and where no observer can be designed for the model.
 
     Its law does not know of a heating pad, and falls back while one is on: those stretches are left out.
 
@@ -81,12 +84,15 @@ def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
     if not rig.is_cell or ELONGATION not in problem.variables:
         return None
     values, faults = extended_values(problem, fit), extended_values(problem, truth)
-    law = _designed(problem, values)
     errors = []
-    for run in problem.experiment.runs:
-        if ELONGATION in run.readings:
-            error = _reading(rig, run, ELONGATION, faults) - _corrections(law, rig, run, values)
-            errors.append((run.time, np.where(_padded(run), np.nan, error)))
+    try:
+        law = _designed(problem, values)
+        for run in problem.experiment.runs:
+            if ELONGATION in run.readings:
+                error = _reading(rig, run, ELONGATION, faults) - _corrections(law, rig, run, values)
+                errors.append((run.time, np.where(_padded(run), np.nan, error)))
+    except InputError:
+        return None
     return _largest(errors)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.pages import plots
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
@@ -186,6 +187,19 @@ def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
     assert {"unit", "rmse", "noise", "bias", "whiteness_p", "when", "correlates_with"} == set(wrong)
     assert wrong["unit"] == "K"
     assert wrong["noise"] == pytest.approx(0.08, rel=0.1)
+
+
+def test_a_model_that_no_observer_can_be_designed_for_is_still_reported(
+    named: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*given: object, **named: object) -> None:
+        raise InputError("no law for such a plant")
+
+    monkeypatch.setattr("warmlink.controllers.design.gains.design_controller", refused)
+    found = replace(named)
+    assert found.verdict == "named"
+    assert json_content(found)["gain"]["compensation_um"]["observer"] is None
+    assert "With an observer" not in summary(found)
 
 
 def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
