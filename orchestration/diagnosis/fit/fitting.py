@@ -16,6 +16,7 @@ from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
+from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
 
 Vector = NDArray[np.float64]
 
@@ -204,28 +205,41 @@ class Fitter:
         theta = np.array([(start or {}).get(f, f.start) for f in freed])
         lower, upper, _ = _bounds(freed)
         theta = np.clip(theta, lower, upper)
-        point = self.at(freed, theta)
+        begun = self._tried(freed, theta)
+        if begun is None:
+            theta = np.array([f.start for f in freed])
+        point = begun or self.at(freed, theta)
         evaluations, share = _MOST_EVALUATIONS if freed else 0, 1.0
         while evaluations > 0:
             columns = Columns(freed, freed, point)
             step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
             if evaluations <= _MOST_EVALUATIONS - _TRIED and point.chi2 - expected > worth:
                 break
-            gained, share = 0.0, min(1.0, 4 * share)
+            tried, gained, share = None, 0.0, min(1.0, 4 * share)
             while gained <= 0 and share * expected >= _SMALL and evaluations > 0:
                 ahead = np.clip(theta + share * step, lower, upper)  # which rounding may leave
-                tried = self.at(freed, ahead)
-                gained, evaluations = point.chi2 - tried.chi2, evaluations - 1
+                tried, evaluations = self._tried(freed, ahead), evaluations - 1
+                if tried is None:
+                    share *= 0.1
+                    continue
+                gained = point.chi2 - tried.chi2
                 if gained <= 0:
                     # The least of the parabola through both values with the slope at the first.
                     fall = 2 * share * float(columns.gradient @ step)
                     share *= max(0.1, fall / (2 * (fall - gained)))
-            if gained <= 0:
+            if tried is None or gained <= 0:
                 break
             theta, point = ahead, tried
             if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < 5:
                 break
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
+
+    def _tried(self, freed: Sequence[Freed], theta: Vector) -> Point | None:
+        """Chi-square and its linearisation; None where nothing can be simulated with such values."""
+        try:
+            return self.at(freed, theta)
+        except NotSimulatedError:
+            return None
 
     def _beyond(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""

@@ -33,6 +33,10 @@ LOG = "measured log"
 """Name of the slave that plays the log."""
 
 
+class NotSimulatedError(InputError):
+    """A run of FMUs that ended early, as it may with values of parameters far from their usual ones."""
+
+
 @dataclass(frozen=True)
 class Driven:
     """What a run takes.
@@ -67,8 +71,10 @@ def courses(runs: Sequence[Driven]) -> list[Vector]:
 
     Raises
     ------
+    NotSimulatedError
+        A run ended early.
     InputError
-        A run failed, or an FMU ended its process.
+        An FMU ended its process.
     """
     try:
         with without_main():
@@ -108,9 +114,9 @@ def _course(run: Driven) -> Vector:
             check_stability=False,
         )
     except SlaveError as fault:
-        raise InputError(f"{run.system.name}: {fault}") from None
+        raise NotSimulatedError(f"{run.system.name}: {fault}") from None
     if result.status != "completed":
-        raise InputError(f"{run.system.name}: {result.reason}")
+        raise NotSimulatedError(f"{run.system.name}: {result.reason}")
     return np.column_stack([result[name] for name in run.outputs])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
 
 
 class Parabola(Fitter):
@@ -31,3 +32,20 @@ def test_no_step_leaves_the_bounds() -> None:
         chi_square = Parabola(float(random.uniform(10, 1e5)), float(random.uniform(0.2, 0.8)))
         chi_square.fit(())
         assert 0.1 <= min(chi_square.asked) < 0.1 + 1e-12
+
+
+class Cliff(Parabola):
+    """The same, where nothing can be simulated below 0.3."""
+
+    def at(self, freed: Sequence[Freed], theta: Any) -> Point:
+        if theta[0] < 0.3:
+            raise NotSimulatedError("Machine: column: not finite")
+        return super().at(freed, theta)
+
+
+def test_values_with_which_nothing_can_be_simulated_are_kept_away_from() -> None:
+    fit = Cliff(100.0, 0.8).fit(())
+    assert 0.3 <= fit.theta[0] < 0.5
+    number = fit.freed[0]
+    again = Cliff(100.0, 0.8).fit((), {number: 0.2})
+    assert 0.3 <= again.theta[0] < 0.5
