@@ -113,6 +113,14 @@ def test_rows_between_communication_points_are_not_late(folder: Path) -> None:
     assert np.abs(ours - theirs).max() < 1e-2, "K"
 
 
+def test_fmus_communicate_at_the_rows_unless_one_allows_no_uneven_steps() -> None:
+    rows = np.array([0.0, 7.0, 20.0])
+    uneven = loop._communication(rows, 5.0, uneven=True)
+    assert uneven == pytest.approx([0, 3.5, 7, 7 + 13 / 3, 7 + 26 / 3, 20])
+    assert loop._communication(rows, 5.0, uneven=False).tolist() == [0, 5, 10, 15, 20]
+    assert driven.halved(uneven)[::2].tolist() == uneven.tolist()
+
+
 def test_where_only_instruments_may_be_wrong_there_is_nothing_to_differentiate(folder: Path) -> None:
     found = Problem(said(folder, "in_loop = true"))
     run = found.experiment.runs[0]
