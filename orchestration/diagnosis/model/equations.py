@@ -23,6 +23,9 @@ Vector = NDArray[np.float64]
 _BESIDE = 1e-6
 """m from a node at which a sensor is placed: on the node itself the course has a kink."""
 
+_BLOCK = 64
+"""Points at which outputs are computed in one call: a function for each number of points would be kept."""
+
 
 class Equations:
     """Compiled functions of a rig for a choice of freed variables and outputs.
@@ -61,8 +64,7 @@ class Equations:
             arguments,
             [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, joined.z))],
             {"cse": True},
-        )
-        self._observe_at: dict[int, Any] = {}
+        ).map(_BLOCK)
         self._begin = ca.Function(
             "begin",
             [joined.z, joined.p, joined.w],
@@ -103,15 +105,22 @@ class Equations:
             slot, shape (points, outputs, slots).
         """
         points, m, n, k = time.size, len(self.outputs), len(self.states), len(self.slots)
+        rows = np.minimum(np.arange(-(-points // _BLOCK) * _BLOCK), points - 1)
+        courses = x.T[rows], w.T[rows], time[rows]
         # CasADi stores by column: a row of NumPy is a point, and the derivatives come as transposes.
-        given = [x.T, np.tile(z, (points, 1)), np.tile(p, (points, 1)), w.T, time]
-        found = np.empty((points, m)), np.empty((points, n, m)), np.empty((points, k, m))
-        flat = [np.array(each, dtype=float).reshape(-1) for each in given]
-        if points not in self._observe_at:
-            self._observe_at[points] = self._observe.map(points)
-        _buffer, evaluate = _bound(self._observe_at[points], flat, found)
-        evaluate()
-        y, by_state, by_slot = found
+        found = [np.empty((rows.size, *shape)) for shape in ((m,), (n, m), (k, m))]
+        at, fed, when = (np.empty_like(course[:_BLOCK], order="C") for course in courses)
+        held = [np.tile(each, (_BLOCK, 1)) for each in (z, p)]
+        part = [np.empty_like(each[:_BLOCK]) for each in found]
+        _buffer, evaluate = _bound(self._observe, [at, *held, fed, when], part)
+        for first in range(0, rows.size, _BLOCK):
+            block = slice(first, first + _BLOCK)
+            for course, given in zip(courses, (at, fed, when), strict=True):
+                given[:] = course[block]
+            evaluate()
+            for whole, each in zip(found, part, strict=True):
+                whole[block] = each
+        y, by_state, by_slot = (each[:points] for each in found)
         return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
 
 

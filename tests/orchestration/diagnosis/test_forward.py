@@ -48,6 +48,20 @@ def test_independent_figures_of_the_base_model_are_met() -> None:
     assert course[:, 5] * 1e6 == pytest.approx([14.07, 49.95, 75.77, 87.95], rel=1e-3)
 
 
+@pytest.mark.parametrize("points", [1, 63, 64, 65, 130])
+def test_outputs_are_those_of_each_point_however_many_there_are(points: int) -> None:
+    equations = Equations(rig("WarmupCell", 4), ["link.emissivity"], OUTPUTS)
+    random = np.random.default_rng(points)
+    x = random.uniform(290, 320, (len(equations.states), points))
+    w = np.zeros((len(equations.rig.externals), points))
+    z, p, time = np.zeros(1), equations.parameter_values, np.arange(points, dtype=float)
+    together = equations.observe(x, z, p, w, time)
+    for k in {0, points // 2, points - 1}:
+        alone = equations.observe(x[:, k : k + 1], z, p, w[:, k : k + 1], time[k : k + 1])
+        for each, one in zip(together, alone, strict=True):
+            assert np.array_equal(each[k], one[0])
+
+
 def test_another_solver_gives_the_same() -> None:
     run = run_of(INFORMATIVE)
     simulated = forward(run, FINAL)
