@@ -50,7 +50,7 @@ def test_independent_figures_of_the_base_model_are_met() -> None:
 
 @pytest.mark.parametrize("points", [1, 63, 64, 65, 130])
 def test_outputs_are_those_of_each_point_however_many_there_are(points: int) -> None:
-    equations = Equations(rig("WarmupCell", 4), ["link.emissivity"], OUTPUTS)
+    equations = Equations(rig("WarmupCell", 10), ["link.emissivity"], OUTPUTS)
     random = np.random.default_rng(points)
     x = random.uniform(290, 320, (len(equations.states), points))
     w = np.zeros((len(equations.rig.externals), points))
