@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import os
 import re
 import shutil
 import subprocess
@@ -56,6 +58,32 @@ def arrays(tmp_path_factory: pytest.TempPathFactory) -> Path:
         archive.writestr("modelDescription.xml", DESCRIPTION)
         archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
     return folder / "Arrays.fmu"
+
+
+def test_the_state_space_of_the_reference_fmus_runs(tmp_path: Path) -> None:
+    """FMU of the Modelica Association, built from its sources, against the results that lie beside them."""
+    import fmpy
+
+    source, compiler = Path(os.environ.get("REFERENCE_FMUS", "")), shutil.which("gcc")
+    if compiler is None or not (source / "StateSpace").is_dir():
+        pytest.skip("name a checkout of github.com/modelica/Reference-FMUs in REFERENCE_FMUS; it needs gcc")
+    library = tmp_path / f"StateSpace{fmpy.sharedLibraryExtension}"
+    units = [
+        source / "StateSpace/model.c",
+        *(source / "src" / f"{n}.c" for n in ("fmi3Functions", "cosimulation")),
+    ]
+    folders = [f"-I{source / name}" for name in ("include", "StateSpace")]
+    flags = ["-O1", "-fPIC", "-shared", "-w", "-DFMI_VERSION=3", "-DDISABLE_PREFIX"]
+    subprocess.run([compiler, *flags, *folders, *units, "-o", library, "-lm"], check=True)
+    with zipfile.ZipFile(tmp_path / "StateSpace.fmu", "w") as archive:
+        archive.write(source / "StateSpace/FMI3.xml", "modelDescription.xml")
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    alone = System("s", {"a": Component("a", tmp_path / "StateSpace.fmu")})
+    run = simulate(alone, 10.0, 1.0, GaussSeidel())
+    assert run.status == "completed", run.reason
+    with (source / "StateSpace/StateSpace_out.csv").open() as stream:
+        published = [[float(text) for text in row["y"].split()] for row in csv.DictReader(stream)]
+    assert [[run[f"a.y[{i}]"][k] for i in (1, 2, 3)] for k in range(11)] == published
 
 
 def test_arrays_are_their_elements(arrays: Path) -> None:
