@@ -14,7 +14,7 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks.command import start
-from benchmarks.reduction import COLD, example_part, full_step
+from benchmarks.reduction import COLD, FullElements, example_part
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import join
 from warmlink.fmus.component.reference import integrate
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-LONGEST = 2.0
-"""s, the longest step of the full elements."""
+STEP = 2.0
+"""s, of the full elements; segments last so many times that."""
 
 WORK = (Segment(1800, 3.43, 2.5), Segment(600, 1.0, 4.0, COLD + 2), Segment(1200))
 """An hour of work for the comparison."""
@@ -42,31 +42,28 @@ WORK = (Segment(1800, 3.43, 2.5), Segment(600, 1.0, 4.0, COLD + 2), Segment(1200
 
 def full_course(part: Part, truth: Truth, duty: Sequence[Segment], times: Array) -> Course:
     """Course of a cell whose link is all finite elements of a part, as `hide` wants it of a solver."""
-    outputs = part.heat.outputs
-    rise, motor, clock = np.zeros(part.heat.unknowns), np.full(2, COLD), 0.0
-    at, rows = [clock], [np.concatenate([motor, outputs @ rise])]
+    outputs, size = part.heat.outputs, STEP
+    values = {
+        "conductivity": truth.conductivity,
+        "density": truth.capacity / part.within.material["specific_heat"],
+        "convection_still": truth.still,
+        "convection_per_speed": truth.per_speed,
+    }
+    full, motor, clock = FullElements(part, values, size), np.full(2, COLD), 0.0
+    at, rows = [clock], [np.concatenate([motor, outputs @ full.rise])]
     for segment in duty:
-        count = int(np.ceil(segment.duration / LONGEST - 1e-9))
-        size, air = segment.duration / count, surroundings(truth, segment, clock)
-        values = {
-            "conductivity": truth.conductivity,
-            "density": truth.capacity / part.within.material["specific_heat"],
-            "convection_still": truth.still,
-            "convection_per_speed": truth.per_speed,
-            "speed": segment.speed,
-            "ambient_temperature": air,
-        }
-        step = full_step(part, values, size)
-        for _ in range(count):
-            base = COLD + float(outputs[-2] @ rise)
+        air = surroundings(truth, segment, clock)
+        full.drive({"speed": segment.speed, "ambient_temperature": air})
+        for _ in range(round(segment.duration / size)):
+            base = COLD + float(outputs[-2] @ full.rise)
             rates, before = motor_rates(truth, segment, clock, motor[0], motor[1], base, air)
             ahead = motor + size * np.array(rates)
             later, after = motor_rates(truth, segment, clock, ahead[0], ahead[1], base, air)
             motor = motor + size / 2 * (np.array(rates) + np.array(later))
-            rise = step(rise, (before + after) / 2)
+            full.step((before + after) / 2)
             clock += size
             at.append(clock)
-            rows.append(np.concatenate([motor, outputs @ rise]))
+            rows.append(np.concatenate([motor, outputs @ full.rise]))
     winding, shaft, *seen = (np.interp(times, at, row) for row in np.array(rows).T)
     along = part.heat.reach / np.linalg.norm(part.heat.reach)
     growth = truth.expansion * along @ np.array(seen[:3])

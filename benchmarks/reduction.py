@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -29,15 +29,8 @@ STEP = 1.0
 EVERY = 20
 """Steps between two comparisons."""
 
-NEUTRAL = (
-    "emissivity",
-    "hub_conductance",
-    "tip_conductance",
-    "hub_heat_capacity",
-    "tip_heat_capacity",
-    "tip_heat_flow",
-)
-"""Parameters and inputs that are 0 where nothing is said of them."""
+NEUTRAL = ("emissivity", "hub_conductance", "tip_conductance", "hub_heat_capacity", "tip_heat_capacity")
+"""Parameters that are 0 where nothing is said of them."""
 
 BOUNDS = ("displacement", "rotation", "temperature")
 
@@ -106,64 +99,83 @@ def compared(part: Part, run: Run, size: float = STEP) -> Kept:
     instance = Instance(replace(reduced_link("Reduced", part.model), micro_step=size))
     instance.set({**run.parameters, **run.segments[0][1]})
     instance.initialize()
-    rise, largest, done = np.zeros(part.heat.unknowns), np.zeros(3), 0
+    full = FullElements(part, run.parameters, size)
+    largest, done = np.zeros(3), 0
     for steps, inputs in run.segments:
         instance.set(inputs)
-        step = full_step(part, {**run.parameters, **inputs}, size)
+        full.drive(inputs)
         for _ in range(steps):
-            rise = step(rise, inputs["heat_flow"])
+            full.step(inputs["heat_flow"])
             instance.step(done * size, size)
             done += 1
             if done % EVERY == 0:
-                largest = np.maximum(largest, _errors(part, run, instance, rise))
+                largest = np.maximum(largest, _errors(part, run, instance, full.rise))
     return Kept(largest, np.array([instance.get(f"{kind}_error_bound") for kind in BOUNDS]))
 
 
-def full_step(part: Part, values: Mapping[str, float], size: float) -> Callable[[Array, float], Array]:
-    """Step of all temperatures above 295.15 K while parameters and inputs are held, `size` in s.
+class FullElements:
+    """All temperatures of a part above 295.15 K, in the steps that a reduced link takes.
 
-    It takes the heat flow in W beside the temperatures. What `values` does not say of hub, tip and
-    radiation is 0.
+    These are of ROS2 with what `equations.solve` has in its matrix, so that what differs is the reduction's.
+
+    Parameters
+    ----------
+    part : reduced
+    values : parameters; what is not said of hub, tip and radiation is 0
+    size : of a step in s
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.linalg import splu
 
-    from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
+    def __init__(self, part: Part, values: Mapping[str, float], size: float) -> None:
+        from scipy.sparse.linalg import splu
 
-    heat = part.heat
-    base, tip = heat.loads[:, 0], heat.loads[:, 1]
-    lever = float(np.linalg.norm(heat.reach)) / 2
-    h = values["convection_still"] + values["convection_per_speed"] * values["speed"] * lever
-    values = {**dict.fromkeys(NEUTRAL, 0.0), "tip_sink_temperature": COLD, **values}
-    h += 4 * values["emissivity"] * STEFAN_BOLTZMANN * COLD**3
-    mass = values["density"] * part.within.material["specific_heat"] * heat.mass
-    decay = values["conductivity"] * heat.conduction + h * sum(heat.cooling)
-    for load, capacity, conductance in (
-        (base, values["hub_heat_capacity"], values["hub_conductance"]),
-        (tip, values["tip_heat_capacity"], values["tip_conductance"]),
-    ):
-        (on,) = np.nonzero(load)
-        rows, columns = np.meshgrid(on, on, indexing="ij")
-        outer = coo_matrix(
-            (np.outer(load[on], load[on]).ravel(), (rows.ravel(), columns.ravel())), shape=mass.shape
-        )
-        mass, decay = mass + capacity * outer, decay + conductance * outer
-    warmer = values["ambient_temperature"] - COLD
-    inflow = base * values["hub_conductance"] * warmer
-    sink = values["tip_sink_temperature"] - COLD
-    inflow = inflow + tip * (values["tip_heat_flow"] + values["tip_conductance"] * sink)
-    inflow = inflow + h * warmer * heat.loads[:, 2:].sum(axis=1)
-    factor = splu((mass + GAMMA * size * decay).tocsc(), **SYMMETRIC)
-    mass, decay = mass.tocsr(), decay.tocsr()
+        from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
 
-    def step(rise: Array, heat_flow: float) -> Array:
+        heat = part.heat
+        self.rise = np.zeros(heat.unknowns)
+        self._size, self._loads = size, heat.loads
+        self._values = values = {**dict.fromkeys(NEUTRAL, 0.0), **values}
+        self._lever = float(np.linalg.norm(heat.reach)) / 2
+        self._mass = values["density"] * part.within.material["specific_heat"] * heat.mass.tocsr()
+        self._conduction = values["conductivity"] * heat.conduction.tocsr()
+        self._cooling = sum(heat.cooling).tocsr()
+        self._ends = heat.loads[:, :2]
+        self._carried = np.array([values["hub_heat_capacity"], values["tip_heat_capacity"]])
+        self._lost = np.array([values["hub_conductance"], values["tip_conductance"]])
+        # Hub and tip are dense blocks of rank one; they are solved for by Woodbury's formula.
+        self._factor = splu((self._mass + GAMMA * size * self._conduction).tocsc(), **SYMMETRIC)
+        self._columns = self._factor.solve(np.ascontiguousarray(self._ends))
+        weights = self._carried + GAMMA * size * self._lost
+        small = np.eye(2) + weights[:, None] * (self._ends.T @ self._columns)
+        self._small = np.linalg.solve(small, weights[:, None] * self._ends.T)
+
+    def drive(self, inputs: Mapping[str, float]) -> None:
+        """Hold inputs from now on."""
+        values = self._values
+        h = values["convection_still"] + values["convection_per_speed"] * inputs["speed"] * self._lever
+        h += 4 * values["emissivity"] * STEFAN_BOLTZMANN * COLD**3
+        warmer = inputs["ambient_temperature"] - COLD
+        self._decay = self._conduction + h * self._cooling
+        self._inflow = h * warmer * self._loads[:, 2:].sum(axis=1) + self._ends @ [
+            self._lost[0] * warmer,
+            inputs.get("tip_heat_flow", 0.0)
+            + self._lost[1] * (inputs.get("tip_sink_temperature", COLD) - COLD),
+        ]
+
+    def step(self, heat_flow: float) -> None:
+        """Take a step with a heat flow in W."""
         # With the capacity matrix on both sides: ros2 solves for its product with the rates.
-        gain = inflow + base * heat_flow
-        first = factor.solve(gain - decay @ rise)
-        second = factor.solve(gain - decay @ (rise + size * first) - 2 * (mass @ first))
-        return np.asarray(rise + size * (1.5 * first + 0.5 * second))
+        gain, size = self._inflow + self._ends[:, 0] * heat_flow, self._size
+        first = self._solve(gain - self._lose(self.rise))
+        stored = self._mass @ first + self._ends @ (self._carried * (self._ends.T @ first))
+        second = self._solve(gain - self._lose(self.rise + size * first) - 2 * stored)
+        self.rise = self.rise + size * (1.5 * first + 0.5 * second)
 
-    return step
+    def _lose(self, rise: Array) -> Array:
+        return np.asarray(self._decay @ rise + self._ends @ (self._lost * (self._ends.T @ rise)))
+
+    def _solve(self, right: Array) -> Array:
+        plain = self._factor.solve(right)
+        return np.asarray(plain - self._columns @ (self._small @ plain))
 
 
 def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
