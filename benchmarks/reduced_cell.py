@@ -49,7 +49,7 @@ def full_course(part: Part, truth: Truth, duty: Sequence[Segment], times: Array)
         "convection_still": truth.still,
         "convection_per_speed": truth.per_speed,
     }
-    full, motor, clock = FullElements(part, values, size), np.full(2, COLD), 0.0
+    full, motor, clock = FullElements(part, values), np.full(2, COLD), 0.0
     at, rows = [clock], [np.concatenate([motor, outputs @ full.rise])]
     for segment in duty:
         air = surroundings(truth, segment, clock)
@@ -60,7 +60,7 @@ def full_course(part: Part, truth: Truth, duty: Sequence[Segment], times: Array)
             ahead = motor + size * np.array(rates)
             later, after = motor_rates(truth, segment, clock, ahead[0], ahead[1], base, air)
             motor = motor + size / 2 * (np.array(rates) + np.array(later))
-            full.step((before + after) / 2)
+            full.step((before + after) / 2, size)
             clock += size
             at.append(clock)
             rows.append(np.concatenate([motor, outputs @ full.rise]))

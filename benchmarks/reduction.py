@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,9 +25,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COLD = 295.15
-STEP = 1.0
-EVERY = 20
-"""Steps between two comparisons."""
+AFTER_CHANGES = ((16, 1 / 16), (16, 1 / 8), (12, 1 / 4), (8, 1 / 2))
+"""Number and size in s of the steps after each change of inputs; 10 s together, then steps of 1 s.
+
+What 1 s after a jump is left of fast modes would otherwise be the integration's error, not the reduction's.
+"""
+
+FROM = 1.0
+"""s after a change, from which on the bounds are meant, and compared at every step."""
 
 NEUTRAL = ("emissivity", "hub_conductance", "tip_conductance", "hub_heat_capacity", "tip_heat_capacity")
 """Parameters that are 0 where nothing is said of them."""
@@ -37,7 +42,7 @@ BOUNDS = ("displacement", "rotation", "temperature")
 
 @dataclass(frozen=True)
 class Run:
-    """Parameters of a run and its duty: for each segment a number of steps and the inputs."""
+    """Parameters of a run and its duty: for each segment its duration in s and the inputs."""
 
     parameters: Mapping[str, float]
     segments: tuple[tuple[int, Mapping[str, float]], ...]
@@ -56,8 +61,8 @@ class Kept:
         return bool(np.all(self.errors <= self.bounds))
 
 
-def random_run(part: Part, seed: Sequence[int], steps: int) -> Run:
-    """Parameters within the range that a part was reduced for, and a duty of so many steps."""
+def random_run(part: Part, seed: Sequence[int], seconds: int) -> Run:
+    """Parameters within the range that a part was reduced for, and a duty of so many seconds."""
     random = np.random.default_rng(seed)
     within = part.within
     low, high = within.convection
@@ -80,9 +85,11 @@ def random_run(part: Part, seed: Sequence[int], steps: int) -> Run:
         "reference_temperature": COLD,
     }
     segments = []
-    while steps > 0:
-        length = min(steps, int(random.integers(30, 400)))
-        steps -= length
+    while seconds > 0:
+        length = min(seconds, int(random.integers(30, 400)))
+        if seconds - length < 30:
+            length = seconds
+        seconds -= length
         inputs = {
             "heat_flow": 20 * random.uniform() * (random.uniform() > 0.3),
             "tip_heat_flow": random.uniform(-5, 5) * (random.uniform() > 0.5),
@@ -94,22 +101,24 @@ def random_run(part: Part, seed: Sequence[int], steps: int) -> Run:
     return Run(parameters, tuple(segments))
 
 
-def compared(part: Part, run: Run, size: float = STEP) -> Kept:
-    """Run the component and the full elements side by side, both by ROS2 in steps of `size` in s."""
-    instance = Instance(replace(reduced_link("Reduced", part.model), micro_step=size))
+def compared(part: Part, run: Run) -> Kept:
+    """Run the component and the full elements side by side, both by ROS2 in the same steps."""
+    instance = Instance(reduced_link("Reduced", part.model))
     instance.set({**run.parameters, **run.segments[0][1]})
     instance.initialize()
-    full = FullElements(part, run.parameters, size)
-    largest, done = np.zeros(3), 0
-    for steps, inputs in run.segments:
+    full = FullElements(part, run.parameters)
+    largest, time = np.zeros(3), 0.0
+    for seconds, inputs in run.segments:
         instance.set(inputs)
         full.drive(inputs)
-        for _ in range(steps):
-            full.step(inputs["heat_flow"])
-            instance.step(done * size, size)
-            done += 1
-            if done % EVERY == 0:
-                largest = np.maximum(largest, _errors(part, run, instance, full.rise))
+        changed = time
+        for count, size in (*AFTER_CHANGES, (seconds - 10, 1.0)):
+            for _ in range(count):
+                full.step(inputs["heat_flow"], size)
+                instance.step(time, size)
+                time += size
+                if time >= changed + FROM:
+                    largest = np.maximum(largest, _errors(part, run, instance, full.rise))
     return Kept(largest, np.array([instance.get(f"{kind}_error_bound") for kind in BOUNDS]))
 
 
@@ -122,17 +131,13 @@ class FullElements:
     ----------
     part : reduced
     values : parameters; what is not said of hub, tip and radiation is 0
-    size : of a step in s
     """
 
-    def __init__(self, part: Part, values: Mapping[str, float], size: float) -> None:
-        from scipy.sparse.linalg import splu
-
-        from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
-
+    def __init__(self, part: Part, values: Mapping[str, float]) -> None:
         heat = part.heat
         self.rise = np.zeros(heat.unknowns)
-        self._size, self._loads = size, heat.loads
+        self._loads = heat.loads
+        self._solvers: dict[float, Callable[[Array], Array]] = {}
         self._values = values = {**dict.fromkeys(NEUTRAL, 0.0), **values}
         self._lever = float(np.linalg.norm(heat.reach)) / 2
         self._mass = values["density"] * part.within.material["specific_heat"] * heat.mass.tocsr()
@@ -141,12 +146,6 @@ class FullElements:
         self._ends = heat.loads[:, :2]
         self._carried = np.array([values["hub_heat_capacity"], values["tip_heat_capacity"]])
         self._lost = np.array([values["hub_conductance"], values["tip_conductance"]])
-        # Hub and tip are dense blocks of rank one; they are solved for by Woodbury's formula.
-        self._factor = splu((self._mass + GAMMA * size * self._conduction).tocsc(), **SYMMETRIC)
-        self._columns = self._factor.solve(np.ascontiguousarray(self._ends))
-        weights = self._carried + GAMMA * size * self._lost
-        small = np.eye(2) + weights[:, None] * (self._ends.T @ self._columns)
-        self._small = np.linalg.solve(small, weights[:, None] * self._ends.T)
 
     def drive(self, inputs: Mapping[str, float]) -> None:
         """Hold inputs from now on."""
@@ -161,21 +160,37 @@ class FullElements:
             + self._lost[1] * (inputs.get("tip_sink_temperature", COLD) - COLD),
         ]
 
-    def step(self, heat_flow: float) -> None:
-        """Take a step with a heat flow in W."""
+    def step(self, heat_flow: float, size: float) -> None:
+        """Take a step of `size` in s with a heat flow in W."""
+        solve = self._solver(size)
         # With the capacity matrix on both sides: ros2 solves for its product with the rates.
-        gain, size = self._inflow + self._ends[:, 0] * heat_flow, self._size
-        first = self._solve(gain - self._lose(self.rise))
+        gain = self._inflow + self._ends[:, 0] * heat_flow
+        first = solve(gain - self._lose(self.rise))
         stored = self._mass @ first + self._ends @ (self._carried * (self._ends.T @ first))
-        second = self._solve(gain - self._lose(self.rise + size * first) - 2 * stored)
+        second = solve(gain - self._lose(self.rise + size * first) - 2 * stored)
         self.rise = self.rise + size * (1.5 * first + 0.5 * second)
 
     def _lose(self, rise: Array) -> Array:
         return np.asarray(self._decay @ rise + self._ends @ (self._lost * (self._ends.T @ rise)))
 
-    def _solve(self, right: Array) -> Array:
-        plain = self._factor.solve(right)
-        return np.asarray(plain - self._columns @ (self._small @ plain))
+    def _solver(self, size: float) -> Callable[[Array], Array]:
+        """Hub and tip, dense blocks of rank one, by Woodbury's formula."""
+        from scipy.sparse.linalg import splu
+
+        from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
+
+        if size not in self._solvers:
+            factor = splu((self._mass + GAMMA * size * self._conduction).tocsc(), **SYMMETRIC)
+            columns = factor.solve(np.ascontiguousarray(self._ends))
+            weights = (self._carried + GAMMA * size * self._lost)[:, None]
+            small = np.linalg.solve(np.eye(2) + weights * (self._ends.T @ columns), weights * self._ends.T)
+
+            def solve(right: Array) -> Array:
+                plain = factor.solve(right)
+                return np.asarray(plain - columns @ (small @ plain))
+
+            self._solvers[size] = solve
+        return self._solvers[size]
 
 
 def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
@@ -216,8 +231,7 @@ def example_part(size: float | None = None, order: int | None = None) -> Part:
 def main(
     runs: Annotated[int, typer.Option(help="Random parameter sets and duties.")] = 200,
     seed: Annotated[int, typer.Option(help="Of all random choices.")] = 1,
-    steps: Annotated[int, typer.Option(help="Steps of a run.")] = 1800,
-    step_size: Annotated[float, typer.Option(help="Of both models, in s.")] = STEP,
+    seconds: Annotated[int, typer.Option(help="Length of a run in s, at least 30.")] = 1800,
     mesh_size: Annotated[float | None, typer.Option(help="Of the elements in mm.")] = None,
 ) -> None:
     """Compare bounds of the reduced example part with its errors in random runs of the full elements."""
@@ -225,11 +239,11 @@ def main(
     kept = []
     with progress_bar("runs") as progress:
         for i in range(runs):
-            kept.append(compared(part, random_run(part, [seed, i], steps), step_size))
+            kept.append(compared(part, random_run(part, [seed, i], seconds)))
             progress((i + 1) / runs)
     answer(
-        f"order {part.model.order}, {part.heat.unknowns} temperatures, {runs} runs of {steps} steps of "
-        f"{step_size:g} s, seed {seed}"
+        f"order {part.model.order}, {part.heat.unknowns} temperatures, {runs} runs of {seconds} s, "
+        f"seed {seed}"
     )
     for i, name in enumerate(BOUNDS):
         ratios = np.array([each.bounds[i] / each.errors[i] for each in kept])

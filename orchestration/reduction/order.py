@@ -26,10 +26,10 @@ from warmlink.orchestration.reduction.subspace import DenseHeat, Range
 
 Array = NDArray[np.float64]
 
-SAFETY = 2.0
+SAFETY = 3.0
 """Factor on errors found at sampled parameters, which are not all that there are."""
 
-SAMPLES = 16
+SAMPLES = 32
 """Parameters at which the error is computed, beside the corners of the range."""
 
 CARRIED = 0.5

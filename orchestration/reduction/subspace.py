@@ -22,8 +22,8 @@ from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
 
 Array = NDArray[np.float64]
 
-RATES = np.geomspace(2e-5, 0.5, 6)
-"""1/s, at which responses are taken: from half a day to the shortest time over which a duty is held."""
+RATES = np.geomspace(2e-5, 16.0, 9)
+"""1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""
 
 LEAST_SHARE = 1e-7
 """Singular value, as a share of the largest, below which a direction is dropped."""
