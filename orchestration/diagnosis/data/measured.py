@@ -15,7 +15,13 @@ from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
 from warmlink.orchestration.diagnosis.data.columns import Assignment, Place, Said
 from warmlink.orchestration.diagnosis.data.headings import TIME
 from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
-from warmlink.orchestration.diagnosis.data.table import Column, held, refuse_undefined, signal
+from warmlink.orchestration.diagnosis.data.table import (
+    Column,
+    held,
+    refuse_undefined,
+    signal,
+    without_repeats,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -150,6 +156,8 @@ def read_run(
                 sheet, place, scalar.variable.unit, scalar.is_temperature, scalar.variable.display == "um"
             )
         )
+        if kind == "reading":
+            found = without_repeats(sheet, found)
         values = found.values
         if scalar is not None and kind == "input" and scalar.is_discrete:
             refuse_undefined(sheet, place, values, scalar)

@@ -24,6 +24,9 @@ _MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 3276
 
 _FAR = 3.0
 
+_FEWEST_CHANGES = 5
+"""Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
+
 
 @dataclass(frozen=True)
 class Numbers:
@@ -113,3 +116,33 @@ def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str
         f"{sheet.at(row, column)}: {shown(cell)} may have a decimal mark or one for thousands; write all "
         "numbers alike, and say --decimal comma or --decimal point"
     )
+
+
+def quantum(values: Vector) -> float:
+    """Step of the lattice that readings lie on, 0 where they lie on none.
+
+    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
+    difference between two of them.
+    """
+    filled = values[np.isfinite(values)]
+    distinct = np.unique(np.round(filled, 9))
+    if distinct.size < 3 or distinct.size > 0.7 * filled.size:
+        return 0.0
+    steps = np.diff(distinct)
+    step = float(np.median(steps))
+    whole = np.abs(steps / step - np.round(steps / step)) < 0.02
+    return step if whole.mean() > 0.95 and float(np.mean(np.round(steps / step) == 1)) > 0.5 else 0.0
+
+
+def repeats(values: Vector) -> NDArray[np.intp]:
+    """Rows that say again what the row before says, where most do and readings lie on no lattice.
+
+    A sensor that sticks reads so, and a logger that writes a value anew only once it has changed by enough,
+    or more often than it samples.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    again = np.diff(values[rows]) == 0
+    changes = np.count_nonzero(~again)
+    if changes < _FEWEST_CHANGES or changes > again.size / 2 or quantum(values):
+        return rows[:0]
+    return rows[1:][again]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import Place
 from warmlink.orchestration.diagnosis.data.headings import conversion_to
-from warmlink.orchestration.diagnosis.data.numbers import cell_shown, numbers
+from warmlink.orchestration.diagnosis.data.numbers import cell_shown, numbers, repeats
 from warmlink.orchestration.diagnosis.data.sheet import Sheet
 
 Vector = NDArray[np.float64]
@@ -93,6 +93,20 @@ def signal(sheet: Sheet, place: Place, si_unit: str, temperature: bool, growth: 
         float(seen.max()) if seen.size else np.nan,
     )
     return Signal(column, values, lost, _remarks(sheet, place.column, lost))
+
+
+def without_repeats(sheet: Sheet, found: Signal) -> Signal:
+    """The same readings without those that only repeat the one before, and a remark on these."""
+    again = repeats(found.values)
+    if not again.size:
+        return found
+    told = (
+        f"{sheet.name}: {again.size} of {found.values.size} values of {found.column.name} repeat the one "
+        "before and are left out; the sensor sticks, or the logger writes more often than it samples"
+    )
+    values = found.values.copy()
+    values[again] = np.nan
+    return replace(found, values=values, remarks=(*found.remarks, told))
 
 
 def _usual(si_unit: str, temperature: bool) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.numbers import quantum
 
 Vector = NDArray[np.float64]
 
@@ -203,19 +204,3 @@ def _noise_of(values: Vector) -> float:
     bend = np.abs(np.diff(values, 2))
     trimmed = bend[bend <= np.quantile(bend, 0.95)]
     return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
-
-
-def quantum(values: Vector) -> float:
-    """Step of the lattice that readings lie on, 0 where they lie on none.
-
-    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
-    difference between two of them.
-    """
-    filled = values[np.isfinite(values)]
-    distinct = np.unique(np.round(filled, 9))
-    if distinct.size < 3 or distinct.size > 0.7 * filled.size:
-        return 0.0
-    steps = np.diff(distinct)
-    step = float(np.median(steps))
-    whole = np.abs(steps / step - np.round(steps / step)) < 0.02
-    return step if whole.mean() > 0.95 and float(np.mean(np.round(steps / step) == 1)) > 0.5 else 0.0

@@ -47,6 +47,17 @@ def test_shuffled_rows_are_refused(tmp_path: Path, clean: Columns, every: int) -
         diagnosed(tmp_path, columns)
 
 
+@pytest.mark.parametrize("header", ["elongation [um]", "base_temperature [degC]"])
+def test_a_column_that_is_written_more_often_than_sampled_is_no_late_sensor(
+    tmp_path: Path, clean: Columns, header: str
+) -> None:
+    held = np.repeat(clean[header][::6], 6)[: clean[header].size]
+    write_csv({**clean, header: held}, tmp_path / "held.csv")
+    experiment = read([tmp_path / "held.csv"])
+    assert "600 of 721 values" in experiment.remarks[-1]
+    assert diagnose_experiment(experiment).verdict == "adequate"
+
+
 def test_fahrenheit_called_celsius_is_not_explained(tmp_path: Path, clean: Columns) -> None:
     columns = {
         name: 32 + 1.8 * v if name.endswith("temperature [degC]") and "pad" not in name else v

@@ -7,7 +7,8 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
-from warmlink.orchestration.diagnosis.data.thinning import quantum, spike_rows
+from warmlink.orchestration.diagnosis.data.numbers import quantum, repeats
+from warmlink.orchestration.diagnosis.data.thinning import spike_rows
 
 HEAD = (
     "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],"
@@ -155,6 +156,25 @@ def test_endless_files_are_condensed() -> None:
     assert run.time.size == 100
     assert run.readings["link.tip_temperature"][0] == pytest.approx(295.045)
     assert np.isfinite(run.inputs["motor.pad_temperature"]).sum() == 50
+
+
+def test_a_reading_that_only_says_again_what_the_one_before_said_is_none() -> None:
+    random = np.random.default_rng(5)
+    course = np.cumsum(random.normal(0, 0.3, 240))
+    held = np.repeat(course[::6], 6)
+    assert repeats(held).tolist() == [row for row in range(240) if row % 6]
+    kept = [course[0]]
+    for value in course[1:]:
+        kept.append(value if abs(value - kept[-1]) > 2 else kept[-1])
+    assert np.unique(np.delete(kept, repeats(np.array(kept)))).size == np.unique(kept).size
+    assert repeats(np.array(kept)).size == 240 - np.count_nonzero(np.diff(kept)) - 1
+    for sound in (
+        course,
+        np.round(course, 0),
+        np.full(240, 22.0),
+        np.where(np.arange(240) < 100, 22.0, course),
+    ):
+        assert repeats(sound).size == 0
 
 
 def test_a_quantum_is_recognised() -> None:
