@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component, Input, Parameter, Scalar
 from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.attributes import document, text, typed
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -37,7 +38,7 @@ def reference_files(component: Component, fmi_version: str = "2.0") -> dict[str,
     """Give the manifest of FMI-LS-REF and the files that it names, by path inside an FMU."""
     choices = fmi_version == "3.0"
     starts = {s: s.start for s in component.scalars() if isinstance(s.variable, Parameter)}
-    demands, results = _smoke_test(component)
+    demands, results, reached = _smoke_test(component)
     related = {
         "nominal.ssv": ("parameter", "application/x-ssp-parameter-set", "nominal values of all parameters"),
         "smoke-test.ssv": ("parameter", "application/x-ssp-parameter-set", "inputs of the smoke test"),
@@ -47,7 +48,7 @@ def reference_files(component: Component, fmi_version: str = "2.0") -> dict[str,
     contents = (
         _parameters("nominal", starts, choices),
         _parameters("smoke-test", demands, choices),
-        _experiment(component),
+        _experiment(component, reached),
         results,
     )
     files = dict(zip(related, contents, strict=True))
@@ -59,8 +60,11 @@ def reference_files(component: Component, fmi_version: str = "2.0") -> dict[str,
 
 
 @lru_cache(maxsize=64)
-def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], bytes]:
-    """Give inputs that move something, and as CSV the outputs after each step with them."""
+def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], bytes, int]:
+    """Give inputs that move something, as CSV the outputs after each step with them, and how many steps.
+
+    A component that fails with them is built all the same: its smoke test ends before.
+    """
     demands = {s: _demand(s) for s in component.scalars() if isinstance(s.variable, Input)}
     instance = Instance(component)
     instance.set({scalar.name: value for scalar, value in demands.items()})
@@ -72,8 +76,11 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
         values = [k * step, *(float(instance.get(name)) for name in names)]
         lines.append(",".join(f"{value:.{_DIGITS}g}" for value in values))
         if k < STEPS:
-            instance.step(k * step, step)
-    return demands, "\n".join([*lines, ""]).encode()
+            try:
+                instance.step(k * step, step)
+            except (ArithmeticError, InputError):
+                break
+    return demands, "\n".join([*lines, ""]).encode(), k
 
 
 def _demand(scalar: Scalar) -> float:
@@ -86,10 +93,10 @@ def _demand(scalar: Scalar) -> float:
     return moved if variable.maximum is None else min(moved, variable.maximum)
 
 
-def _experiment(component: Component) -> bytes:
+def _experiment(component: Component, steps: int) -> bytes:
     step = component.default_step_size
     root = ET.Element("Experiments")
-    times = {"startTime": "0.0", "stopTime": repr(STEPS * step), "stepSize": repr(step)}
+    times = {"startTime": "0.0", "stopTime": repr(steps * step), "stepSize": repr(step)}
     experiment = ET.SubElement(root, "Experiment", {"name": "smoke-test"} | times)
     ET.SubElement(experiment, "Parameters", source="smoke-test.ssv")
     ET.SubElement(experiment, "References", source="smoke-test.csv")
