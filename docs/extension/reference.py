@@ -44,53 +44,70 @@ def formats() -> dict[str, str]:
         schema = json_schema(table)
         text = [f"# {kind.capitalize()} file (TOML)\n", f"{schema['description']}\n", f"{_FORMATS_TEXT}\n"]
         text += [f"`warmlink schema {kind}` prints this as a JSON Schema.\n"]
-        for title, shape in _tables(schema):
+        for headings, shape in _tables(schema):
             required = shape.get("required", [])
             rows = (_entry(*each, required) for each in shape["properties"].items())
-            text += [f"## {title}\n", _table(_HEADS, rows)]
-        if kind in KINDS:
-            example = (TEMPLATES / f"{kind}.toml").read_text("utf-8")
-            text += [
-                "## Example\n",
-                f"`warmlink init {kind}` writes this file.\n",
-                f"```toml\n{example}```\n",
-            ]
+            text += [f"## {headings}\n", _table(HEADS, rows)]
+        for made in (each for each in (kind, *_ALSO.get(kind, ())) if each in KINDS):
+            example = (TEMPLATES / f"{made}.toml").read_text("utf-8")
+            text += [f"## Example: {made}\n", f"`warmlink init {made}` writes this file.\n"]
+            text += [f"```toml\n{example}```\n"]
         found[f"files/{kind}"] = "\n".join(text)
     return found
 
 
-_HEADS = ("entry", "type", "unit or range", "default", "example")
+HEADS = ("entry", "meaning", "type", "unit or range", "default", "example")
+
+_ALSO = {"scenario": ("cell",)}
+"""Examples of a kind of file besides the one of its name."""
 
 _FORMATS_TEXT = 'A value with a unit is a text, `"20 min"`; a bare number is in the SI unit.'
 
 
 def _tables(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The file itself and each kind of table in it, with a title."""
+    """The file itself and each kind of table in it, under the headings that it has in files."""
+    definitions = schema.get("$defs", {})
+    used: dict[str, list[str]] = {name: [] for name in definitions}
+    for shape in (schema, *definitions.values()):
+        for key, entry in shape["properties"].items():
+            for name in {each for each in definitions if f"#/$defs/{each}" in _refs(entry)}:
+                used[name].append(_heading(key, entry))
     yield "Entries", schema
-    for definition, table in schema.get("$defs", {}).items():
-        if "properties" in table:
-            yield f"Entries of {_called(definition)}", table
+    for name, table in definitions.items():
+        yield ", ".join(dict.fromkeys(used[name])), table
 
 
-def _called(definition: str) -> str:
-    return f"a `{definition.removesuffix('Table').removesuffix('Settings').lower()}` table"
+def _refs(shape: dict[str, Any]) -> set[str]:
+    """What an entry refers to, itself or for each of its items."""
+    inner = (shape, shape.get("items"), shape.get("additionalProperties"))
+    return {each["$ref"] for each in inner if isinstance(each, dict) and "$ref" in each}
+
+
+def _heading(name: str, shape: dict[str, Any]) -> str:
+    """How the tables of an entry are headed in a file."""
+    if "$ref" in shape:
+        return f"`[{name}]`"
+    return f"`[[{name}]]`" if "items" in shape else f"`[{name}.NAME]`"
 
 
 def _entry(name: str, shape: dict[str, Any], required: list[str]) -> tuple[str, ...]:
     default = "required" if name in required else _default(shape)
-    return f"`{name}`", _type(shape), _bounds(shape), default, _example(name, shape)
+    if _refs(shape):
+        many = "list of tables" if "items" in shape else "a table for each name"
+        kind, example = "table" if "$ref" in shape else many, _heading(name, shape)
+    else:
+        kind, example = _type(shape), f"`{name} = {_written(_example(shape))}`"
+    return f"`{name}`", shape["title"], kind, _bounds(shape), default, example
 
 
 def _default(shape: dict[str, Any]) -> str:
     default = shape.get("default")
-    if default in (None, [], {}):
+    if default in (None, "", [], {}):
         return "none"
     return "as in its table" if isinstance(default, dict) else f"`{_written(default)}`"
 
 
 def _type(shape: dict[str, Any]) -> str:
-    if "$ref" in shape:
-        return _called(shape["$ref"].rpartition("/")[2])
     if "enum" in shape:
         return "one of " + ", ".join(f"`{each}`" for each in shape["enum"])
     if "items" in shape and "string" not in shape["type"]:
@@ -117,24 +134,21 @@ def _bounds(shape: dict[str, Any]) -> str:
     return ", ".join(f"{word} {shape[key]:g}" for key, word in words.items() if key in shape)
 
 
-def _example(name: str, shape: dict[str, Any]) -> str:
-    if "$ref" in shape:
-        return f"`[{name}]`"
-    if "items" in shape and "$ref" in shape["items"]:
-        return f"`[[{name}]]`"
+def _example(shape: dict[str, Any]) -> Any:
     if "examples" in shape:
-        return f"`{name} = {_written(shape['examples'][0])}`"
-    for inner, written in (("items", "{} = [{}]"), ("additionalProperties", '{} = {{ "NAME" = {} }}')):
-        if isinstance(shape.get(inner), dict):
-            each = shape[inner].get("examples")
-            return f"`{written.format(name, _written(each[0]))}`" if each else f"`[{name}.NAME]`"
-    if "enum" in shape:
-        return f"`{name} = {_written(shape['enum'][0])}`"
-    return ""
+        return shape["examples"][0]
+    return [_example(shape["items"])] if "items" in shape else shape["enum"][0]
 
 
 def _written(value: Any) -> str:
+    """A value as TOML."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_written(each)}" for key, each in value.items()) + " }"
     return json.dumps(value, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    return name if name.isidentifier() else json.dumps(name)
 
 
 def components() -> dict[str, str]:

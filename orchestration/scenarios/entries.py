@@ -106,6 +106,13 @@ class Number(Entry):
         return {"type": "number", **known, "examples": [0.5]}
 
 
+_WRITTEN = {
+    **{"s": "20 min", "rad/s": "3.4 rad/s", "N.m": "2.5 N.m", "K": "22 degC", "K apart": "0.1 K"},
+    **{"m": "330 mm", "rad": "30 deg", "W": "20 W", "1": "20 %"},
+}
+"""How a value is written, by its SI unit."""
+
+
 @dataclass(frozen=True)
 class Quantity(Entry):
     """A value with a unit, as `"20 min"`, or a bare number in the SI unit."""
@@ -131,10 +138,12 @@ class Quantity(Entry):
         bound = (
             "above 0, " if self.positive else f"at least {self.least:g}, " if self.least > -math.inf else ""
         )
+        written = _WRITTEN[f"{self.unit} apart" if self.difference else self.unit]
+        bare = "" if self.unit == "1" else f" in {self.unit}"
         return {
             "type": ["string", "number"],
-            "description": f'{bound}as "3.5 {self.unit}", or a bare number in {self.unit}',
-            "examples": [f"3.5 {self.unit}"],
+            "description": f"{bound}with its unit, or a bare number{bare}",
+            "examples": [written],
         }
 
 

@@ -8,11 +8,15 @@ Schema. Pydantic is imported when a file is read, not before.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
-from warmlink.orchestration.text_files import shortened, shown
+from warmlink.orchestration.text_files import read_toml, shortened, shown
+
+MEANINGS = Path(__file__).parents[1] / "schemas" / "meanings.toml"
 
 TABLE: Any = {"extra": "forbid"}
 """Pydantic's settings for a table: an unknown entry is refused."""
@@ -51,7 +55,16 @@ def json_schema(kind: type[Any]) -> dict[str, Any]:
     """JSON Schema of a table, with which editors complete and check a file."""
     about = (kind.__doc__ or "").partition("\n\n")[0]
     found: dict[str, Any] = _plain(_adapter(kind).json_schema())
+    for name, table in ((kind.__name__, found), *found.get("$defs", {}).items()):
+        for key, shape in table.get("properties", {}).items():
+            meaning = {**_meanings()["any"], **_meanings().get(name, {})}.get(key, {})
+            shape.update({"title": meaning} if isinstance(meaning, str) else meaning)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "description": about, **found}
+
+
+@cache
+def _meanings() -> dict[str, dict[str, Any]]:
+    return read_toml(MEANINGS)
 
 
 _ADAPTERS: dict[Any, Any] = {}

@@ -25,15 +25,17 @@ def entries(schema: dict[str, Any]) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", kinds())
-def test_every_entry_of_a_file_has_type_default_and_example(kind: str) -> None:
+def test_every_entry_of_a_file_has_meaning_type_default_and_example(kind: str) -> None:
     page = reference.formats()[f"files/{kind}"]
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| `")]
     assert sorted(row[0].strip("`") for row in rows) == entries(json_schema(kinds()[kind]))
-    for name, type_, bounds, default, example in rows:
-        assert type_, name
-        assert default, name
-        assert name.strip("`") in example, name
-        assert bounds or not re.search(r"\d [A-Za-z]", example), f"{name}: a unit wants a word about it"
+    for row in rows:
+        entry = dict(zip(reference.HEADS, row, strict=True))
+        name, example = entry["entry"].strip("`"), entry["example"]
+        assert name in example, name
+        assert all(value for head, value in entry.items() if head != "unit or range"), name
+        assert entry["unit or range"] or not re.search(r"\d [A-Za-z]", example), f"{name}: say its unit"
+    assert not re.search(r"^## *$", page, re.MULTILINE)
 
 
 def test_every_command_option_and_cause_is_there() -> None:

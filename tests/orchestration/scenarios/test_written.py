@@ -83,7 +83,7 @@ def test_quantities_are_read_in_si_units_and_the_rest_as_it_is() -> None:
         ({"words": ["a", 3]}, 'mine: words 2: 3 is no text; write "word"'),
         ({"piece": 3}, "mine: piece is not a list of tables; write [[piece]] above each"),
         ({"piece": [{"time": 1}, 3]}, "mine: piece 2: 3 is no table; give it speed and time"),
-        ({"piece": [{}]}, 'mine: piece 1: time is missing; write time = "3.5 s"'),
+        ({"piece": [{}]}, 'mine: piece 1: time is missing; write time = "20 min"'),
         ({"piece": [{"tmie": 3}]}, "mine: piece 1: tmie is not known; did you mean time?"),
         ({"piece": [{"time": "0 s"}]}, "mine: piece 1.time: 0 s is not positive; give a value above 0 s"),
         ({"piece": [{"time": "3 kg"}]}, "mine: piece 1.time: kg does not convert to s"),
@@ -105,7 +105,7 @@ def test_the_schema_tells_the_units_and_knows_no_null() -> None:
     schema = json_schema(Mine)
     piece = schema["$defs"]["Piece"]["properties"]
     assert schema["description"] == "A file."
-    assert piece["time"]["description"] == 'above 0, as "3.5 s", or a bare number in s'
+    assert piece["time"]["description"] == "above 0, with its unit, or a bare number in s"
     assert piece["speed"]["type"] == ["string", "number"]
     assert schema["properties"]["kind"]["enum"] == ["grid", "random"]
     assert schema["properties"]["last"] == {"$ref": "#/$defs/Piece"}
