@@ -12,11 +12,12 @@ from extension import reference, texts
 
 def setup(app: Any) -> dict[str, Any]:
     """Register the directives, and the pages that are written before Sphinx reads."""
-    from extension.blocks import File, Gallery, Run
+    from extension.blocks import File, Gallery, Keys, Run
 
     app.add_directive("run", Run)
     app.add_directive("file", File)
     app.add_directive("gallery", Gallery)
+    app.add_directive("keys", Keys)
     app.add_html_math_renderer("mathml", (_inline_math, None), (_block_math, None))
     app.connect("autodoc-process-docstring", _explain, priority=400)
     app.connect("builder-inited", _write_pages)

@@ -15,6 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,10 +26,13 @@ from docutils.parsers.rst import directives
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
+from extension import results
+from extension.reference import markdown_table
+
 ROOT = Path(__file__).parents[2]
 
-_LOG = logging.getLogger(__name__)
-"""A warning fails the build, once everything has been tried."""
+LOG = logging.getLogger(__name__)
+"""A warning fails the build, once everything has been tried. Not `--quiet`, it tells what each took."""
 
 
 @dataclass
@@ -77,15 +81,16 @@ class Block(SphinxDirective):
     def in_python(self, source: str, name: str, names: dict[str, Any]) -> list[nodes.Node]:
         """Run Python in the page's folder; give what it printed, and its figure."""
         printed = io.StringIO()
-        before = Path.cwd()
+        before, began = Path.cwd(), time.perf_counter()
         os.chdir(self.place.folder)
         try:
             with contextlib.redirect_stdout(printed):
                 exec(compile(ast.parse(source), name, "exec"), names)
         except Exception:
-            _LOG.warning("%s: %s", name, traceback.format_exc())
+            LOG.warning("%s: %s", name, traceback.format_exc())
         finally:
             os.chdir(before)
+        LOG.info("%s: %.1f s", name, time.perf_counter() - began)
         found: list[nodes.Node] = []
         if printed.getvalue().strip():
             found.append(self.shown(printed.getvalue().rstrip(), "text", "output"))
@@ -104,7 +109,9 @@ class Run(Block):
         where = f"{self.env.docname}:{self.lineno}"
         if kind == "python":
             return [self.shown(source, "python"), *self.in_python(source, where, self.place.names)]
+        began = time.perf_counter()
         came = self._in_shell(source, where)
+        LOG.info("%s: %.1f s", where, time.perf_counter() - began)
         nothing = not came or "hide-output" in self.options
         return [self.shown(source, "sh"), *([] if nothing else [self.shown(came, "text", "output")])]
 
@@ -120,7 +127,7 @@ class Run(Block):
         wanted = 2 if "refused" in self.options else 0
         if done.returncode != wanted:
             told = f"{source}\n{done.stderr}{done.stdout}"
-            _LOG.warning("%s: exit code %s: %s", where, done.returncode, told)
+            LOG.warning("%s: exit code %s: %s", where, done.returncode, told)
         return re.sub(r"[ \t]+$", "", done.stderr if wanted else done.stdout, flags=re.MULTILINE).rstrip()
 
 
@@ -142,6 +149,26 @@ class File(Block):
             caption,
             self.shown(text, {"py": "python", "toml": "toml"}.get(name.rpartition(".")[2], "text")),
         ]
+
+
+class Keys(Block):
+    """Table of the keys of a JSON file, or columns of a table, with examples from the given files."""
+
+    has_content = False
+    optional_arguments = 1
+    final_argument_whitespace = True
+
+    def run(self) -> list[nodes.Node]:
+        """Make the table."""
+        name, paths = self.arguments[0], " ".join(self.arguments[1:]).split()
+        contents = [results.content_of(self.place.folder / path) for path in paths]
+        rows, missing = results.rows(name, contents)
+        unknown = [key for content in contents for key in results.undescribed(name, content)]
+        for told, keys in (("no example in results.toml", missing), ("not in results.toml", unknown)):
+            if keys:
+                LOG.warning("%s: %s: %s: %s", self.env.docname, name, told, ", ".join(keys))
+        heads = ("key" if name.endswith(".json") else "column", *results.HEADS)
+        return self.parse_text_to_nodes(markdown_table(heads, rows))
 
 
 class Gallery(Block):

@@ -29,7 +29,7 @@ def commands() -> str:
         text += [f"{command.help.strip()}\n"]
         records = (option.get_help_record(context) for option in command.params)
         rows = ((f"`{record[0]}`", record[1]) for record in records if record)
-        text += [_table(("argument or option", "meaning"), rows)]
+        text += [markdown_table(("argument or option", "meaning"), rows)]
     return "\n".join(text)
 
 
@@ -47,7 +47,7 @@ def formats() -> dict[str, str]:
         for headings, shape in _tables(schema):
             required = shape.get("required", [])
             rows = (_entry(*each, required) for each in shape["properties"].items())
-            text += [f"## {headings}\n", _table(HEADS, rows)]
+            text += [f"## {headings}\n", markdown_table(HEADS, rows)]
         for made in (each for each in (kind, *_ALSO.get(kind, ())) if each in KINDS):
             example = (TEMPLATES / f"{made}.toml").read_text("utf-8")
             text += [f"## Example: {made}\n", f"`warmlink init {made}` writes this file.\n"]
@@ -177,7 +177,7 @@ def causes() -> str:
         for each in catalogue()
     )
     heads = ("cause", "what happens", "what it looks like", "what to check on the machine", "frees")
-    return "# Causes\n\nWhat a diagnosis looks for.\n\n" + _table(heads, rows)
+    return "# Causes\n\nWhat a diagnosis looks for.\n\n" + markdown_table(heads, rows)
 
 
 def names() -> str:
@@ -187,11 +187,12 @@ def names() -> str:
     text = ["# Names\n", "The names that the commands accept, as `warmlink list` prints them.\n"]
     for kind, entries in _descriptions().items():
         rows = ((f"`{name}`", about) for name, about in entries.items())
-        text += [f"## {kind.capitalize()}\n", _table(("name", "what it is"), rows)]
+        text += [f"## {kind.capitalize()}\n", markdown_table(("name", "what it is"), rows)]
     return "\n".join(text)
 
 
-def _table(heads: tuple[str, ...], rows: Any) -> str:
+def markdown_table(heads: tuple[str, ...], rows: Any) -> str:
+    """Rows as a table in Markdown."""
     lines = [heads, tuple("---" for _ in heads), *rows]
     return "\n".join(f"| {' | '.join(_cell(each) for each in line)} |" for line in lines) + "\n"
 

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import inspect
 import re
-import sys
+import shlex
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
-DOCS = Path(__file__).parents[2] / "docs"
-sys.path.insert(0, str(DOCS))
-
-from extension import reference, texts  # noqa: E402
-from warmlink.orchestration.cli import COMMANDS  # noqa: E402
-from warmlink.orchestration.command_line.schema import kinds  # noqa: E402
-from warmlink.orchestration.diagnosis.causes.catalogue import catalogue  # noqa: E402
-from warmlink.orchestration.scenarios.written import json_schema  # noqa: E402
+from tests.documented import DOCS, reference, results, texts
+from warmlink.controllers.interface import SENSED
+from warmlink.orchestration import api as wl
+from warmlink.orchestration.cli import COMMANDS, application
+from warmlink.orchestration.command_line.schema import kinds
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.scenarios.duties.duty_csv import DEMANDS
+from warmlink.orchestration.scenarios.written import json_schema
+from warmlink.orchestration.studies.compare import COLUMNS
+from warmlink.orchestration.system.units import parse_unit
 
 
 def entries(schema: dict[str, Any]) -> list[str]:
@@ -38,6 +45,26 @@ def test_every_entry_of_a_file_has_meaning_type_default_and_example(kind: str) -
     assert not re.search(r"^## *$", page, re.MULTILINE)
 
 
+def columns(name: str) -> dict[str, str]:
+    """Units of the columns that the site describes, by name."""
+    return {each.partition(" [")[0]: each.partition(" [")[2].rstrip("]") for each in results.said(name)}
+
+
+def test_every_column_of_files_that_are_read_is_described() -> None:
+    duty, run = columns("duty.csv"), columns("run.csv")
+    assert duty.keys() == DEMANDS.keys()
+    for name, unit in DEMANDS.items():
+        assert parse_unit(duty[name]).exponents == parse_unit(unit).exponents
+    inputs = {end.removeprefix("motor.") for end in rig("WarmupCell").externals if "motor." in end} - {
+        "pad_mode"
+    }
+    assert run.keys() == {"time", *inputs, *SENSED, "elongation"}
+
+
+def test_every_column_of_a_comparison_is_described() -> None:
+    assert columns("compare.csv").keys() == set(COLUMNS)
+
+
 def test_every_command_option_and_cause_is_there() -> None:
     page = reference.commands()
     assert re.findall(r"^## warmlink (\S+)$", page, re.MULTILINE) == list(COMMANDS)
@@ -55,8 +82,43 @@ def test_every_script_of_the_gallery_is_shown() -> None:
 
 
 def test_links_in_texts_of_the_checkout_lead_somewhere() -> None:
-    pages = texts.pages()
-    known = {*pages, *reference.pages()}
-    for page, text in pages.items():
+    for page, text in texts.pages().items():
         for target in re.findall(r"\(/generated/([^)]+)\.md\)", text):
-            assert target in known, f"{page} links to {target}"
+            assert target in generated(), f"{page} links to {target}"
+
+
+@cache
+def generated() -> set[str]:
+    """Names of the pages that are made from the code and from texts of the checkout."""
+    return {*texts.pages(), *reference.pages()}
+
+
+TEXTS = [
+    path
+    for room in (".", "docs/**", "examples/**", "fmus/**", "controllers/**", "orchestration/**")
+    for path in sorted(DOCS.parent.glob(f"{room}/*.md"))
+    if "generated" not in path.parts
+]
+
+
+@pytest.mark.parametrize("text", TEXTS, ids=lambda path: str(path.relative_to(DOCS.parent)))
+def test_links_lead_somewhere_and_commands_can_be_given(text: Path) -> None:
+    written = text.read_text("utf-8")
+    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", written):
+        if "://" not in target:
+            page = target.partition("generated/")[2].removesuffix(".md")
+            assert page in generated() if page else (text.parent / target).exists(), target
+    group: Any = typer.main.get_command(application())
+    for line in re.findall(r"^(?:\.venv/bin/)?warmlink ([^|>\n]+)", written, re.MULTILINE):
+        name, *given = shlex.split(line, comments=True)
+        command = group.commands[name]
+        command.make_parser(command.context_class(command)).parse_args(given)
+    for name in re.findall(r"python -m benchmarks\.([a-z]\w+)", written):
+        assert find_spec(f"benchmarks.{name}"), name
+
+
+@pytest.mark.parametrize("name", [each for each in wl.__all__ if each != "InputError"])
+def test_every_argument_of_the_interface_is_explained(name: str) -> None:
+    said = re.findall(r"^(\w[\w, ]*)(?: : .*)?$", inspect.getdoc(getattr(wl, name)) or "", re.MULTILINE)
+    explained = {argument for line in said for argument in line.split(", ")}
+    assert set(inspect.signature(getattr(wl, name)).parameters) <= explained

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.blueprint import arm_values
@@ -167,6 +168,7 @@ def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
     assert "largest error" in done.stdout
     figures = json.loads((tmp_path / "o/metrics.json").read_text("utf-8"))
     assert figures["system"] == "SixAxisArm"
+    assert not undescribed("metrics.json", figures)
     assert figures["controller"] == "observer"
     assert set(figures["compensated"]["largest_error_by_axis_um"]) >= {"waist", "shoulder", "elbow"}
     assert (tmp_path / "o/results.csv").is_file()

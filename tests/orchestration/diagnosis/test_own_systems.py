@@ -22,6 +22,7 @@ from benchmarks.own_systems import (
     with_values,
     write_csv,
 )
+from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
@@ -176,7 +177,9 @@ def test_calibration_gives_intervals_and_what_is_not_told_apart(tmp_path: Path) 
     assert "The calibrated model explains the data to within their noise." in said
     assert "of which the data say nothing, not told apart from link.specific_heat" in said
     assert "Error on fitted rows: " in said
-    assert json_content(found)["calibrated"]["motor.joint_conductance"]["unit"] == "W/K"
+    content = json_content(found)
+    assert content["calibrated"]["motor.joint_conductance"]["unit"] == "W/K"
+    assert not undescribed("diagnosis.json", content)
 
 
 def test_a_calibration_wants_something_to_calibrate(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.documented import undescribed
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.answer.words import summary
@@ -53,7 +54,9 @@ def test_an_adequate_model_that_fails_on_the_held_out_rows_says_so(tmp_path: Pat
     found = diagnose_experiment(read([tmp_path / "run.csv"]))
     assert found.verdict == "unknown"
     assert "adequate for the fitted run and does not predict the held-out one" in summary(found)
-    assert "tip_temperature" in json_content(found)["prediction"]["because"]
+    content = json_content(found)
+    assert "tip_temperature" in content["prediction"]["because"]
+    assert not undescribed("diagnosis.json", content)
     columns["tip_temperature [degC]"][late] -= 1.5
     columns["tip_temperature [degC]"][spiky] += 9.0
     write_csv(columns, tmp_path / "run.csv")

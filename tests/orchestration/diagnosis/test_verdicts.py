@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.entries import json_content
@@ -74,6 +75,7 @@ def test_a_hidden_cause_is_named_and_sized(tmp_path: Path, name: str, seed: int)
 def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Path) -> None:
     found = diagnose_experiment(read([file_with(tmp_path, sized("expansion_coefficient"), seed=12)]))
     assert found.verdict == "ambiguous"
+    assert not undescribed("diagnosis.json", json_content(found))
     assert [set(names) for names in found.ambiguous] == [TWINS]
     assert found.proposed is not None
     assert found.proposed.duty == ()
@@ -174,6 +176,7 @@ def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
 
 def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
     found = json_content(named, "extended.ssv")
+    assert not undescribed("diagnosis.json", found)
     assert list(found)[:4] == ["verdict", "causes", "ambiguous", "next_experiment"]
     assert {"wrong", "gain", "extended"} <= set(found)
     cause = found["causes"][0]

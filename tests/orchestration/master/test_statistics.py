@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import app
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
@@ -55,6 +56,8 @@ def test_run_tells_them_where_it_is_asked_to(
     said = capsys.readouterr().out
     assert "60 communication steps" in said
     assert "compensator" in said
-    told = json.loads(Path("out/metrics.json").read_text())["statistics"]
+    metrics = json.loads(Path("out/metrics.json").read_text())
+    assert not undescribed("metrics.json", metrics)
+    told = metrics["statistics"]
     assert [each["calls"]["step"]["count"] for each in told["slaves"]] == [60] * 6
     assert told["limits_the_step"] is None

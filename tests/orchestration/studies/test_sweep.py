@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.sweep import write_report
@@ -54,6 +55,7 @@ def test_the_table_has_a_row_a_run(study: Study, fmus: FmuSet, tmp_path: Path) -
     write_parquet(study, found, tmp_path / "sweep.parquet")
     frame = pd.read_parquet(tmp_path / "sweep.parquet")
     assert list(frame["point"]) == [0, 0, 1, 1, 2, 2]
+    assert not undescribed("sweep.parquet", dict.fromkeys(frame))
     assert list(frame["duty_cycle"]) == ["work", "pause"] * 3
     assert frame["compensator.gain [m/W]"].to_numpy() == pytest.approx([2e-6] * 6)
     assert frame["max_abs_um"][:4].notna().all()

@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip("optuna")
 
+from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.tuning import write_report
@@ -261,7 +262,9 @@ def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study,
     assert same(trials, run(two, here, Formula(at_most=0)))
     write_report(Tuned(two, trials), Storage(two, "fmus", default_url(here)), here / "report.html")
     assert "Front" in (here / "report.html").read_text("utf-8")
-    assert Tuned(two, trials).to_frame()["in_front"].sum() == len(kept)
+    frame = Tuned(two, trials).to_frame()
+    assert frame["in_front"].sum() == len(kept)
+    assert not undescribed("trials.csv", dict.fromkeys(frame))
 
 
 def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(study: Study) -> None:

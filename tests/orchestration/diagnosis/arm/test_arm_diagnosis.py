@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.setup import arm
 from warmlink.orchestration.catalogue import shipped
@@ -50,7 +51,9 @@ def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Pat
     assert said["low95"] <= RESISTANCE <= said["high95"]
     for _ in range(2):  # a second time over the first
         write_diagnoses(found.by_name, found.to_json(SSV), tmp_path / "out")
-    assert json.loads((tmp_path / "out/diagnosis.json").read_text())["at_fault"] == ["axis3"]
+    whole = json.loads((tmp_path / "out/diagnosis.json").read_text())
+    assert whole["at_fault"] == ["axis3"]
+    assert not undescribed("diagnosis.json", whole)
     assert (tmp_path / "out/axis3/report.html").is_file()
     assert "axis3  elbow       named       joint_resistance" in found.summary()
 
