@@ -16,7 +16,16 @@ import numpy as np
 
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.layout import Layout, Record
-from warmlink.fmus.component.variables import Derived, Input, Output, Parameter, Scalar, State, Terminal
+from warmlink.fmus.component.variables import (
+    Derived,
+    Input,
+    Local,
+    Output,
+    Parameter,
+    Scalar,
+    State,
+    Terminal,
+)
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""
@@ -107,6 +116,8 @@ class Component:
     clocks : what is sampled when, in the order of sampling, where `update` does not say it all
     joint : what the component was joined from; None for one that stands by itself
     terminals : which scalars belong together where components are connected
+    local, look_inside : variables that show the inside, and `look_inside(x, u, p, time)`, their values by
+        name; native FMUs have them (see `packaging.exchange.opened`)
     micro_step : largest step of the integrator in s
     checks : conditions across parameters
     default_stop_time, default_step_size : experiment in s that the FMU proposes
@@ -128,6 +139,8 @@ class Component:
     clocks: tuple[Clock, ...] = ()
     joint: Joint | None = None
     terminals: tuple[Terminal, ...] = ()
+    local: tuple[Local, ...] = ()
+    look_inside: Callable[[Record, Record, Record, Number], Mapping[str, Number]] | None = None
     checks: tuple[Check, ...] = ()
     micro_step: float = 1.0
     default_stop_time: float = 3600.0
@@ -194,6 +207,11 @@ class Component:
     def y(self) -> Layout:
         """Layout of the outputs."""
         return Layout(self.outputs)
+
+    @property
+    def output_count(self) -> int:
+        """Number of scalar outputs; what follows them in y are local variables."""
+        return sum(variable.count for variable in self.outputs if not isinstance(variable, Local))
 
     def scalars(self) -> tuple[Scalar, ...]:
         """Every scalar variable of the interface, in the order of its value reference."""

@@ -56,11 +56,12 @@ def dependencies(component: Component, states: Sequence[str] = (), rates: Sequen
 
     def unknowns(x: casadi.SX) -> casadi.SX:
         slopes = component.rates_of(x, u, settled, t) if rates else casadi.SX(0, 1)
-        return casadi.vertcat(component.outputs_of(x, u, settled, t), slopes)
+        outputs = component.outputs_of(x, u, settled, t)[: component.output_count]
+        return casadi.vertcat(outputs, slopes)
 
     # The start values stand in place of the states, as they do during initialization.
     begun = casadi.SX(component.states_at_start(u, settled))
-    computed = [*component.y.names, *rates]
+    computed = [*component.y.names[: component.output_count], *rates]
     held = {**_named(component.u.names, u), TIME: t}
     at_start = casadi.vertcat(unknowns(begun), begun if states else casadi.SX(0, 1))
     return Dependencies(

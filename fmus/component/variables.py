@@ -107,6 +107,11 @@ class Output(Variable):
 
 
 @dataclass(frozen=True)
+class Local(Output):
+    """A variable that shows the inside of a component, for whoever looks: a heat flow between two states."""
+
+
+@dataclass(frozen=True)
 class State(Named):
     """A state of a component; `start` is a number or the name of a parameter.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warmlink.fmus.component import Component, Input, Output, Parameter, State
+from warmlink.fmus.component import Component, Input, Local, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
@@ -114,6 +114,15 @@ _OUTPUTS = (
     Output("heat_delivered", "J", "heat delivered to the link since the start", nominal=1e4),
 )
 
+_LOCAL = (
+    Local("copper_loss", "W", "Joule loss in the winding", nominal=20),
+    Local("iron_loss", "W", "loss in the iron", nominal=1),
+    Local("friction_loss", "W", "friction loss in bearings and gear", nominal=10),
+    Local("pad_heat_flow", "W", "heat flow from the pad into the shaft", nominal=20),
+    Local("winding_heat_flow", "W", "heat flow from the winding to the shaft", nominal=20),
+    Local("housing_heat_flow", "W", "heat flow from the shaft through the housing to the air", nominal=20),
+)
+
 COMPONENT = Component(
     name="MotorHeatSource",
     description="Servo motor as a source of heat: winding and shaft, their losses and heat paths",
@@ -141,4 +150,6 @@ COMPONENT = Component(
     ),
     rates=equations.rates,
     observe=equations.outputs,
+    local=_LOCAL,
+    look_inside=equations.heat_flows,
 )

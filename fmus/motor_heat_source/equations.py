@@ -27,7 +27,6 @@ PAD_POWER, PAD_TEMPERATURE = 1, 2
 def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
     """Time derivatives of the states: temperatures in K/s, heat delivered in W."""
     winding, shaft = x.winding_temperature, x.shaft_temperature
-    ambient = u.ambient_temperature + p.ambient_offset + p.ambient_drift * time
     inward = p.winding_conductance * (winding - shaft)
     to_link = heat_flow(shaft, u, p)
     into_shaft = (
@@ -35,7 +34,7 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]
         + friction_loss(shaft, u, p)
         + pad_heat(shaft, u, p)
         + p.standby_power
-        - p.housing_conductance * (shaft - ambient)
+        - housing_heat_flow(shaft, u, p, time)
         - to_link
         - neighbour_heat_flow(shaft, u, p)
     )
@@ -58,11 +57,30 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     }
 
 
+def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Losses and heat flows in W inside the motor."""
+    winding, shaft = x.winding_temperature, x.shaft_temperature
+    return {
+        "copper_loss": copper_loss(winding, u, p),
+        "iron_loss": iron_loss(u, p),
+        "friction_loss": friction_loss(shaft, u, p),
+        "pad_heat_flow": pad_heat(shaft, u, p),
+        "winding_heat_flow": p.winding_conductance * (winding - shaft),
+        "housing_heat_flow": housing_heat_flow(shaft, u, p, time),
+    }
+
+
 def heat_flow(shaft: Number, u: Record, p: Record) -> Number:
     """Heat flow in W through the joint into the link; the joint's resistance lies in series."""
     conductance = p.joint_conductance / (1 + p.joint_conductance * p.joint_resistance)
     warmth = 1 + p.joint_temperature_coefficient * (shaft - REFERENCE_TEMPERATURE)
     return conductance * warmth * (shaft - u.link_base_temperature)
+
+
+def housing_heat_flow(shaft: Number, u: Record, p: Record, time: Number) -> Number:
+    """Heat flow in W from the shaft through the housing to the surroundings."""
+    ambient = u.ambient_temperature + p.ambient_offset + p.ambient_drift * time
+    return p.housing_conductance * (shaft - ambient)
 
 
 def neighbour_heat_flow(shaft: Number, u: Record, p: Record) -> Number:

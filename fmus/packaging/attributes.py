@@ -17,12 +17,13 @@ def identity(scalar: Scalar) -> dict[str, str]:
         "causality": causality(scalar),
         "variability": variability(scalar),
     }
-    initial = {"parameter": "exact", "output": "calculated"}.get(identity["causality"])
-    return identity | ({"initial": initial} if initial else {})
+    initial = {"parameter": "exact", "output": "calculated", "local": "calculated"}
+    given = initial.get(identity["causality"])
+    return identity | ({"initial": given} if given else {})
 
 
 def causality(scalar: Scalar) -> str:
-    """`input`, `parameter` or `output`."""
+    """`input`, `parameter`, `output` or `local`."""
     return type(scalar.variable).__name__.lower()
 
 

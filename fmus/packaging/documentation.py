@@ -73,11 +73,12 @@ def variable_tables(component: Component) -> str:
         ("Inputs", component.inputs),
         ("Parameters", component.parameters),
         ("Outputs", component.outputs),
+        ("Local variables of the native FMU", component.local),
     )
     parts = []
     for title, variables in groups:
         if variables:
-            computed = title == "Outputs"
+            computed = isinstance(variables[0], Output)
             heads = ("Name", "Unit", *(() if computed else ("Start", "Range")), "Description")
             parts.append(f"<h3>{title}</h3>\n<table>\n<thead><tr>")
             parts += [f"<th>{head}</th>" for head in heads]

@@ -1,12 +1,29 @@
-"""What hosts that integrate a component themselves need (model exchange): states, rates, dependencies."""
+"""What hosts see of a component's inside: local variables; states and rates, which they may integrate."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 
-from warmlink.fmus.component import Component
+from warmlink.fmus.component import Component, Record
+from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.dependencies import Dependencies, dependencies
+
+
+@cache
+def opened(component: Component) -> Component:
+    """Component whose local variables stand behind its outputs, as native FMUs have them."""
+    observe, look_inside = component.observe, component.look_inside
+    if look_inside is None:
+        return component
+
+    def observe_all(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+        return {**observe(x, u, p, time), **look_inside(x, u, p, time)}
+
+    return replace(
+        component, outputs=(*component.outputs, *component.local), observe=observe_all, look_inside=None
+    )
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from warmlink.fmus import faults
-from warmlink.fmus.component import Check, Component, Derived, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Local, Parameter, State
 from warmlink.fmus.component.arithmetic import where
 from warmlink.fmus.component.quantities import (
     AMBIENT_TEMPERATURE,
@@ -105,4 +105,6 @@ COMPONENT = Component(
     update=equations.update,
     begin=equations.begin,
     observe=equations.outputs,
+    local=(Local("sensed", "K", "temperature of each sensor itself", size=CHANNELS, display="degC"),),
+    look_inside=lambda x, u, p, time: {"sensed": x.sensed},
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from warmlink.fmus.component import Check, Component, Derived, Input, Output, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
@@ -206,6 +206,13 @@ def thermal_link(cells: int) -> Component:
         begin=partial(equations.begin, cells=cells),
         rates=equations.rates,
         observe=equations.outputs,
+        local=(
+            Local("conducted_heat_flow", "W", "from each node to the next", size=cells - 1, nominal=5),
+            Local("surface_heat_flow", "W", "lost by the surface of each node", size=cells, nominal=0.1),
+            Local("hub_heat_flow", "W", "from base position to the surroundings", nominal=1),
+            Local("tip_sink_heat_flow", "W", "from tip position to its sink", nominal=1),
+        ),
+        look_inside=equations.heat_flows,
         checks=_CHECKS,
     )
 

@@ -73,9 +73,8 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]
     ambient = ambient_temperature(u, p, time)
 
     between = _conducted(temperature, p)
-    at_base = u.heat_flow - p.hub_conductance * (temperature[base] - ambient)
-    sink = u.tip_sink_temperature + (ambient - u.ambient_temperature)  # wired to the same log
-    at_tip = u.tip_heat_flow - p.tip_conductance * (temperature[tip] - sink)
+    at_base = u.heat_flow - _to_surroundings(temperature[base], p, ambient)
+    at_tip = u.tip_heat_flow - _to_sink(temperature[tip], u, p, ambient)
     gain = (
         stack(0.0, between)
         - stack(between, 0.0)
@@ -101,6 +100,19 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
         "surface_heat_loss": total(loss),
         "heat_received": x.heat_received,
         "discretisation_error": discretisation_error(temperature, p),
+    }
+
+
+def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    """Heat flows in W inside the link and out of it."""
+    temperature = x.temperature
+    parts = stretches(temperature.shape[0])
+    ambient = ambient_temperature(u, p, time)
+    return {
+        "conducted_heat_flow": _conducted(temperature, p),
+        "surface_heat_flow": surface_loss(temperature, u, p, ambient),
+        "hub_heat_flow": _to_surroundings(temperature[parts.base_node], p, ambient),
+        "tip_sink_heat_flow": _to_sink(temperature[parts.tip_node], u, p, ambient),
     }
 
 
@@ -207,6 +219,17 @@ def _conducted(temperature: Number, p: Record) -> Number:
     middle = (temperature[1:] + temperature[:-1]) / 2
     change = 1 + p.conductivity_temperature_coefficient * (middle - REFERENCE_TEMPERATURE)
     return p.conductance * change * (temperature[:-1] - temperature[1:])
+
+
+def _to_surroundings(base: Number, p: Record, ambient: Number) -> Number:
+    """Heat flow in W from base position to the surroundings."""
+    return p.hub_conductance * (base - ambient)
+
+
+def _to_sink(tip: Number, u: Record, p: Record, ambient: Number) -> Number:
+    """Heat flow in W from tip position to its sink, which is wired to the same log as the ambient."""
+    sink = u.tip_sink_temperature + (ambient - u.ambient_temperature)
+    return p.tip_conductance * (tip - sink)
 
 
 def _rise_between(temperature: Number, p: Record) -> Number:

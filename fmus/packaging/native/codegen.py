@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import accumulate
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
@@ -49,16 +50,14 @@ def generate(component: Component) -> dict[str, str]:
 
 def sizes_header(component: Component) -> str:
     """Write `component.h`: sizes, and the prefix of the component's functions."""
-    groups = output_groups(component)
     sizes = {
         "PARAMETERS": component.p.size,
         "INPUTS": component.u.size,
-        "OUTPUTS": component.y.size,
+        "OUTPUTS": component.output_count,
+        "LOCALS": component.y.size - component.output_count,
         "STATES": component.x.size,
         "SETTLED": component.d.size,
         "CHECKS": len(component.checks),
-        "GROUPS": len(groups),
-        "LARGEST_GROUP": max(map(len, groups), default=0),
         "CONTINUOUS": component.continuous.size,
         "CLOCKS": len(component.clocks),
         "EXCHANGES": int(bool(exchanged_states(component))),
@@ -128,7 +127,7 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
     y = casadi.SX(component.outputs_of(*now))
     for number, group in enumerate(groups):
         yield function(f"outputs_{number}", now, y[group])
-    yield list(_with_tangent("", s, y))[1]
+    yield list(_with_tangent("", s, y[: component.output_count]))[1]
 
 
 def _with_tangent(name: str, s: Symbols, expression: Expression) -> Iterator[Any]:
@@ -190,11 +189,8 @@ def _dispatcher(name: str, chosen: str, arguments: Sequence[str], count: int) ->
 
 def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> str:
     first_output = component.p.size + component.u.size
-    place = {
-        first_output + output: (number, position)
-        for number, group in enumerate(groups)
-        for position, output in enumerate(group)
-    }
+    grouped = [(number, output) for number, group in enumerate(groups) for output in group]
+    place = {first_output + output: (number, i) for i, (number, output) in enumerate(grouped)}
     rows = "".join(
         f"    {_row(scalar, place.get(scalar.reference, (0, 0)))},\n" for scalar in component.scalars()
     )
@@ -206,7 +202,7 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
         for state in component.states
         for name in state.scalar_names
     )
-    sizes = ", ".join(str(len(group)) for group in groups) or "0"
+    starts = ", ".join(map(str, accumulate(map(len, groups[:-1]), initial=0)))
     clocks, first = "", component.continuous.size
     for clock in component.clocks:
         clocks += f"    {{{component.p.index[clock.sample_time]}, {first}, {clock.layout.size}}},\n"
@@ -219,7 +215,7 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
         f"const StateVariable WL(state_variables)[] = {{\n{states}    {{0, 0}}\n}};\n\n"
         f"const char *const WL(sentences)[] = {{\n{sentences}    0\n}};\n\n"
         f"const double WL(nominals)[] = {{{nominals}}};\n\n"
-        f"const int WL(group_sizes)[] = {{{sizes}}};\n\n"
+        f"const int WL(group_starts)[] = {{{starts}}};\n\n"
         f"const Clock WL(clocks)[] = {{\n{clocks}    {{0, 0, 0}}\n}};\n"
     )
 

@@ -16,7 +16,7 @@ from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.attributes import document
 from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
-from warmlink.fmus.packaging.exchange import exchanged_states
+from warmlink.fmus.packaging.exchange import exchanged_states, opened
 from warmlink.fmus.packaging.model_description import (
     fmi2_model_description,
     fmi3_model_description,
@@ -93,8 +93,8 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
     fmi_version : "2.0" or "3.0"
     chosen : a compiler for each platform
     """
-    component = entry.component
-    sources, implementation = native_sources(component, fmi_version)
+    component = opened(entry.component)
+    sources, implementation = native_sources(entry.component, fmi_version)
     units = [name for name in sources if name.endswith(".c")]
     capabilities = native_capabilities(component, fmi_version)
     documentation = documentation_files(entry)
@@ -113,7 +113,7 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
         "modelDescription.xml": description,
         **documentation,
         **terminals_files(component),
-        **reference_files(component, fmi_version),
+        **reference_files(entry.component, fmi_version),
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
         **build_description,
@@ -125,6 +125,8 @@ def native_sources(component: Component, speaker: Speaker) -> tuple[dict[str, st
 
     A serialised state is taken by an FMU of the same digest alone.
     """
+    if speaker != "browser":
+        component = opened(component)
     sources = generate(component)
     folder = importlib.resources.files("warmlink.fmus.packaging.native") / "sources"
     for file in sorted(folder.iterdir(), key=lambda each: each.name):

@@ -1,6 +1,6 @@
 """Which outputs to compute together: those that share much of their work.
 
-A host asks for a few outputs of many; the others need not be computed.
+A host asks for a few outputs of many; the others need not be computed, nor the local variables.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ def output_groups(component: Component) -> list[list[int]]:
     Returns
     -------
     list of list of int
-        Every output once; at most `LARGEST_COUNT` groups.
+        Every output once; at most `LARGEST_COUNT` groups, the last of which are the local variables.
     """
     users = _operations(component)
-    count = component.y.size
+    count = component.output_count
+    local = [list(range(count, component.y.size))] if count < component.y.size else []
     own = [sum(1 for outputs in users if i in outputs) for i in range(count)]
     shared = dict.fromkeys(combinations(range(count), 2), 0)
     for outputs in users:
@@ -45,8 +46,9 @@ def output_groups(component: Component) -> list[list[int]]:
     for i in range(count):
         groups.setdefault(find(i), []).append(i)
     ordered = list(groups.values())
-    rest = [i for group in ordered[LARGEST_COUNT - 1 :] for i in group]
-    return [*ordered[: LARGEST_COUNT - 1], *([rest] if rest else [])]
+    alone = LARGEST_COUNT - 1 - len(local)
+    rest = [i for group in ordered[alone:] for i in group]
+    return [*ordered[:alone], *([rest] if rest else []), *local]
 
 
 def _operations(component: Component) -> list[frozenset[int]]:
@@ -57,7 +59,7 @@ def _operations(component: Component) -> list[frozenset[int]]:
         casadi.SX.sym(n, v.size) for n, v in (("x", component.x), ("u", component.u), ("d", component.d))
     )
     time = casadi.SX.sym("time")
-    y = casadi.cse(casadi.SX(component.outputs_of(x, u, d, time)))
+    y = casadi.cse(casadi.SX(component.outputs_of(x, u, d, time))[: component.output_count])
     function = casadi.Function("outputs", [x, u, d, time], [y])
     row = function.sparsity_out(0).row()
     leaves = {casadi.OP_INPUT, casadi.OP_CONST, casadi.OP_PARAMETER}

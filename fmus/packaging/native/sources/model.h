@@ -23,7 +23,7 @@ typedef struct {
     double start, minimum, maximum, nominal;
     Kind kind;
     int flags;
-    int group, position; /* of an output: which outputs it is computed with, and where among them */
+    int group, position; /* of an output: which outputs it is computed with, and where among all */
 } Variable;
 
 typedef struct {
@@ -42,7 +42,7 @@ extern const Variable WL(variables)[];
 extern const StateVariable WL(state_variables)[];
 extern const char *const WL(sentences)[];
 extern const double WL(nominals)[]; /* of the states, where hosts may integrate them */
-extern const int WL(group_sizes)[];
+extern const int WL(group_starts)[]; /* among all outputs */
 extern const Clock WL(clocks)[]; /* in the order of sampling */
 
 void WL(settle)(const double *p, double *d);
@@ -72,7 +72,8 @@ void WL(sample)(int clock, const double *x, const double *u, const double *d, co
 
 #define FIRST_INPUT WL_PARAMETERS
 #define FIRST_OUTPUT (WL_PARAMETERS + WL_INPUTS)
-#define VARIABLES (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
+#define FIRST_LOCAL (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
+#define VARIABLES (FIRST_LOCAL + WL_LOCALS)
 /* After time, for hosts that integrate: the states and their rates. */
 #define FIRST_STATE (VARIABLES + 1)
 #define FIRST_RATE (FIRST_STATE + WL_STATES)
@@ -103,7 +104,7 @@ typedef void (*Report)(void *host, Severity severity, const char *sentence);
 typedef struct {
     Memory memory;
     double settled[AT_LEAST_1(WL_SETTLED)];
-    double outputs[AT_LEAST_1(WL_GROUPS)][AT_LEAST_1(WL_LARGEST_GROUP)];
+    double outputs[AT_LEAST_1(WL_OUTPUTS + WL_LOCALS)]; /* group after group */
     unsigned long long fresh; /* a bit for each group of outputs that is up to date */
     int begun;                /* before the run: whether `settled` and the states follow the parameters */
     unsigned char clamped[AT_LEAST_1(WL_INPUTS)]; /* of which it has been said */

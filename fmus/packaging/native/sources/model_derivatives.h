@@ -29,7 +29,7 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_CLOCKS || reference < FIRST_OUTPUT || order != 1 || model->memory.phase < STEPPING) {
+    if (WL_CLOCKS || reference < FIRST_OUTPUT || reference >= FIRST_LOCAL || order != 1 || model->memory.phase < STEPPING) {
         model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, once "
                             "the run has begun", variable->name, order);
         return 0;
@@ -92,7 +92,7 @@ int model_sensitivity(Model *model, unsigned reference, Direction *direction, do
     int rate = IS_RATE(reference);
     if (!rate && !(variable = variable_of(model, reference, REAL)))
         return 0;
-    if (reference < FIRST_OUTPUT) {
+    if (!rate && (reference < FIRST_OUTPUT || reference >= FIRST_LOCAL)) {
         model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
         return 0;
     }

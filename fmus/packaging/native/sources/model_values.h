@@ -77,10 +77,10 @@ static double output(Model *model, const Variable *variable)
         begin(model);
     if (!(model->fresh >> variable->group & 1)) {
         WL(outputs)(variable->group, memory->states, memory->inputs, model->settled, &memory->time,
-                    model->outputs[variable->group]);
+                    &model->outputs[WL(group_starts)[variable->group]]);
         model->fresh |= 1ull << variable->group;
     }
-    return model->outputs[variable->group][variable->position];
+    return model->outputs[variable->position];
 }
 
 #if WL_EXCHANGES

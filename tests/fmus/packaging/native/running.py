@@ -13,6 +13,7 @@ from fmpy import calloc, extract, fmi2, fmi3, free, read_model_description
 from fmpy.fmi1 import FMICallException
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.exchange import opened
 
 # FMPy loads a library from within its folder, and the process has but one working directory.
 _LOADING = threading.Lock()
@@ -25,7 +26,7 @@ class Native:
         self.description = read_model_description(str(path), validate=False)
         self.modern = self.description.fmiVersion == "3.0"
         self.messages: list[str] = []
-        self.scalars = {s.name: s for s in component.scalars()}
+        self.scalars = {s.name: s for s in opened(component).scalars()}
         self._folder = tempfile.TemporaryDirectory(prefix="warmlink-")
         extract(str(path), self._folder.name)
         arguments = {
