@@ -45,10 +45,18 @@ def build(
         typer.Option(help="A scenario (TOML) of your own: build its system alone, as FMUs and SSP."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
+    valid_flags: Annotated[
+        bool,
+        typer.Option(
+            "--valid-flags",
+            help="Native FMUs without NaN: a reading that is missing holds its last value, and a Boolean "
+            "beside it (`reading_valid[1]`) says so.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them."""
-    built = build_files(out, fmus, platforms, scenario)
+    built = build_files(out, fmus, platforms, scenario, valid_flags)
     if json:
         answer_json([str(path) for path in built])
     else:
@@ -61,6 +69,7 @@ def build_files(
     fmus: str = "all",
     platforms: str | None = None,
     scenario: str | Path | None = None,
+    valid_flags: bool = False,
 ) -> list[Path]:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
 
@@ -71,6 +80,8 @@ def build_files(
     platforms : platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this
         machine's by default
     scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
+    valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
+        native FMUs, but for the systems in one FMU
 
     Raises
     ------
@@ -81,6 +92,8 @@ def build_files(
 
     if fmus not in KINDS:
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
+    if valid_flags and (fmus != "native" or scenario is not None):
+        raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.closed_loop.outcome import judged
 
@@ -90,7 +103,7 @@ def build_files(
     if advice is not None:
         remark(advice)
     try:
-        built = _build(fmus, platforms, out, own)
+        built = _build(fmus, platforms, out, own, valid_flags)
     except OSError as fault:
         place = Path(fault.filename or out)
         shown = out if place.is_relative_to(out) else place
@@ -100,9 +113,10 @@ def build_files(
     return built
 
 
-def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None) -> list[Path]:
+def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None, flags: bool) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
+    from warmlink.fmus.component.flags import flagged
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries
@@ -113,14 +127,17 @@ def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None) ->
 
     law, arm = controller(SHOWN_CONTROLLER), load_scenario(SHOWN_ARM_SCENARIO)
     components = [each for name, each in entries().items() if own is None or name in own.kinds]
+    if flags:
+        components = [replace(each, component=flagged(each.component)) for each in components]
     built: list[Path] = []
     if kind != "native":
         with progress_bar("Python FMUs") as progress:
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out)
-        joined = [WARMUP_CELL.joined(law), arm.joined()] if own is None else _whole(own)
-        built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out)
+        if not flags:
+            joined = [WARMUP_CELL.joined(law), arm.joined()] if own is None else _whole(own)
+            built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out)
     fmus = {path.stem: path for path in built}
     if own is not None:
         built.append(out / f"{own.name}.ssp")

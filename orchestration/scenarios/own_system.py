@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Annotated
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.component.flags import flag_of
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -124,6 +125,8 @@ def is_ours(fmu: Path, declared: Component | None) -> bool:
     if declared is None:
         return False
     found = read_description(fmu).variables
+    if any(flag_of(scalar.name) in found for scalar in declared.scalars()):
+        return False
     return all(
         scalar.name in found and found[scalar.name].value_reference == scalar.reference
         for scalar in declared.scalars()

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import get_args
 
+from warmlink.fmus.component.flags import flag_of
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connector, ConnectorKind, System
@@ -41,7 +42,9 @@ def opened(system: System, ports: Ports) -> tuple[System, Tree]:
         if name not in {known.name for known in tree.connectors}:
             tree.connectors.append(SystemConnector(name, "input", target))
         tree.edges.append(replace(DeclaredConnection.of(link), start_element=None, start_connector=name))
-    for end, name in _names(ports.shown).items():
+    flags = [(name, flag_of(variable)) for name, variable in ports.shown]
+    there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
+    for end, name in _names((*ports.shown, *there)).items():
         tree.connectors.append(SystemConnector(name, "output", end))
         tree.edges.append(DeclaredConnection(*end, None, name))
     return inner, tree

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.join import join
+from warmlink.fmus.component.flags import flag_of
+from warmlink.fmus.component.join import Wire, join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import Component as Held
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 from warmlink.orchestration.system.ports import Ports
 
@@ -117,9 +120,22 @@ class Blueprint:
         return System(
             self.name,
             components,
-            tuple(connect(components, source, target) for source, target in self.wires),
+            tuple(connect(components, *wire) for wire in (*self.wires, *_flag_wires(components, self.wires))),
             DefaultExperiment(0.0, self.stop_time, self.step_size),
         )
+
+
+def _flag_wires(components: Mapping[str, Held], wires: Iterable[Wire]) -> Iterator[Wire]:
+    """Wires between the flags of what is connected, where both ends have one (see `fmus.component.flags`)."""
+    known = {
+        f"{name}.{variable}"
+        for name, held in components.items()
+        for variable in read_description(held.fmu).variables
+    }
+    for source, target in wires:
+        flags = flag_of(source), flag_of(target)
+        if known.issuperset(flags):
+            yield flags
 
 
 def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:

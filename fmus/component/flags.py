@@ -1,0 +1,101 @@
+"""Readings beside flags that say whether they are valid, for hosts in which NaN is not allowed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from warmlink.fmus.component.arithmetic import Number, finite, where
+from warmlink.fmus.component.declaration import Component
+from warmlink.fmus.component.layout import Record
+from warmlink.fmus.component.variables import Input, Output, State, Terminal
+
+
+def flag_of(name: str) -> str:
+    """Name of the flag of a variable or scalar, as `reading_valid[1]` of `reading[1]`."""
+    variable, bracket, element = name.partition("[")
+    return f"{variable}_valid{bracket}{element}"
+
+
+def flagged(component: Component) -> Component:
+    """Component with a flag (Boolean) beside each output that may be NaN and each input that copes with NaN.
+
+    The output holds the last number there was, its nominal value before there is one. The input counts as
+    missing while its flag is false. Connected flag to flag, components do what they do with NaN, bit for bit.
+    """
+    missing = {state.name for state in component.states if state.accepts_nan}
+    outputs = [each for each in component.outputs if each.name in missing]
+    inputs = [each for each in component.inputs if each.accepts_nan]
+    if not outputs and not inputs:
+        return component
+    observe, update, begin = component.observe, component.update, component.started
+
+    def inside(u: Record) -> Record:
+        """Inputs as the component itself has them."""
+        values = {each.name: getattr(u, each.name) for each in component.inputs}
+        for name in (each.name for each in inputs):
+            values[name] = where(getattr(u, flag_of(name)) > 0.5, values[name], math.nan)
+        return component.u.record(values)
+
+    def with_held(states: Mapping[str, Number], before: Mapping[str, Number]) -> Mapping[str, Number]:
+        now = {name: states[name] for name in before}
+        held = {_held(name): where(finite(now[name]), now[name], before[name]) for name in before}
+        return {**states, **held}
+
+    def begin_held(u: Record, p: Record) -> Mapping[str, Number]:
+        return with_held(begin(inside(u), p), {each.name: each.nominal or 0.0 for each in outputs})
+
+    def update_held(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+        assert update is not None
+        before = {each.name: getattr(x, _held(each.name)) for each in outputs}
+        return with_held(update(x, inside(u), p, time, step), before)
+
+    def observe_held(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+        shown = dict(observe(x, inside(u), p, time))
+        for name in (each.name for each in outputs):
+            shown[flag_of(name)] = where(finite(shown[name]), 1.0, 0.0)
+            shown[name] = getattr(x, _held(name))
+        return shown
+
+    return replace(
+        component,
+        inputs=(
+            *component.inputs,
+            *(
+                Input(flag_of(v.name), "1", _about(v), size=v.size, type="Boolean", discrete=True, start=1.0)
+                for v in inputs
+            ),
+        ),
+        outputs=(
+            *component.outputs,
+            *(
+                Output(flag_of(v.name), "1", _about(v), size=v.size, type="Boolean", discrete=True)
+                for v in outputs
+            ),
+        ),
+        states=(*component.states, *(State(_held(v.name), v.unit, size=v.size) for v in outputs)),
+        begin=begin_held,
+        update=None if update is None else update_held,
+        observe=observe_held,
+        terminals=tuple(
+            replace(each, members=tuple(_members(each, {v.name for v in (*inputs, *outputs)})))
+            for each in component.terminals
+        ),
+    )
+
+
+def _held(name: str) -> str:
+    return f"held_{name}"
+
+
+def _about(reading: Input | Output) -> str:
+    return f"whether {reading.name} is a reading"
+
+
+def _members(terminal: Terminal, flags: set[str]) -> Iterator[tuple[str, str]]:
+    """Members of a terminal, with the flag behind what has one."""
+    for member, scalar in terminal.members:
+        yield member, scalar
+        if scalar.partition("[")[0] in flags:
+            yield f"{member}_valid", flag_of(scalar)

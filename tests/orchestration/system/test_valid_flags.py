@@ -1,0 +1,92 @@
+"""The cell without NaN: readings that hold their last value, and flags that say so."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.component.flags import flagged
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.orchestration.catalogue import components, entries
+from warmlink.orchestration.command_line.build import build_files
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.own_system import is_ours
+from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.system.write import write_ssp
+
+LAW = "ObserverDriftCompensator"
+WITH_READINGS = ("TemperatureSensors", "DriftCamera", LAW)
+DROPOUTS: Mapping[str, Mapping[str, float | int]] = {
+    "sensors": {"fault_kind[1]": 4, "fault_time[1]": 60.0, "fault_kind[5]": 4, "noise[3]": 0.05},
+    "camera": {"fault_kind": 4, "fault_time": 100.0},
+}
+
+
+@pytest.fixture(scope="module")
+def plain() -> dict[str, Path]:
+    return FmuStore("native").files(set(WARMUP_CELL.components_with(LAW).values()))
+
+
+@pytest.fixture(scope="module")
+def told(plain: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The same FMUs with flags."""
+    changed = [
+        replace(entries()[name], component=flagged(entries()[name].component)) for name in WITH_READINGS
+    ]
+    built = build_native_fmus(changed, tmp_path_factory.mktemp("flags"))
+    return plain | {path.stem: path for path in built}
+
+
+def test_the_cell_with_flags_does_what_the_cell_with_nan_does(
+    plain: dict[str, Path], told: dict[str, Path], tmp_path: Path
+) -> None:
+    runs = []
+    for name, fmus in (("plain", plain), ("told", told)):
+        path = tmp_path / f"{name}.ssp"
+        write_ssp(WARMUP_CELL.system(fmus, LAW, DROPOUTS), path)
+        runs.append(simulate(read_system(path, tmp_path / name), 200.0, 1.0, GaussSeidel()))
+    with_nan, with_flags = runs
+    for name in ("compensator.correction", "compensator.ready", "link.elongation"):
+        np.testing.assert_array_equal(with_flags[name], with_nan[name])
+    assert np.ptp(with_nan["compensator.correction"]) > 0
+    assert not np.isnan(with_flags.table.values).any()
+    for reading, flag in (
+        ("sensors.reading[1]", "sensors.reading_valid[1]"),
+        ("sensors.reading[5]", "sensors.reading_valid[5]"),
+        ("camera.measured_drift", "camera.measured_drift_valid"),
+    ):
+        known = ~np.isnan(with_nan[reading])
+        np.testing.assert_array_equal(with_flags[flag].astype(bool), known)
+        np.testing.assert_array_equal(with_flags[reading][known], with_nan[reading][known])
+        assert not known.all()
+
+
+def test_a_system_with_ports_shows_its_flags(told: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "ports.ssp"
+    write_ssp(WARMUP_CELL.system(told, LAW), path, WARMUP_CELL.ports)
+    text = zipfile.ZipFile(path).read("SystemStructure.ssd").decode()
+    assert 'name="reading_valid[8]" kind="output"' in text
+
+
+def test_fmus_with_flags_are_not_taken_for_those_without(
+    plain: dict[str, Path], told: dict[str, Path]
+) -> None:
+    for name in WITH_READINGS:
+        assert is_ours(plain[name], components()[name])
+        assert not is_ours(told[name], components()[name])
+
+
+@pytest.mark.parametrize(("fmus", "scenario"), [("all", None), ("native", "cell.toml")])
+def test_flags_are_for_shipped_native_fmus(fmus: str, scenario: str | None, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--valid-flags: is for the shipped native FMUs"):
+        build_files(tmp_path / "dist", fmus, scenario=scenario, valid_flags=True)
+    assert not (tmp_path / "dist").exists()
