@@ -116,7 +116,7 @@ def build_files(
 def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None, flags: bool) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.component.flags import flagged
+    from warmlink.fmus.packaging.flags import flagged
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Annotated
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.flags import flag_of
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.flags import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Text
 from warmlink.orchestration.scenarios.expression import Expression

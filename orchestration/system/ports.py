@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import get_args
 
-from warmlink.fmus.component.flags import flag_of
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.flags import flag_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connector, ConnectorKind, System
 from warmlink.orchestration.system.ssp.declared import DeclaredConnection

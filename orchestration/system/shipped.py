@@ -8,10 +8,10 @@ from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.flags import flag_of
 from warmlink.fmus.component.join import Wire, join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.flags import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import component, connect
@@ -126,7 +126,7 @@ class Blueprint:
 
 
 def _flag_wires(components: Mapping[str, Held], wires: Iterable[Wire]) -> Iterator[Wire]:
-    """Wires between the flags of what is connected, where both ends have one (see `fmus.component.flags`)."""
+    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.flags`)."""
     known = {
         f"{name}.{variable}"
         for name, held in components.items()

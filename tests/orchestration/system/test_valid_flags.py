@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warmlink.fmus.component.flags import flagged
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.flags import flagged
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import components, entries
 from warmlink.orchestration.command_line.build import build_files
