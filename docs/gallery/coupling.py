@@ -17,6 +17,6 @@ for colour, master in zip(COLOURS, ("jacobi", "gauss_seidel"), strict=False):
     ends = [wl.run("stop_and_go", "none", step=s, stop="20 min", master=master) for s in steps]
     errors = [1e6 * abs(run.uncompensated_error[-1] - exact) for run in ends]
     figure.add_scatter(x=steps, y=np.array(errors), name=master, mode="lines+markers", line={"color": colour})
-figure.update_xaxes(title="communication step [s]", type="log")
-figure.update_yaxes(title="error after 20 min [µm]", type="log")
+figure.update_xaxes(title="communication step [s]", type="log", dtick=1)
+figure.update_yaxes(title="error after 20 min [µm]", type="log", dtick=1)
 figure = styled(figure)

@@ -161,8 +161,6 @@ class Hints:
 
 def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
     """Print how the files are understood."""
-    from rich.markup import escape
-
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
     from warmlink.orchestration.diagnosis.data import understood
 
@@ -175,8 +173,7 @@ def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
     for each in found:
         for run in each["runs"]:
             answer(understood.in_words(run))
-            rows = [[escape(cell) for cell in row] for row in understood.table(run)]
-            print_table("", headings, rows, texts=3, width=120)
+            print_table("", headings, understood.table(run), texts=3, width=120)
         for text in each["remarks"]:
             answer(f"- {text}")
 

@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.orchestration.cli import main
 
-HEAD = "clock;v (rad/s);M;T_room;base_temperature_degC;note\n"
+HEAD = "clock;v [rad/s];M;T_room;base_temperature_degC;note\n"
 LINES = [
     f"22.11.2026 23:{50 + i // 6}:{10 * (i % 6):02d};3,43;2,5;22;{22 + i / 8:.3f};x\n".replace(".", ",")
     for i in range(60)
@@ -55,6 +55,7 @@ def test_it_says_columns_units_rows_gaps_ranges_and_what_is_assumed_or_passed_ov
         "not used: note",
     ):
         assert part in said, part
+    assert "v [rad/s] " in said
     assert [path.name for path in logged.iterdir()] == ["log.csv"]
 
 
