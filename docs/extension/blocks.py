@@ -128,7 +128,8 @@ class Run(Block):
         if done.returncode != wanted:
             told = f"{source}\n{done.stderr}{done.stdout}"
             LOG.warning("%s: exit code %s: %s", where, done.returncode, told)
-        return re.sub(r"[ \t]+$", "", done.stderr if wanted else done.stdout, flags=re.MULTILINE).rstrip()
+        came = (done.stderr if wanted else done.stdout).replace(str(self.place.folder), "/home/you")
+        return re.sub(r"[ \t]+$", "", came, flags=re.MULTILINE).rstrip()
 
 
 class File(Block):

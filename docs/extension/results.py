@@ -13,7 +13,7 @@ from typing import Any
 
 SAID = Path(__file__).parents[1] / "reference" / "results.toml"
 
-HEADS = ("meaning", "type", "unit", "where there is nothing to say", "example")
+HEADS = ("meaning", "type, unit", "where there is nothing to say", "example")
 
 
 @cache
@@ -78,7 +78,8 @@ def rows(name: str, contents: list[dict[str, Any]]) -> tuple[list[tuple[str, ...
         example = given[0] if given else examples.get(entry)
         if example is None:
             missing.append(entry)
-        found.append((f"`{entry}`", meaning, kind, unit, nothing, f"`{shown(example)}`"))
+        of = f"{kind}, {unit}" if unit else kind
+        found.append((f"`{entry}`", meaning, of, nothing, f"`{shown(example)}`"))
     return found, missing
 
 
