@@ -14,6 +14,7 @@ SHOWN = {
     "controllers/README.md": "controllers",
     "orchestration/diagnosis/README.md": "diagnosis",
     "docs/compatibility.md": "compatibility",
+    "fmus/reduced_link/README.md": "reduced-link",
     **{
         str(path.relative_to(ROOT)): f"decisions/{'index' if path.stem == 'README' else path.stem}"
         for path in sorted((ROOT / "docs" / "decisions").glob("*.md"))
@@ -27,6 +28,8 @@ _LINK = re.compile(r"\[([^\]]+)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 def pages() -> dict[str, str]:
     """Text of each page by its name; the page of decisions lists the others."""
     found = {page: adapted(ROOT / source, page) for source, page in SHOWN.items()}
+    of_its_own = "The FMU's own documentation lists them, as they depend on the part."
+    found["reduced-link"] = found["reduced-link"].replace("<!-- variables -->", of_its_own)
     others = [page.partition("/")[2] for page in SHOWN.values() if page.startswith("decisions/")]
     listed = "\n".join(page for page in others if page != "index")
     found["decisions/index"] += f"\n```{{toctree}}\n:hidden:\n{listed}\n```\n"
