@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component, Input, Parameter, Scalar, Variable
@@ -53,6 +54,14 @@ def value_attributes(scalar: Scalar) -> dict[str, str]:
     values["start"] = scalar.start
     stated = {key: text(typed(variable, value)) for key, value in values.items() if value is not None}
     return attributes | stated
+
+
+def array_attributes(first: Scalar) -> dict[str, str]:
+    """What differs for an array as a whole from its first element: the name, and start values of all."""
+    variable = first.variable
+    starts = [replace(first, element=i).start for i in range(variable.count)]
+    given = [text(typed(variable, start)) for start in starts if start is not None]
+    return {"name": variable.name} | ({"start": " ".join(given)} if given else {})
 
 
 def typed(variable: Variable, value: float) -> float | bool:

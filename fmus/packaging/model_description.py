@@ -13,6 +13,7 @@ from warmlink.fmus.component.dependencies import TIME, Dependencies
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
     accepting_nan,
+    array_attributes,
     causality,
     document,
     fmi3_type,
@@ -148,10 +149,12 @@ def fmi3_model_description(
     *,
     implementation: str = "",
     found: Dependencies | None = None,
+    arrays: bool = False,
 ) -> bytes:
     """Write modelDescription.xml for FMI 3.0 co-simulation; the parameters as for FMI 2.0.
 
-    The independent variable `time` has the value reference after the last of the component's own.
+    The independent variable `time` has the value reference after the last of the component's own. With
+    `arrays` each vector is one variable, with the value reference of its first element.
     """
     states = exchanged_states(component) if capabilities.model_exchange else []
     found = found or found_dependencies(component, states)
@@ -179,14 +182,22 @@ def fmi3_model_description(
 
     variables = ET.SubElement(root, "ModelVariables")
     for scalar in component.scalars():
+        whole = arrays and scalar.variable.size is not None
+        if whole and scalar.element:
+            continue
         attributes = identity(scalar) | value_attributes(scalar)
+        if whole:
+            attributes |= array_attributes(scalar)
         if capabilities.intermediate_update and set_within_step(scalar):
             attributes["intermediateUpdate"] = "true"
-        ET.SubElement(variables, fmi3_type(scalar.variable), attributes)
+        around = ET.SubElement(variables, fmi3_type(scalar.variable), attributes)
+        if whole:
+            ET.SubElement(around, "Dimension", start=str(scalar.variable.size))
     time = {"name": TIME, "valueReference": str(time_reference(component)), "causality": "independent"}
     ET.SubElement(variables, "Float64", time | {"variability": "continuous", "unit": "s"})
 
-    reference = {s.name: s.reference for s in component.scalars()} | {TIME: time_reference(component)}
+    reference = {s.name: s.reference - arrays * s.element for s in component.scalars()}
+    reference[TIME] = time_reference(component)
     for state in states:
         reference |= {state.name: state.reference, state.rate_name: state.rate_reference}
         attributes = local_identity(state.name, state.reference)
@@ -198,9 +209,12 @@ def fmi3_model_description(
     structure = ET.SubElement(root, "ModelStructure")
     for group, of in unknowns_by_kind(found, states):
         element = "ContinuousStateDerivative" if group == "Derivative" else group
+        merged: dict[int, set[int]] = {}
         for name, known in of.items():
-            attributes = _dependency_attributes(reference[k] for k in known)
-            ET.SubElement(structure, element, {"valueReference": str(reference[name])} | attributes)
+            merged.setdefault(reference[name], set()).update(reference[k] for k in known)
+        for unknown, on in merged.items():
+            attributes = {"valueReference": str(unknown)} | _dependency_attributes(on)
+            ET.SubElement(structure, element, attributes)
     accepting = accepting_nan(component)
     if accepting:
         annotation = ET.SubElement(ET.SubElement(root, "Annotations"), "Annotation", type=VENDOR)

@@ -53,10 +53,17 @@ def build(
             "beside it (`reading_valid[1]`) says so.",
         ),
     ] = False,
+    arrays: Annotated[
+        bool,
+        typer.Option(
+            "--arrays",
+            help="FMUs of FMI 3.0 with arrays: `reading` in place of `reading[1]`, `reading[2]` ...",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them."""
-    built = build_files(out, fmus, platforms, scenario, valid_flags)
+    built = build_files(out, fmus, platforms, scenario, valid_flags, arrays)
     if json:
         answer_json([str(path) for path in built])
     else:
@@ -70,6 +77,7 @@ def build_files(
     platforms: str | None = None,
     scenario: str | Path | None = None,
     valid_flags: bool = False,
+    arrays: bool = False,
 ) -> list[Path]:
     """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
 
@@ -82,6 +90,7 @@ def build_files(
     scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
     valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
         native FMUs, but for the systems in one FMU
+    arrays : arrays in the native FMUs of FMI 3.0
 
     Raises
     ------
@@ -103,7 +112,7 @@ def build_files(
     if advice is not None:
         remark(advice)
     try:
-        built = _build(fmus, platforms, out, own, valid_flags)
+        built = _build(fmus, platforms, out, own, valid_flags, arrays)
     except OSError as fault:
         place = Path(fault.filename or out)
         shown = out if place.is_relative_to(out) else place
@@ -113,7 +122,9 @@ def build_files(
     return built
 
 
-def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None, flags: bool) -> list[Path]:
+def _build(
+    kind: str, platforms: str | None, out: Path, own: Scenario | None, flags: bool, arrays: bool
+) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
     from warmlink.fmus.packaging.flags import flagged
@@ -134,10 +145,10 @@ def _build(kind: str, platforms: str | None, out: Path, own: Scenario | None, fl
         with progress_bar("Python FMUs") as progress:
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
-        built += _build_native(components, platforms, out)
+        built += _build_native(components, platforms, out, arrays)
         if not flags:
             joined = [WARMUP_CELL.joined(law), arm.joined()] if own is None else _whole(own)
-            built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out)
+            built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
         built.append(out / f"{own.name}.ssp")
@@ -161,7 +172,7 @@ def _whole(own: Scenario) -> list[Component]:
     return [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
 
 
-def _build_native(components: Sequence[Entry], platforms: str | None, out: Path) -> list[Path]:
+def _build_native(components: Sequence[Entry], platforms: str | None, out: Path, arrays: bool) -> list[Path]:
     from warmlink.fmus.packaging.native.compile import platforms_named
     from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 
@@ -171,7 +182,7 @@ def _build_native(components: Sequence[Entry], platforms: str | None, out: Path)
     for version in versions:
         with progress_bar(f"native FMUs, FMI {version}") as progress:
             folder, done = out / "native" / f"fmi{version[0]}", counted(progress, len(components))
-            built += build_native_fmus(components, folder, version, chosen, done)
+            built += build_native_fmus(components, folder, version, chosen, done, arrays)
     return built
 
 

@@ -22,8 +22,13 @@ from warmlink.fmus.packaging.native.output_groups import output_groups
 from warmlink.fmus.packaging.native.symbols import Expression, Symbols, beginning, sampling
 
 
-def generate(component: Component) -> dict[str, str]:
+def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     """Write the generated C files of a component, all but `identity.h`.
+
+    Parameters
+    ----------
+    component : the declaration
+    arrays : an array is exchanged as a whole, by the value reference of its first element
 
     Returns
     -------
@@ -39,16 +44,16 @@ def generate(component: Component) -> dict[str, str]:
         starting += starting_glue(component, component.joint)
         running += sample_glue(component, component.joint)
     return {
-        "component.h": sizes_header(component),
+        "component.h": sizes_header(component, arrays),
         "starting.c": starting,
         "running.c": running
         + _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
         + _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks)),
-        "variables.c": _variables_file(component, groups),
+        "variables.c": _variables_file(component, groups, arrays),
     }
 
 
-def sizes_header(component: Component) -> str:
+def sizes_header(component: Component, arrays: bool) -> str:
     """Write `component.h`: sizes, and the prefix of the component's functions."""
     sizes = {
         "PARAMETERS": component.p.size,
@@ -60,6 +65,7 @@ def sizes_header(component: Component) -> str:
         "CHECKS": len(component.checks),
         "CONTINUOUS": component.continuous.size,
         "CLOCKS": len(component.clocks),
+        "ARRAYS": int(arrays),
         "EXCHANGES": int(bool(exchanged_states(component))),
     }
     lines = [
@@ -187,12 +193,13 @@ def _dispatcher(name: str, chosen: str, arguments: Sequence[str], count: int) ->
     )
 
 
-def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> str:
+def _variables_file(component: Component, groups: Sequence[Sequence[int]], arrays: bool) -> str:
     first_output = component.p.size + component.u.size
     grouped = [(number, output) for number, group in enumerate(groups) for output in group]
     place = {first_output + output: (number, i) for i, (number, output) in enumerate(grouped)}
     rows = "".join(
-        f"    {_row(scalar, place.get(scalar.reference, (0, 0)))},\n" for scalar in component.scalars()
+        f"    {_row(scalar, arrays, place.get(scalar.reference, (0, 0)))},\n"
+        for scalar in component.scalars()
     )
     sentences = "".join(
         f"    {_string(_numbered(component, check.sentence))},\n" for check in component.checks
@@ -220,8 +227,9 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]]) -> st
     )
 
 
-def _row(scalar: Scalar, place: tuple[int, int]) -> str:
+def _row(scalar: Scalar, arrays: bool, place: tuple[int, int]) -> str:
     variable = scalar.variable
+    count = 1 if not arrays else 0 if scalar.element else variable.count
     bounds = [variable.minimum, variable.maximum]
     flags = [
         name
@@ -241,7 +249,7 @@ def _row(scalar: Scalar, place: tuple[int, int]) -> str:
     kind = variable.type.upper() if variable.choice is None else "ENUMERATION"
     return (
         f"{{{_string(scalar.name)}, {_string(unit)}, {numbers}, "
-        f"{kind}, {' | '.join(flags) or 0}, {place[0]}, {place[1]}}}"
+        f"{kind}, {' | '.join(flags) or 0}, {count}, {place[0]}, {place[1]}}}"
     )
 
 

@@ -53,6 +53,7 @@ def build_native_fmus(
     fmi_version: FmiVersion = "2.0",
     platforms: Sequence[Platform] | None = None,
     progress: Callable[[str], None] = lambda name: None,
+    arrays: bool = False,
 ) -> list[Path]:
     """Write the native FMUs of components and return their paths, in the order of the components.
 
@@ -63,6 +64,7 @@ def build_native_fmus(
     fmi_version : "2.0" or "3.0"
     platforms : from `platforms_named`; this machine's where none are given
     progress : called with the name of each FMU that is done
+    arrays : in FMI 3.0, one variable for an array in place of one for each element
 
     Raises
     ------
@@ -73,7 +75,7 @@ def build_native_fmus(
 
     def build(entry: Entry) -> Path:
         target = folder / f"{entry.component.name}.fmu"
-        write_archive(target, native_fmu_files(entry, fmi_version, chosen))
+        write_archive(target, native_fmu_files(entry, fmi_version, chosen, arrays))
         return target
 
     built = []
@@ -84,7 +86,9 @@ def build_native_fmus(
     return built
 
 
-def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Compiler]) -> dict[str, bytes]:
+def native_fmu_files(
+    entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Compiler], arrays: bool = False
+) -> dict[str, bytes]:
     """Contents of a native FMU by path inside the archive.
 
     Parameters
@@ -92,9 +96,11 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
     entry : the component and where it is declared
     fmi_version : "2.0" or "3.0"
     chosen : a compiler for each platform
+    arrays : as for `build_native_fmus`; without the files of FMI-LS-REF, whose parameter sets know no arrays
     """
+    arrays = arrays and fmi_version == "3.0"
     component = opened(entry.component)
-    sources, implementation = native_sources(entry.component, fmi_version)
+    sources, implementation = native_sources(entry.component, fmi_version, arrays)
     units = [name for name in sources if name.endswith(".c")]
     capabilities = native_capabilities(component, fmi_version)
     documentation = documentation_files(entry)
@@ -105,29 +111,31 @@ def native_fmu_files(entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Com
         build_description = {}
     else:
         description = fmi3_model_description(
-            component, component.name, capabilities, implementation=implementation
+            component, component.name, capabilities, implementation=implementation, arrays=arrays
         )
         build_description = {"sources/buildDescription.xml": _build_description(component, units)}
         documentation["terminalsAndIcons/icon.png"] = documentation.pop("model.png")
     return {
         "modelDescription.xml": description,
         **documentation,
-        **terminals_files(component),
-        **reference_files(entry.component, fmi_version),
+        **terminals_files(component, arrays),
+        **({} if arrays else reference_files(entry.component, fmi_version)),
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
         **build_description,
     }
 
 
-def native_sources(component: Component, speaker: Speaker) -> tuple[dict[str, str], str]:
+def native_sources(
+    component: Component, speaker: Speaker, arrays: bool = False
+) -> tuple[dict[str, str], str]:
     """C files of a component's FMU or web page by name, and the digest that names this implementation.
 
     A serialised state is taken by an FMU of the same digest alone.
     """
     if speaker != "browser":
         component = opened(component)
-    sources = generate(component)
+    sources = generate(component, arrays)
     folder = importlib.resources.files("warmlink.fmus.packaging.native") / "sources"
     for file in sorted(folder.iterdir(), key=lambda each: each.name):
         if file.name.startswith(_SOURCES[speaker]):

@@ -19,7 +19,7 @@ from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.capabilities import Capabilities
-from warmlink.fmus.packaging.exchange import exchanged_states
+from warmlink.fmus.packaging.exchange import exchanged_states, opened
 from warmlink.fmus.packaging.model_description import (
     fmi2_model_description,
     fmi3_model_description,
@@ -61,11 +61,12 @@ def test_schema_and_fmpy_find_nothing(component: Component, fmi: str, capabiliti
 
     if capabilities is ALL:
         capabilities = replace(ALL, model_exchange=bool(exchanged_states(component)))
-    xml = WRITERS[fmi](component, component.name, capabilities)
     folder = Path(fmpy.__file__).parent / "schema" / fmi
     schema = etree.XMLSchema(etree.parse(str(folder / f"{fmi}ModelDescription.xsd")))
-    schema.assertValid(etree.fromstring(xml))
-    assert validate_model_description(read(xml), validate_model_structure=True) == []
+    for arrays in [{}, {"arrays": True}] if fmi == "fmi3" else [{}]:
+        xml = WRITERS[fmi](opened(component), component.name, capabilities, **arrays)
+        schema.assertValid(etree.fromstring(xml))
+        assert validate_model_description(read(xml), validate_model_structure=True) == []
 
 
 @every

@@ -17,18 +17,21 @@ LAW = controller("lag")
 
 
 @pytest.mark.parametrize("component", [*COMPONENTS.values(), WARMUP_CELL.joined(LAW)], ids=lambda c: c.name)
-def test_terminals_are_valid_and_name_scalars(component: Component) -> None:
+@pytest.mark.parametrize("arrays", [False, True])
+def test_terminals_are_valid_and_name_variables(component: Component, arrays: bool) -> None:
     import fmpy
     from lxml import etree
 
-    files = terminals_files(component)
+    files = terminals_files(component, arrays)
     assert bool(files) == bool(component.terminals)
+    known = {s.variable.name if arrays else s.name for s in component.scalars()}
     schema = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
     for content in files.values():
         etree.XMLSchema(etree.parse(str(schema))).assertValid(etree.fromstring(content))
-    scalars = {scalar.name for scalar in component.scalars()}
-    for terminal in component.terminals:
-        assert {scalar for _, scalar in terminal.members} <= scalars
+        for terminal in etree.fromstring(content).iter("Terminal"):
+            members = [(each.get("variableName"), each.get("memberName")) for each in terminal]
+            assert {variable for variable, _ in members} <= known
+            assert len({member for _, member in members}) == len(members)
 
 
 def terminal(instance: str, name: str) -> Terminal:

@@ -2,13 +2,47 @@
 
    In FMI 3.0 the size of an array goes with it, SIZED(values, size); in FMI 2.0 it is the number of references. */
 
-/* One value each: whether so many references go with so many values, and both are there. */
-static int paired(Instance *instance, const void *references, size_t count, const void *values, size_t size)
+#define SIZE F(count, size)
+
+/* How many values go with a reference. The references of an array's elements follow the first, which is its own. */
+#if WL_ARRAYS
+#define COUNT(reference) ((reference) < VARIABLES ? (Reference)WL(variables)[reference].count : 1)
+#else
+#define COUNT(reference) 1u
+#endif
+
+typedef struct {
+    size_t at; /* which reference is next, */
+    Reference element; /* and which of its values */
+} Place;
+
+/* Reference of the next value. */
+static Reference next(const Reference references[], Place *place)
 {
-    if (instance && count != size)
-        model_report(&instance->model, ": %lu value references and %lu values; give one each", (unsigned long)count,
-                     (unsigned long)size);
-    return instance && count == size && model_given(&instance->model, count, references, values);
+    Reference first = references[place->at], found = first + place->element;
+    if (++place->element >= COUNT(first)) {
+        place->at++;
+        place->element = 0;
+    }
+    return found;
+}
+
+/* Whether so many references go with so many values, and both are there. */
+static int paired(Instance *instance, const Reference references[], size_t count, const void *values, size_t size)
+{
+    size_t wanted = 0;
+    if (!instance || !model_given(&instance->model, count, references, references))
+        return 0;
+    for (size_t i = 0; i < count; i++) {
+        unsigned values_of_one = COUNT(references[i]);
+        if (!values_of_one)
+            return unsupported(instance, "a value reference within an array; give the array's") == FUNCTION(OK);
+        wanted += values_of_one;
+    }
+    if (wanted != size)
+        model_report(&instance->model, ": %lu value references and %lu values; give one each%s", (unsigned long)count,
+                     (unsigned long)size, WL_ARRAYS ? ", of an array one for each element" : "");
+    return wanted == size && model_given(&instance->model, size, values, values);
 }
 
 /* Time is a variable in FMI 3.0. */
@@ -18,12 +52,15 @@ Answer FUNCTION(F(GetReal, GetFloat64))(void *handle, const Reference references
                                         double SIZED(values[], size))
 {
     Instance *instance = handle;
-    int well = paired(instance, references, count, values, F(count, size));
-    for (size_t i = 0; well && i < count; i++)
-        if (IS_TIME(references[i]))
+    int well = paired(instance, references, count, values, SIZE);
+    Place place = {0, 0};
+    for (size_t i = 0; well && i < SIZE; i++) {
+        Reference reference = next(references, &place);
+        if (IS_TIME(reference))
             values[i] = instance->model.memory.time;
         else
-            well = model_get(&instance->model, references[i], REAL, &values[i]);
+            well = model_get(&instance->model, reference, REAL, &values[i]);
+    }
     return status(well);
 }
 
@@ -35,25 +72,28 @@ Answer FUNCTION(F(GetReal, GetFloat64))(void *handle, const Reference references
     Answer FUNCTION(name)(void *handle, const Reference references[], size_t count, type SIZED(values[], size)) \
     {                                                                                                         \
         Instance *instance = handle;                                                                          \
-        int well = paired(instance, references, count, values, F(count, size));                               \
-        for (size_t i = 0; well && i < count; i++) {                                                          \
+        int well = paired(instance, references, count, values, SIZE);                               \
+        Place place = {0, 0};                                                                                 \
+        for (size_t i = 0; well && i < SIZE; i++) {                                                           \
+            Reference reference = next(references, &place);                                                   \
             double value = 0;                                                                                 \
-            well = model_get(&instance->model, references[i], kind, &value);                                  \
+            well = model_get(&instance->model, reference, kind, &value);                                      \
             values[i] = model_whole(value);                                                                   \
         }                                                                                                     \
         return status(well);                                                                                  \
     }
 
-WHOLE_GETTER(F(GetInteger, GetInt32), Whole, WHOLE(references[i]))
+WHOLE_GETTER(F(GetInteger, GetInt32), Whole, WHOLE(reference))
 F(, WHOLE_GETTER(GetInt64, fmi3Int64, ENUMERATION))
 
 Answer FUNCTION(GetBoolean)(void *handle, const Reference references[], size_t count, Truth SIZED(values[], size))
 {
     Instance *instance = handle;
-    int well = paired(instance, references, count, values, F(count, size));
-    for (size_t i = 0; well && i < count; i++) {
+    int well = paired(instance, references, count, values, SIZE);
+    Place place = {0, 0};
+    for (size_t i = 0; well && i < SIZE; i++) {
         double value = 0;
-        well = model_get(&instance->model, references[i], BOOLEAN, &value);
+        well = model_get(&instance->model, next(references, &place), BOOLEAN, &value);
         values[i] = value != 0;
     }
     return status(well);
@@ -71,14 +111,17 @@ static int set(Instance *instance, Reference reference, Kind kind, double value)
     Answer FUNCTION(name)(void *handle, const Reference references[], size_t count,                           \
                           const type SIZED(values[], size))                                                   \
     {                                                                                                         \
-        int well = paired(handle, references, count, values, F(count, size));                                 \
-        for (size_t i = 0; well && i < count; i++)                                                            \
-            well = set(handle, references[i], kind, value);                                                   \
+        int well = paired(handle, references, count, values, SIZE);                                 \
+        Place place = {0, 0};                                                                                 \
+        for (size_t i = 0; well && i < SIZE; i++) {                                                           \
+            Reference reference = next(references, &place);                                                   \
+            well = set(handle, reference, kind, value);                                                       \
+        }                                                                                                     \
         return status(well);                                                                                  \
     }
 
 SETTER(F(SetReal, SetFloat64), double, REAL, values[i])
-SETTER(F(SetInteger, SetInt32), Whole, WHOLE(references[i]), values[i])
+SETTER(F(SetInteger, SetInt32), Whole, WHOLE(reference), values[i])
 F(, SETTER(SetInt64, fmi3Int64, ENUMERATION, (double)values[i]))
 SETTER(SetBoolean, Truth, BOOLEAN, values[i] != 0)
 
@@ -87,10 +130,13 @@ Answer FUNCTION(F(GetRealOutputDerivatives, GetOutputDerivatives))(void *handle,
                                                                    double SIZED(values[], size))
 {
     Instance *instance = handle;
-    int well = paired(instance, references, count, values, F(count, size))
+    int well = paired(instance, references, count, values, SIZE)
                && model_given(&instance->model, count, orders, values);
-    for (size_t i = 0; well && i < count; i++)
-        well = model_output_derivative(&instance->model, references[i], orders[i], &values[i]);
+    Place place = {0, 0};
+    for (size_t i = 0; well && i < SIZE; i++) {
+        Whole order = orders[place.at];
+        well = model_output_derivative(&instance->model, next(references, &place), order, &values[i]);
+    }
     return status(well);
 }
 
@@ -103,9 +149,10 @@ Answer FUNCTION(GetDirectionalDerivative)(void *handle, const Reference unknowns
     Direction direction = {{0}, {0}, 0, {0}, {0}, 0};
     int well = paired(instance, knowns, known_count, seed, F(known_count, seed_size))
                && paired(instance, unknowns, unknown_count, sensitivity, F(unknown_count, sensitivity_size));
-    for (size_t i = 0; well && i < known_count; i++)
-        well = model_seed(&instance->model, knowns[i], seed[i], &direction);
-    for (size_t i = 0; well && i < unknown_count; i++)
-        well = model_sensitivity(&instance->model, unknowns[i], &direction, &sensitivity[i]);
+    Place by = {0, 0}, of = {0, 0};
+    for (size_t i = 0; well && i < F(known_count, seed_size); i++)
+        well = model_seed(&instance->model, next(knowns, &by), seed[i], &direction);
+    for (size_t i = 0; well && i < F(unknown_count, sensitivity_size); i++)
+        well = model_sensitivity(&instance->model, next(unknowns, &of), &direction, &sensitivity[i]);
     return status(well);
 }

@@ -23,6 +23,7 @@ typedef struct {
     double start, minimum, maximum, nominal;
     Kind kind;
     int flags;
+    int count;           /* values that go with its reference: of an array all with the first's, else 1 */
     int group, position; /* of an output: which outputs it is computed with, and where among all */
 } Variable;
 
