@@ -1,1 +1,1 @@
-"""Scenario files, their loader and the metrics of a closed-loop run."""
+"""Scenarios: which system, what drives it, what differs from nominal, and what is scored."""
