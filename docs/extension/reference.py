@@ -11,7 +11,14 @@ from extension.texts import ROOT, adapted, component_pages
 
 def pages() -> dict[str, str]:
     """Text of each page by its name."""
-    return {"commands": commands(), "causes": causes(), "names": names(), **formats(), **components()}
+    return {
+        "commands": commands(),
+        "causes": causes(),
+        "names": names(),
+        "variables": variables(),
+        **formats(),
+        **components(),
+    }
 
 
 def commands() -> str:
@@ -166,6 +173,22 @@ def components() -> dict[str, str]:
     listed = "\n".join(page.partition("/")[2] for page in found)
     found["components/index"] = f"# Components\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
     return found
+
+
+def variables() -> str:
+    """Every variable of the components once, with its unit and where it is."""
+    from warmlink.fmus.catalogue import catalogue
+
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for component in (entry.component for entry in catalogue()):
+        for each in (*component.inputs, *component.parameters, *component.outputs):
+            found.setdefault((each.name, each.unit, each.description), []).append(component.name)
+    rows = (
+        (f"`{name}`", f"`{unit}`" if unit != "1" else "", about, ", ".join(where))
+        for (name, unit, about), where in sorted(found.items())
+    )
+    text = "# Variables and units\n\nSI inside. Symbols of equations stand in the components' own pages.\n\n"
+    return text + markdown_table(("variable", "unit", "what it is", "components"), rows)
 
 
 def causes() -> str:

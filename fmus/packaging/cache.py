@@ -82,7 +82,7 @@ def wanted_cache_folder() -> Path:
     """Folder for built FMUs: `WARMLINK_CACHE`, or warmlink's place in the user's cache."""
     named = os.environ.get(CACHE_VARIABLE)
     if named:
-        return Path(named)
+        return Path(named).absolute()  # an FMU in Python goes to a folder of its own while it begins
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "warmlink"
 

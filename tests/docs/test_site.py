@@ -15,6 +15,7 @@ import typer
 
 from tests.documented import DOCS, reference, results, texts
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.catalogue import catalogue as components
 from warmlink.orchestration import api as wl
 from warmlink.orchestration.cli import COMMANDS, application
 from warmlink.orchestration.command_line.schema import kinds
@@ -71,6 +72,13 @@ def test_every_command_option_and_cause_is_there() -> None:
     assert page.count("`--out ") >= 10
     for cause in catalogue():
         assert f"| `{cause.name}` | {cause.sentence} |" in reference.causes()
+
+
+def test_every_variable_of_the_components_is_there() -> None:
+    page = reference.variables()
+    for entry in components():
+        for scalar in entry.component.scalars():
+            assert f"| `{scalar.variable.name}` |" in page
 
 
 def test_every_script_of_the_gallery_is_shown() -> None:

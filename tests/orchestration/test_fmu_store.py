@@ -33,3 +33,12 @@ def test_where_nothing_can_be_written_it_is_said(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "file"))
     with pytest.raises(InputError, match=f"cannot be written; name a folder .* {CACHE_VARIABLE}"):
         cache_folder()
+
+
+def test_a_cache_named_from_where_one_stands_is_one_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # An FMU in Python goes to its own folder while it begins.
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(CACHE_VARIABLE, "here")
+    assert cache_folder() == tmp_path / "here"
