@@ -46,7 +46,7 @@ from ecospy import EcosSimulation
 
 path, steps, step, parameter_set, names, _ = json.loads(sys.argv[1])
 with EcosSimulation(ssp_path=path, step_size=step) as simulation:
-    simulation.init(parameter_set=parameter_set)
+    simulation.init(**({'parameter_set': parameter_set} if parameter_set else {}))
     rows = []
     for _ in range(steps):
         simulation.step()
@@ -70,8 +70,10 @@ def libcosim(
     return _run(_LIBCOSIM, ssp, steps, 0.0, "", variables, change)
 
 
-def ecos(ssp: Path, steps: int, step: float, parameter_set: str, variables: Variables) -> NDArray[np.float64]:
-    """Values after each step, shape (steps, variables)."""
+def ecos(
+    ssp: Path, steps: int, step: float, parameter_set: str | None, variables: Variables
+) -> NDArray[np.float64]:
+    """Values after each step, shape (steps, variables); without a parameter set `init` is called plainly."""
     _needed("ecospy", "tbb")
     return _run(_ECOS, ssp, steps, step, parameter_set, variables)
 
@@ -91,7 +93,7 @@ def _run(
     ssp: Path,
     steps: int,
     step: float,
-    parameter_set: str,
+    parameter_set: str | None,
     variables: Variables,
     change: Change | None = None,
 ) -> NDArray[np.float64]:

@@ -97,3 +97,8 @@ def test_libcosim_runs_it(cell: Path) -> None:
 
 def test_ecos_runs_it(cell: Path) -> None:
     np.testing.assert_allclose(ecos(cell, 4, 0.5, PARAMETER_SET, WATCHED), EXPECTED, rtol=1e-14)
+
+
+def test_ecos_takes_no_parameter_set_unasked(cell: Path) -> None:
+    """So our documentation names the set to ask for: without it the slope of the FMU itself stays."""
+    np.testing.assert_array_equal(ecos(cell, 4, 0.5, None, WATCHED[:1]), [[0.5], [1.0], [1.5], [2.0]])
