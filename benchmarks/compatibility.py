@@ -242,11 +242,16 @@ def _contained(dist: Path, tool: Path) -> str:
     return ours.failure or agreement(float(result["elongation"][-1]), ours.value or 0.0)
 
 
+SYSTEMS = {"Linux": "Linux", "Windows": "Windows", "Darwin": "macOS"}
+"""Operating systems, by what Python calls them."""
+
+
 def page(rows: Sequence[Seen]) -> str:
     """Text of the page, in Markdown."""
     versions = {"warmlink": release.version(), **{package: version(package) for package in OUTSIDE}}
     found = ", ".join(f"{package} {number}" for package, number in versions.items() if number)
     absent = ", ".join(package for package, number in versions.items() if not number)
+    others = [name for key, name in SYSTEMS.items() if key != platform.system()]
     lines = [
         "# What ran where",
         "",
@@ -255,6 +260,7 @@ def page(rows: Sequence[Seen]) -> str:
         f"`warmlink build` had written. Systems ran {STEPS} steps of 1 s.",
         "",
         f"Installed: {found}." + (f" Not installed, hence not run: {absent}." if absent else ""),
+        f"Not run either: Simulink, Dymola, and any of this on {' and '.join(others)}.",
         "",
         "| tool | file | started by | what came of it |",
         "|---|---|---|---|",
