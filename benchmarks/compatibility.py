@@ -242,8 +242,8 @@ def _contained(dist: Path, tool: Path) -> str:
     return ours.failure or agreement(float(result["elongation"][-1]), ours.value or 0.0)
 
 
-SYSTEMS = {"Linux": "Linux", "Windows": "Windows", "Darwin": "macOS"}
-"""Operating systems, by what Python calls them."""
+OPERATING_SYSTEMS = {"Linux": "Linux", "Windows": "Windows", "Darwin": "macOS"}
+"""Their names, by what Python calls them."""
 
 
 def page(rows: Sequence[Seen]) -> str:
@@ -251,7 +251,7 @@ def page(rows: Sequence[Seen]) -> str:
     versions = {"warmlink": release.version(), **{package: version(package) for package in OUTSIDE}}
     found = ", ".join(f"{package} {number}" for package, number in versions.items() if number)
     absent = ", ".join(package for package, number in versions.items() if not number)
-    others = [name for key, name in SYSTEMS.items() if key != platform.system()]
+    others = [name for key, name in OPERATING_SYSTEMS.items() if key != platform.system()]
     lines = [
         "# What ran where",
         "",
