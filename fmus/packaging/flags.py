@@ -68,7 +68,7 @@ def flagged(component: Component) -> Component:
             ),
         ),
         outputs=(
-            *component.outputs,
+            *(_held_output(v) if v in outputs else v for v in component.outputs),
             *(
                 Output(flag_of(v.name), "1", _about(v), size=v.size, type="Boolean", discrete=True)
                 for v in outputs
@@ -87,6 +87,11 @@ def flagged(component: Component) -> Component:
 
 def _held(name: str) -> str:
     return f"held_{name}"
+
+
+def _held_output(reading: Output) -> Output:
+    about = reading.description.partition("; NaN")[0]
+    return replace(reading, description=f"{about}; its last value while there is none")
 
 
 def _about(reading: Input | Output) -> str:

@@ -254,9 +254,9 @@ def _object(
 
 @cache
 def _version(command: tuple[str, ...]) -> bytes:
-    """What a compiler says of its version."""
-    with suppress(OSError):
-        return subprocess.run([*command, "--version"], capture_output=True).stdout
+    """What a compiler says of its version; zig leaves a file (`a.o`) where it is asked for macOS."""
+    with suppress(OSError), tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        return subprocess.run([*command, "--version"], cwd=work, capture_output=True).stdout
     return b""
 
 

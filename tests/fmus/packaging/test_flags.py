@@ -35,6 +35,7 @@ def test_only_what_has_readings_gets_flags() -> None:
     changed = {name for name, component in COMPONENTS.items() if flagged(component) is not component}
     assert changed == {name for name in COMPONENTS if "Compensator" in name} | {SENSORS.name, CAMERA.name}
     assert [v.name for v in flagged(SENSORS).outputs] == ["reading", "reading_valid"]
+    assert not any("NaN" in v.description for part in (SENSORS, CAMERA) for v in flagged(part).outputs)
 
 
 def loop(law: Component, flags: bool) -> Instance:

@@ -17,7 +17,13 @@ import pytest
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.motor_heat_source.component import COMPONENT
-from warmlink.fmus.packaging.native.compile import PLATFORMS, SMALL_PLATFORMS, Compiler, compilers
+from warmlink.fmus.packaging.native.compile import (
+    PLATFORMS,
+    SMALL_PLATFORMS,
+    Compiler,
+    _version,
+    compilers,
+)
 from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 
 from .bare_host import HERE, arguments, compile_host, hour_in_python
@@ -93,6 +99,15 @@ def run_hour(command: list[str], **options: Any) -> list[float]:
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, **options)
     assert done.returncode == 0, done.stdout[-500:] + done.stderr[-2000:]
     return [float(line) for line in done.stdout.split()][:-1]
+
+
+def test_a_compiler_that_is_asked_for_its_version_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As zig leaves an empty `a.o` for macOS."""
+    monkeypatch.chdir(tmp_path)
+    assert _version.__wrapped__(compiler("aarch64-macos").command)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("version", VERSIONS)
