@@ -106,7 +106,7 @@ def test_a_compiler_that_is_asked_for_its_version_leaves_no_file(
 ) -> None:
     """As zig leaves an empty `a.o` for macOS."""
     monkeypatch.chdir(tmp_path)
-    assert _version.__wrapped__(compiler("aarch64-macos").command)
+    assert _version.__wrapped__(compiler("aarch64-darwin").command)
     assert list(tmp_path.iterdir()) == []
 
 
