@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -46,17 +47,38 @@ def remark(text: str) -> None:
 
 
 @contextmanager
+def _notebook_line() -> Iterator[Callable[[str], None]]:
+    """Line of a notebook, written over at most five times a second and left empty; elsewhere none."""
+    last = -1.0
+
+    def write(text: str) -> None:
+        nonlocal last
+        if time.monotonic() - last > 0.2:
+            last = time.monotonic()
+            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
+
+    if "ipykernel" not in sys.modules:
+        yield lambda text: None
+        return
+    try:
+        yield write
+    finally:
+        print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
+
+
+@contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Progress bar on a terminal, nothing elsewhere; give it the share done, 0 to 1."""
+    """Progress on a terminal and in a notebook, nothing elsewhere; give it the share done, 0 to 1."""
     with noted_progress_bar(what) as show:
         yield lambda share: show(share, "")
 
 
 @contextmanager
 def noted_progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
-    """Progress bar that also shows a note; give it the share done and the note."""
+    """Progress that also shows a note; give it the share done and the note."""
     if not sys.stderr.isatty():
-        yield lambda share, note: None
+        with _notebook_line() as write:
+            yield lambda share, note: write(f"{what} {100 * share:3.0f} % {note}")
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -75,9 +97,10 @@ def noted_progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
 
 @contextmanager
 def spinner(what: str) -> Iterator[Callable[[str], None]]:
-    """Spinner on a terminal, nothing elsewhere; give it what is being done."""
+    """Spinner on a terminal, a line in a notebook, nothing elsewhere; give it what is being done."""
     if not sys.stderr.isatty():
-        yield lambda doing: None
+        with _notebook_line() as write:
+            yield lambda doing: write(f"{what}: {doing}")
         return
     from rich.console import Console
 

@@ -183,3 +183,15 @@ def test_results_are_plotted_as_page_and_picture(
     assert code == 2
     assert 'a picture needs an optional part: pip install "warmlink[studies]"' in told
     assert sorted(path.name for path in Path().iterdir()) == ["a", "b", "plot.html", "plot.svg"]
+
+
+def test_a_notebook_shows_progress_and_nothing_else_does(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wl.run("stop_and_go", "none", stop="1 min")
+    assert "\r" not in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "ipykernel", None)
+    wl.run("stop_and_go", "none", stop="1 min")
+    shown = capsys.readouterr().err.split("\r")
+    assert any(" %" in each for each in shown)
+    assert shown[-2:] == [" " * 79, ""]
