@@ -80,7 +80,7 @@ def reduced_link(name: str, model: ReducedModel) -> Component:
         states=(
             State("pattern_temperature", "K", size=n),
             State("heat_received", "J"),
-            State("peak", "1", size=2 + surfaces),
+            State("peak", "1", size=2 + 2 * surfaces),
         ),
         outputs=_OUTPUTS,
         derive=partial(equations.derive, model=model),

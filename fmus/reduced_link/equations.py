@@ -39,7 +39,7 @@ def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) ->
     gain = model.base_row * at_base + model.tip_row * at_tip - p.conductivity * model.conduction * z
     for g, h in enumerate(film_coefficients(u, p, model)):
         gain = gain + model.surface_rows[g] * inflow[2 + g] - h * (model.cooling[g] @ z)
-    beyond = [maximum(absolute(each) - x.peak[i], 0.0) for i, each in enumerate(inflow)]
+    beyond = [maximum(each - x.peak[i], 0.0) for i, each in enumerate(_driving(z, u, p, time, model))]
     return {
         "pattern_temperature": _solved(p.pattern_heat_capacity, _carried(p), gain, model),
         "heat_received": u.heat_flow,
@@ -92,7 +92,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) 
     coefficients = film_coefficients(u, p, model)
     above = model.surface_rows @ rise + model.area * (start - ambient)
     loss = total(stack(*coefficients) * above) - p.absorbed_flux * float(model.area.sum())
-    largest = [maximum(x.peak[i], absolute(each)) for i, each in enumerate(_inflow(u, p, time, model))]
+    largest = [maximum(x.peak[i], each) for i, each in enumerate(_driving(rise, u, p, time, model))]
     error = model.error_gain @ stack(*largest) / p.conductivity
     return {
         "base_temperature": start + total(model.base_row * rise),
@@ -115,8 +115,22 @@ def begin(u: Record, p: Record, model: ReducedModel) -> Mapping[str, Number]:
     return {
         "pattern_temperature": model.initial_rows @ p.initial_temperature_rise,
         "heat_received": 0.0,
-        "peak": np.zeros(2 + model.surfaces),
+        "peak": np.zeros(2 + 2 * model.surfaces),
     }
+
+
+def _driving(z: Number, u: Record, p: Record, time: Number, model: ReducedModel) -> list[Number]:
+    """Sizes of what the error follows: inputs in W and W/m2, and what motion adds to convection in W/m2.
+
+    The gains are those of constant coefficients. With h' at rest, h (T_a - T) in motion is h' (T_a - T) and a
+    flux (h - h') (T_a - T), which is at most that of the end whose temperature differs most.
+    """
+    inflow = _inflow(u, p, time, model)
+    ambient = ambient_temperature(u, p, time) - p.initial_temperature
+    ends = [absolute(total(row * z) - ambient) for row in (model.base_row, model.tip_row)]
+    moving = absolute(convection_coefficient(u, p, _lever(model)) - p.convection_still)
+    added = [p.convection_factor[g] * moving * maximum(*ends) for g in range(model.surfaces)]
+    return [*(absolute(each) for each in inflow), *added]
 
 
 def film_coefficients(u: Record, p: Record, model: ReducedModel) -> list[Number]:
@@ -124,9 +138,14 @@ def film_coefficients(u: Record, p: Record, model: ReducedModel) -> list[Number]
 
     e s (T^4 - T_a^4) is taken for 4 e s T_r^3 (T - T_a), T_r being `radiation_temperature`.
     """
-    convection = convection_coefficient(u, p, float(np.linalg.norm(model.reach)) / 2)
+    convection = convection_coefficient(u, p, _lever(model))
     radiation = 4 * p.emissivity * STEFAN_BOLTZMANN * p.radiation_temperature**3
     return [p.convection_factor[g] * convection + radiation for g in range(model.surfaces)]
+
+
+def _lever(model: ReducedModel) -> float:
+    """Half the distance in m from base to tool point, where the speed is that of the surface in the mean."""
+    return float(np.linalg.norm(model.reach)) / 2
 
 
 def _inflow(u: Record, p: Record, time: Number, model: ReducedModel) -> list[Number]:

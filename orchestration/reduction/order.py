@@ -12,7 +12,7 @@ time scaled by heat capacity over conductivity it depends on ratios alone, and o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -43,6 +43,9 @@ LARGEST_STEP = 1e6
 
 SMOOTHING = 10.0
 """s over which inputs are smoothed before patterns are chosen: what passes sooner moves no tool point."""
+
+WARMING = (0.0, 1e-4, 1e-3, 1e-2)
+"""1/s, inverse times for which a part has been heated when its convection changes."""
 
 SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP = 6, 60, 2
 
@@ -94,7 +97,9 @@ class Responses:
         self.heat, self.within = heat, within
         groups = len(heat.cooling)
         flux = demand.ambient_change * within.convection[1] / 2
-        self.peaks = np.array([demand.heat_flow, demand.tip_heat_flow, *[flux] * groups])
+        self.loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
+        fluxes = self.loads.shape[1] - 2
+        self.peaks = np.array([demand.heat_flow, demand.tip_heat_flow, *[flux] * fluxes])
         per_metre = within.material["expansion_coefficient"] / demand.displacement
         rest = len(heat.outputs) - 6
         self.weights = np.array([per_metre] * 3 + [per_metre * reach] * 3 + [1 / demand.temperature] * rest)
@@ -135,7 +140,7 @@ class Responses:
         rates, modes = self.modes(setting, basis)
         grown = -np.expm1(-np.outer(rates, self._times)) / rates[:, None]
         return np.einsum(
-            "om,mt,mi->oit", self.heat.outputs @ modes, grown, modes.T @ self.heat.loads, optimize=True
+            "om,mt,mi->oit", self.heat.outputs @ modes, grown, modes.T @ self.loads, optimize=True
         )
 
     @cached_property
@@ -143,7 +148,7 @@ class Responses:
         return {setting: self.steps(setting) for setting in self.settings}
 
     def gains(self, setting: Setting, basis: Array) -> Array:
-        """Largest error of outputs for inputs of 1, times the conductivity, shape (outputs, inputs)."""
+        """Largest error of outputs for loads of 1, times the conductivity, shape (outputs, loads)."""
         error = self._exact[setting] - self.steps(setting, basis)
         return np.abs(np.diff(error, axis=2)).sum(axis=2)
 
@@ -155,8 +160,25 @@ class Responses:
         """What inputs at their peaks reach, shape (m, m): a controllability Gramian of smoothed inputs."""
         rates, modes = self.modes(setting)
         smoothed = 1 + SMOOTHING * self._per_second * rates
-        driven = modes.T @ (self.heat.loads * self.peaks) / smoothed[:, None]
+        driven = modes.T @ (self.loads * self.peaks) / smoothed[:, None]
         return np.asarray(modes @ (driven @ driven.T / np.add.outer(rates, rates)) @ modes.T)
+
+
+def _changes_of_cooling(heat: DenseHeat, within: Range) -> Iterator[Array]:
+    """Yield what a change of each surface's convection by 1 W/(m2.K) is to a warm part, shape (m, profiles).
+
+    Flux over the surface in the profile of temperatures that heat at the base, or the tip, has brought about,
+    from shortly to long after it began, for 1 K at that end.
+    """
+    ratio = float(np.sqrt(np.prod(within.ratios)))
+    cooled = heat.conduction + ratio * heat.cooling.sum(axis=0)
+    scaled = within.capacity / within.material["conductivity"]
+    profiles = [
+        np.linalg.solve(cooled + rate * scaled * np.eye(len(cooled)), heat.loads[:, :2]) for rate in WARMING
+    ]
+    reached = np.column_stack([each / np.sum(heat.loads[:, :2] * each, axis=0) for each in profiles])
+    for cooling in heat.cooling:
+        yield cooling @ reached
 
 
 @dataclass(frozen=True, eq=False)

@@ -134,7 +134,6 @@ def reduce_part(
         coarse = [linear_temperatures(heat, solid)]
     error = mesh_error([*(projected(each, within) for each in coarse), dense], heat.reach, within, COARSER[1])
     patterns, conduction = separated(chosen.basis, dense, volume)
-    gains = SAFETY * chosen.gains
     rows = dense.outputs @ patterns
     mesh = solid.mesh
     kept, _ = coarsened(mesh.p, mesh.facets[:, mesh.boundary_facets()], THERMOMETER_PLACES)
@@ -164,18 +163,25 @@ def reduce_part(
             rotation_rows=rows[3:6],
             reach=heat.reach,
             initial_rows=patterns.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)) / volume,
-            error_gain=np.array(
-                [
-                    np.linalg.norm(gains[:3], axis=0),
-                    np.linalg.norm(gains[3:6], axis=0),
-                    gains[6:].max(axis=0),
-                ]
-            ),
+            error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
             discretisation=error.share,
             conductivity_range=within.conductivity,
             convection_range=within.convection,
         ),
     )
+
+
+def _error_gain(gains: Array, groups: int) -> Array:
+    """Errors of displacement, rotation and temperature by input and by change of convection (see the model)."""
+    kinds = np.array(
+        [
+            np.linalg.norm(gains[:3], axis=0),
+            np.linalg.norm(gains[3:6], axis=0),
+            gains[6:].max(axis=0),
+        ]
+    )
+    inputs, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
+    return np.column_stack([inputs, np.maximum(inputs[:, 2:], profiles.max(axis=2))])
 
 
 def range_of(

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("gmsh", reason="gmsh is not installed: pip install 'warmlink[cad]'")
 pytest.importorskip("pymor", reason="pyMOR is not installed: pip install 'warmlink[cad]'")
 
-from benchmarks.reduction import compared, example_part, random_run
+from benchmarks.reduction import COLD, Run, compared, example_part, random_run
 from warmlink.orchestration.reduction.part import Part
 
 pytestmark = pytest.mark.slow
@@ -25,6 +25,22 @@ def test_the_stated_bounds_hold(part: Part, seed: int) -> None:
     assert kept.held
     assert np.all(kept.errors > 0)
     assert np.all(kept.bounds < 300 * kept.errors)
+
+
+def test_the_bounds_hold_where_the_speed_changes_of_a_link_that_is_warm(part: Part) -> None:
+    lever = float(np.linalg.norm(part.heat.reach)) / 2
+    parameters = {
+        "conductivity": part.within.conductivity[0],
+        "density": part.within.material["density"],
+        "expansion_coefficient": part.within.material["expansion_coefficient"],
+        "convection_still": 3.0,
+        "convection_per_speed": 55.0 / (4.0 * lever),
+        "reference_temperature": COLD,
+    }
+    rest = {"ambient_temperature": COLD, "tip_sink_temperature": COLD}
+    warm = rest | {"heat_flow": 10.0, "speed": 0.0}
+    cooled = rest | {"heat_flow": 10.0, "speed": 4.0}
+    assert compared(part, Run(parameters, ((600, warm), (60, cooled)))).held
 
 
 def test_a_model_that_is_worse_than_stated_is_found(part: Part) -> None:

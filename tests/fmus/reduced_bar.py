@@ -14,7 +14,7 @@ MATERIAL = {
     "specific_heat": 892.0,
     "expansion_coefficient": 23.6e-6,
 }
-ERROR_GAIN = np.array([[1e-3, 2e-3, 3e-5], [4e-3, 5e-3, 6e-5], [7.0, 8.0, 0.9]])
+ERROR_GAIN = np.array([[1e-3, 2e-3, 3e-5, 2e-5], [4e-3, 5e-3, 6e-5, 5e-5], [7.0, 8.0, 0.9, 0.8]])
 
 
 def bar_model(order: int) -> ReducedModel:

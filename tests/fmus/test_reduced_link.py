@@ -64,7 +64,7 @@ def test_what_hub_and_tip_carry_is_a_change_of_rank_two() -> None:
     p, u = component.start_values({**CARRIED, **DUTY})
     settled = component.settled(p)
     amplitudes = np.array([3.0, -2.0, 1.0, 0.5, 0.2])
-    x = np.concatenate([amplitudes, np.zeros(4)])
+    x = np.concatenate([amplitudes, np.zeros(component.x.size - 5)])
     found = component.rates_of(x, u, settled, 0.0)[:5]
     held = 2713.0 * 892.0 * model.volume * np.eye(5)
     held += CARRIED["hub_heat_capacity"] * np.outer(model.base_row, model.base_row)
