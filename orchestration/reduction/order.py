@@ -26,7 +26,7 @@ from warmlink.orchestration.reduction.subspace import DenseHeat, Range
 
 Array = NDArray[np.float64]
 
-SAFETY = 3.0
+SAFETY = 1.5
 """Factor on errors found at sampled parameters, which are not all that there are."""
 
 SAMPLES = 32
