@@ -43,9 +43,9 @@ class ReducedModel:
     reach : from the middle of the heated face to the tool point, shape (3,) [m]
     initial_rows : amplitudes for a rise of 1 K at each sensor, shape (n, 8)
     error_gain : largest error of displacement [m], rotation [rad] and temperature [K], times the
-        conductivity, for each input of 1 W, 1 W and 1 W/m2 on each surface, and for each change of a surface's
-        convection by 1 W/(m2.K) where an end is 1 K from its surroundings; shape (3, 2 + 2 G); an expansion
-        coefficient of 1 for the first two
+        conductivity, for each input of 1 W, 1 W and 1 W/m2 on each surface, and for each change of a
+        surface's convection by 1 W/(m2.K) where an end is 1 K from its surroundings; shape (3, 2 + 2 G); an
+        expansion coefficient of 1 for the first two
     discretisation : error of the elongation due to the mesh, as a share of it
     conductivity_range, convection_range : for which `error_gain` was computed, in SI units
     """

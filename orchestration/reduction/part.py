@@ -172,7 +172,7 @@ def reduce_part(
 
 
 def _error_gain(gains: Array, groups: int) -> Array:
-    """Errors of displacement, rotation and temperature by input and by change of convection (see the model)."""
+    """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`."""
     kinds = np.array(
         [
             np.linalg.norm(gains[:3], axis=0),
