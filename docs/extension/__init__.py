@@ -22,7 +22,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.connect("autodoc-process-docstring", _explain, priority=400)
     app.connect("builder-inited", _write_pages)
     app.connect("build-finished", _write_assets)
-    return {"version": "1", "parallel_read_safe": False, "parallel_write_safe": False}
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
 
 
 def _explain(app: Any, what: str, name: str, given: Any, options: Any, lines: list[str]) -> None:

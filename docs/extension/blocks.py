@@ -12,9 +12,9 @@ import io
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import traceback
 from dataclasses import dataclass, field
@@ -37,9 +37,9 @@ LOG = logging.getLogger(__name__)
 
 @dataclass
 class Place:
-    """Where the blocks of one page run."""
+    """Where the blocks of one page run; the folder stays until the next build."""
 
-    folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="site-")))
+    folder: Path
     names: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
 
 
@@ -55,7 +55,13 @@ class Block(SphinxDirective):
     @property
     def place(self) -> Place:
         """Where this page's blocks run."""
-        return _PLACES.setdefault(self.env.docname, Place())
+        name = self.env.docname
+        if name not in _PLACES:
+            folder = Path(self.env.doctreedir).absolute() / "blocks" / name
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+            _PLACES[name] = Place(folder)
+        return _PLACES[name]
 
     @property
     def up(self) -> str:
