@@ -138,11 +138,10 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
         names = problem.experiment.rig.parameters
         return {n.partition(".")[2]: v for n, v in values.items() if n in names and n.startswith(instance)}
 
-    measured = {problem.names[v] for v in problem.variables}
     spacing = min(float(np.median(np.diff(run.time))) for run in problem.experiment.runs)
     return design_controller(
         LAW,
-        [name for name in GOES_BY if name in measured],
+        [name for name in GOES_BY if problem.experiment.rig.columns[name] in problem.variables],
         sample_time=max(spacing, _STEP),
         plant=cell_plant(of("motor."), of("link.")),
     ).parameters
