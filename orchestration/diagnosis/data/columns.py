@@ -222,27 +222,41 @@ class Assignment:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""
         if self.named.keys() - self.told.names.keys():
             return
-        have = {place.variable for place in self.places}
-        absent = {name: v for name, v in self.rig.columns.items() if v not in have}
-        for column in columns:
-            header = self.sheet.headers[column]
-            name, unit = name_and_unit(header)
-            unit = unit or self.sheet.units[column]
-            if self.named.get(header, self.named.get(name)) == "":
-                continue
-            likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self.rig.columns}
-            best = max(likeness, key=lambda n: likeness[n], default=None)
-            near = [best] if best in absent and likeness[best] >= _ALIKE else []
-            drives = [
-                n
-                for n, variable in absent.items()
-                if unit
-                and variable in self.rig.externals
-                and self._si(variable) != "K"
-                and converts(unit, self._si(variable))
-            ]
-            for meant in (*near, *drives):
-                raise InputError(
-                    f"{self.sheet.name}: column {header!r} is not known, and may be {meant}, which is not "
-                    f'there; say --map "{name}={meant}", or leave the column out with --map "{name}="'
-                )
+        meant = {column: guess for column in columns if (guess := self._guess(column)) is not None}
+        if not meant:
+            return
+        headers, several = self.sheet.headers, len(meant) > 1
+        guesses = [f"{headers[column]!r} (perhaps {guess})" for column, guess in meant.items()]
+        names = [name_and_unit(headers[column])[0] for column in meant]
+        maps = [f'--map "{name}={guess}"' for name, guess in zip(names, meant.values(), strict=True)]
+        raise InputError(
+            f"{self.sheet.name}: {'columns' if several else 'column'} {', '.join(guesses)} "
+            f"{'are' if several else 'is'} not known; say {' '.join(maps)}, or leave "
+            f'{"one" if several else "it"} out with --map "{names[0]}="'
+        )
+
+    def _guess(self, column: int) -> str | None:
+        """Name that is not there and that an unknown column may have."""
+        absent = {
+            name: variable
+            for name, variable in self.rig.columns.items()
+            if variable not in {place.variable for place in self.places}
+        }
+        header = self.sheet.headers[column]
+        name, unit = name_and_unit(header)
+        unit = unit or self.sheet.units[column]
+        if self.named.get(header, self.named.get(name)) == "":
+            return None
+        likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self.rig.columns}
+        best = max(likeness, key=lambda n: likeness[n], default=None)
+        if best in absent and likeness[best] >= _ALIKE:
+            return best
+        drives = (
+            n
+            for n, variable in absent.items()
+            if unit
+            and variable in self.rig.externals
+            and self._si(variable) != "K"
+            and converts(unit, self._si(variable))
+        )
+        return next(drives, None)

@@ -167,7 +167,7 @@ def read_run(
         kinds[kind][place.variable] = values
         columns[kind].append(found.column)
         remarks += found.remarks
-    _refuse_empty(sheet.name, kinds["reading"])
+    _refuse_empty(sheet.name, kinds["reading"], assigned.unused)
     run = Run(
         source.stem if isinstance(source, Path) else "data",
         time,
@@ -225,11 +225,12 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     )
 
 
-def _refuse_empty(name: str, readings: Mapping[str, Vector]) -> None:
+def _refuse_empty(name: str, readings: Mapping[str, Vector], unused: Sequence[str]) -> None:
     if not readings:
+        known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
         raise InputError(
-            f"{name}: no measured column; give at least one temperature or the elongation, and say which it "
-            'is with --map "T_base=base_temperature"'
+            f"{name}: no measured column is known{known}; give at least one temperature or the elongation, "
+            'and say which is which with --map "COLUMN=base_temperature"'
         )
     most = max(int(np.isfinite(values).sum()) for values in readings.values())
     if most < FEWEST_ROWS:

@@ -32,10 +32,15 @@ def with_cell(cell: str, row: int = 20, column: int = 4) -> str:
 
 VARIANTS = {
     "other names": Variant(
-        text(header=[f"{n} [{u}]" for n, u in zip(LONE, UNITS, strict=True)]), "may be speed"
+        text(header=[f"{n} [{u}]" for n, u in zip(LONE, UNITS, strict=True)]),
+        'say --map "v=speed" --map "M=torque", or leave one out',
+    ),
+    "other names for what is measured alone": Variant(
+        text().replace("base_temperature", "sonde").replace("elongation", "growth"),
+        "may be among 'sonde [degC]', 'growth [um]'",
     ),
     "other names over a row of units": Variant(
-        ";".join(LONE) + "\n" + text(";", list(UNITS)).replace("base", "b"), "may be speed"
+        ";".join(LONE) + "\n" + text(";", list(UNITS)).replace("base", "b"), "perhaps speed"
     ),
     "other names, said": Variant(
         text(header=[f"{n} [{u}]" for n, u in zip(LONE, UNITS, strict=True)]), names=tuple(MAPPED)
