@@ -40,11 +40,15 @@ VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")
 SYSTEM_ROOT = Path("/usr/aarch64-linux-gnu")
 
 
+def require_zig() -> None:
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip('cross-compiling needs zig: pip install "warmlink[cross]"')
+
+
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[FmiVersion, Path]:
     """One component for every platform."""
-    if importlib.util.find_spec("ziglang") is None:
-        pytest.skip('cross-compiling needs zig: pip install "warmlink[cross]"')
+    require_zig()
     (entry,) = (each for each in catalogue() if each.component.name == NAME)
     folder = tmp_path_factory.mktemp("cross")
     everywhere = list(PLATFORMS.values())
@@ -56,7 +60,7 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[FmiVersion, Path]:
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same component for the platforms of 32 bits, FMI 2.0."""
-    pytest.importorskip("ziglang", reason='cross-compiling needs zig: pip install "warmlink[cross]"')
+    require_zig()
     (entry,) = (each for each in catalogue() if each.component.name == NAME)
     folder = tmp_path_factory.mktemp("small")
     return build_native_fmus([entry], folder, "2.0", list(SMALL_PLATFORMS.values()))[0]
@@ -105,6 +109,7 @@ def test_a_compiler_that_is_asked_for_its_version_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As zig leaves an empty `a.o` for macOS."""
+    require_zig()
     monkeypatch.chdir(tmp_path)
     assert _version.__wrapped__(compiler("aarch64-darwin").command)
     assert list(tmp_path.iterdir()) == []
