@@ -92,6 +92,7 @@ class DenseHeat:
 
 def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
     """Project a part onto the span of its responses in a range."""
+    from pymor.algorithms.chol_qr import shifted_chol_qr
     from pymor.algorithms.pod import pod
     from pymor.core.logger import set_log_levels
     from pymor.operators.numpy import NumpyMatrixOperator
@@ -102,8 +103,8 @@ def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
     responses = np.concatenate([np.ones((1, len(heat.loads))), *_responses(heat, within)])
     vectors = NumpyVectorSpace.from_numpy(responses.T)
     vectors.scal(1 / vectors.norm(mass))
-    found, _ = pod(vectors, product=mass, rtol=LEAST_SHARE)
-    patterns = np.asarray(found.to_numpy())
+    found, _ = pod(vectors, product=mass, rtol=LEAST_SHARE, orth_tol=np.inf)
+    patterns = np.asarray(shifted_chol_qr(found, product=mass).to_numpy())  # not one by one, as pod would
     return DenseHeat(
         conduction=_symmetric(patterns.T @ (heat.conduction @ patterns)),
         cooling=np.array([_symmetric(patterns.T @ (each @ patterns)) for each in heat.cooling]),
