@@ -150,12 +150,13 @@ class Neighbours:
             return []
         a, b = np.triu_indices(columns.size, 1)
         i, j = columns[a], columns[b]
-        gii, gjj, gij = self.gram[i, i], self.gram[j, j], self.gram[i, j]
-        ri, rj = self.gradient[i], self.gradient[j]
-        determinant = gii * gjj - gij**2
-        good = determinant > (1 - _COLLINEAR) * gii * gjj
         with np.errstate(divide="ignore", invalid="ignore"):
-            gain = np.where(good, (ri**2 * gjj - 2 * ri * rj * gij + rj**2 * gii) / determinant, 0.0)
+            root = np.sqrt(np.diag(self.gram))  # in units of it no product overflows
+            alike = self.gram[i, j] / root[i] / root[j]
+            a_alone, b_alone = self.gradient[i] / root[i], self.gradient[j] / root[j]
+            left = 1 - alike**2
+            found = (a_alone**2 - 2 * alike * a_alone * b_alone + b_alone**2) / left
+        gain = np.where(left > 1 - _COLLINEAR, found, 0.0)
         order = np.argsort(gain)[::-1][:30]
         return [(usable[a[k]], usable[b[k]]) for k in order]
 

@@ -5,8 +5,10 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point
+from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
 from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
 
@@ -49,3 +51,18 @@ def test_values_with_which_nothing_can_be_simulated_are_kept_away_from() -> None
     number = fit.freed[0]
     again = Cliff(100.0, 0.8).fit((), {number: 0.2})
     assert 0.3 <= again.theta[0] < 0.5
+
+
+@pytest.mark.filterwarnings("error")
+def test_pairs_promise_the_same_however_large_a_candidates_unit_is() -> None:
+    random = np.random.default_rng(3)
+    columns, misfit = random.standard_normal((40, 5)), random.standard_normal(40)
+
+    def pairs(scale: list[float]) -> list[tuple[int, ...]]:
+        seen = columns * scale
+        neighbours = Neighbours.__new__(Neighbours)
+        neighbours.gram, neighbours.gradient = seen.T @ seen, seen.T @ misfit
+        neighbours.alive, neighbours.spans = np.ones(5, dtype=bool), [slice(i, i + 1) for i in range(5)]
+        return list(neighbours.pairs())
+
+    assert pairs([1, 1e100, 1, 1e120, 1e-100]) == pairs([1, 1, 1, 1, 1])
