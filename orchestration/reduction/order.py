@@ -62,7 +62,8 @@ class Demand:
     displacement : largest error in m
     temperature : largest error in K
     heat_flow, tip_heat_flow : peaks in W
-    ambient_change : peak in K; the surface's heat flux follows from it and the convection
+    ambient_change : peak in K; the surface's heat flux follows from it and the convection, and so does the
+        flux that a change of convection brings to a warm part
     """
 
     displacement: float = 10e-9

@@ -222,7 +222,14 @@ class Assignment:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""
         if self.named.keys() - self.told.names.keys():
             return
-        meant = {column: guess for column in columns if (guess := self._guess(column)) is not None}
+        have = {place.variable for place in self.places}
+        absent = {name: v for name, v in self.rig.columns.items() if v not in have}
+        meant: dict[int, str] = {}
+        for column in columns:
+            guess = self._guess(column, absent)
+            if guess is not None:
+                meant[column] = guess
+                del absent[guess]
         if not meant:
             return
         headers, several = self.sheet.headers, len(meant) > 1
@@ -235,20 +242,15 @@ class Assignment:
             f'{"one" if several else "it"} out with --map "{names[0]}="'
         )
 
-    def _guess(self, column: int) -> str | None:
-        """Name that is not there and that an unknown column may have."""
-        absent = {
-            name: variable
-            for name, variable in self.rig.columns.items()
-            if variable not in {place.variable for place in self.places}
-        }
+    def _guess(self, column: int, absent: Mapping[str, str]) -> str | None:
+        """Name of those that are absent, with their variables, that an unknown column may have."""
         header = self.sheet.headers[column]
         name, unit = name_and_unit(header)
         unit = unit or self.sheet.units[column]
         if self.named.get(header, self.named.get(name)) == "":
             return None
         likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self.rig.columns}
-        best = max(likeness, key=lambda n: likeness[n], default=None)
+        best = max(likeness, key=lambda n: likeness[n], default="")
         if best in absent and likeness[best] >= _ALIKE:
             return best
         drives = (

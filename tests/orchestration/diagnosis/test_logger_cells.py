@@ -35,6 +35,10 @@ VARIANTS = {
         text(header=[f"{n} [{u}]" for n, u in zip(LONE, UNITS, strict=True)]),
         'say --map "v=speed" --map "M=torque", or leave one out',
     ),
+    "two that may be one": Variant(
+        text().replace("speed [", "n1 [").replace("torque [", "n2 [").replace("N.m", "rpm"),
+        'say --map "n1=speed", or leave it out',
+    ),
     "other names for what is measured alone": Variant(
         text().replace("base_temperature", "sonde").replace("elongation", "growth"),
         "may be among 'sonde [degC]', 'growth [um]'",
