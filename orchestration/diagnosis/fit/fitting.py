@@ -44,6 +44,14 @@ class Point:
     gram: tuple[Vector, ...]
     gradient: tuple[Vector, ...]
 
+    def moved(self, steps: Sequence[Vector]) -> Point:
+        """The same after a step so small that the linearisation holds, given by run, shape (slots,) each."""
+        curved = [gram @ step for gram, step in zip(self.gram, steps, strict=True)]
+        ends = zip(self.gradient, curved, steps, strict=True)
+        chi2 = self.chi2 + sum(float((bent - 2 * slope) @ step) for slope, bent, step in ends)
+        gradient = (slope - bent for slope, bent in zip(self.gradient, curved, strict=True))
+        return Point(chi2, self.gram, tuple(gradient))
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -232,7 +240,21 @@ class Fitter:
             theta, point = ahead, tried
             if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < 5:
                 break
+        if freed:
+            theta, point = self._arrived(freed, theta, point)
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
+
+    def _arrived(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[Vector, Point]:
+        """Values and point after the last step of a fit, too small to be worth a simulation."""
+        lower, upper, _ = _bounds(freed)
+        columns = Columns(freed, freed, point)
+        step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
+        if not 0 < expected < _SMALL:
+            return theta, point
+        ahead = np.clip(theta + step, lower, upper)
+        slots = np.eye(point.gradient[0].size)
+        steps = [by_number(slots, freed, run, freed) @ (ahead - theta) for run in range(len(point.gradient))]
+        return ahead, point.moved(steps)
 
     def _tried(self, freed: Sequence[Freed], theta: Vector) -> Point | None:
         """Chi-square and its linearisation; None where nothing can be simulated with such values."""

@@ -51,7 +51,9 @@ class Predictions:
         self.slots = (*inner, *outer)
         self._inner, self._outer = inner, outer
         self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
-        self._corrections: list[Vector] = [np.zeros((d.time.size, len(self.variables))) for d in self.data]
+        nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
+        self._corrections: tuple[Vector, ...] = nothing
+        self._beyond_finest: tuple[Vector, ...] = nothing
 
     def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
@@ -60,7 +62,7 @@ class Predictions:
 
     def finest(self, run: int, z: Vector) -> Vector:
         """Readings of a run without the grid's error, shape (rows, outputs)."""
-        return self._means(self._finest, run, z)[0]
+        return self._means(self._finest, run, z)[0] + self._beyond_finest[run]
 
     @property
     def averaging(self) -> Averaging:
@@ -78,15 +80,30 @@ class Predictions:
         the error might be taken for an effect, that finer one serves from here on.
         """
         total = 0.0
-        finer = self._simulated(CHECK_CELLS, [each.forward for each in self._finest])
-        for i, z in enumerate(values):
-            error = self._means(finer, i, z)[0] - self.finest(i, z)
+        finer = self._halved(CHECK_CELLS)
+        for i, error in enumerate(self._changes(finer, values)):
             sigma = np.array([each.white for each in self.noise_in(i, noise)])
-            error = error[self.data[i].fitted] / sigma
-            total += float(np.sum(error**2))
+            total += float(np.sum((error[self.data[i].fitted] / sigma) ** 2))
         if total > 1.0:
             self._finest = finer
         return float(np.sqrt(total))
+
+    def resolve(self, values: Sequence[Vector]) -> None:
+        """Take the error of the finest steps out, as it is at given values of the freed variables.
+
+        It is of second order, so that it is 4/3 of what half of each step changes. The cells stay: their
+        number is a property of the model.
+        """
+        changes = self._changes(self._halved(FINAL.cells), values)
+        self._beyond_finest = tuple(4 / 3 * change for change in changes)
+
+    def _halved(self, cells: int) -> list[Readings]:
+        return self._simulated(cells, [each.forward for each in self._finest])
+
+    def _changes(self, finer: Sequence[Readings], values: Sequence[Vector]) -> list[Vector]:
+        """What a finer simulation changes, by run, shape (rows, outputs) each."""
+        pairs = ((self._means(each, i, z)[0] for each in (finer, self._finest)) for i, z in enumerate(values))
+        return [after - before for after, before in pairs]
 
     def refine(self, values: Sequence[Vector]) -> float:
         """Take the grid's error out at given values of the freed variables.
@@ -100,13 +117,12 @@ class Predictions:
         float
             Largest error taken out, in units of 1 mK or 10 nm (see `floors`).
         """
-        largest = 0.0
-        for i, z in enumerate(values):
-            self._readings[i].forward.linearise(z[: len(self._inner)])
-            error = self.finest(i, z) - self._means(self._readings, i, z)[0]
-            self._corrections[i] = error
-            largest = max(largest, float(np.abs(error / self.floors).max()))
-        return largest
+        for readings, z in zip(self._readings, values, strict=True):
+            readings.forward.linearise(z[: len(self._inner)])
+        self._corrections = tuple(
+            self.finest(i, z) - self._means(self._readings, i, z)[0] for i, z in enumerate(values)
+        )
+        return max((float(np.abs(error / self.floors).max()) for error in self._corrections), default=0.0)
 
     @cached_property
     def floors(self) -> Vector:

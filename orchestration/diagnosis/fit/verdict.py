@@ -128,6 +128,7 @@ def _searched_again(
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
+    problem.resolve(_values(problem, best))
     problem.refine(_values(problem, best))
     seeds = [best, *search.rivals(best)] if best.items else []
     fresh = _search(problem, _noise(problem, best, inflation, liked), (best,) if best.items else (), progress)

@@ -14,16 +14,16 @@ from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
 
 
 class Parabola(Fitter):
-    """A chi-square with its least value below the lower bound, which notes where it was asked for."""
+    """A chi-square with its least value below the lower bound or elsewhere, which notes where it was asked."""
 
-    def __init__(self, weight: float, start: float) -> None:
+    def __init__(self, weight: float, start: float, least: float = -1.0) -> None:
         number = Freed("link.emissivity", (0,), (0,), 0.1, 0.9, start, calibrated=True)
         self.problem = cast("Problem", SimpleNamespace(calibrated=(number,)))
-        self.weight, self.asked = weight, [start]
+        self.weight, self.asked, self.least = weight, [start], least
 
     def at(self, freed: Sequence[Freed], theta: Any) -> Point:
         self.asked.append(float(theta[0]))
-        away = -1.0 - theta[0]
+        away = self.least - theta[0]
         gram = np.array([[self.weight]])
         return Point(self.weight * away**2, (gram,), (np.array([self.weight * away]),))
 
@@ -34,6 +34,15 @@ def test_no_step_leaves_the_bounds() -> None:
         chi_square = Parabola(float(random.uniform(10, 1e5)), float(random.uniform(0.2, 0.8)))
         chi_square.fit(())
         assert 0.1 <= min(chi_square.asked) < 0.1 + 1e-12
+
+
+def test_a_fit_ends_at_the_least_value_though_it_began_within_its_deviation() -> None:
+    start = 0.5
+    deviation = 1 / np.sqrt(400.0)
+    fit = Parabola(400.0, start, start + 0.2 * deviation).fit(())
+    assert fit.theta[0] == pytest.approx(start + 0.2 * deviation, abs=1e-9 * deviation)
+    assert fit.chi2 == pytest.approx(0.0, abs=1e-9)
+    assert fit.point.gradient[0] == pytest.approx(0.0, abs=1e-7)
 
 
 class Cliff(Parabola):

@@ -104,6 +104,21 @@ def test_too_coarse_a_simulation_is_noticed_and_replaced(
     assert np.abs(problem.finest(0, problem.neutral[0]) - coarse)[:, 0].max() > 0.05
 
 
+def test_what_the_steps_leave_unresolved_is_taken_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = Problem(read_experiment(logged_file(tmp_path, {}, Logger(), seed=5)))
+    at = problem.neutral[0]
+    before = problem.finest(0, at)
+    problem.resolve(problem.neutral)
+    after = problem.finest(0, at)
+    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 2.5, 1e-4))
+    exact = Problem(problem.experiment).finest(0, at)
+    for channel in range(before.shape[1]):
+        left, was = (np.linalg.norm((each - exact)[:, channel]) for each in (after, before))
+        assert left < was / 3, problem.variables[channel]
+
+
 @pytest.mark.parametrize(
     ("name", "effect", "logger"),
     [
