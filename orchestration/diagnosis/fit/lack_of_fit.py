@@ -24,6 +24,9 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 
 Vector = NDArray[np.float64]
 
+UNEXPLAINED = 0.001
+"""Chance of residuals as slow as those that a model leaves, below which it does not explain the run."""
+
 _FEWEST = 8
 """Readings of a channel in a run whose slow courses are worth a test."""
 

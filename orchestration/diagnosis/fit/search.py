@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, LackOfFit, lack_of_fit
 from warmlink.orchestration.diagnosis.fit.neighbours import (
     Neighbours,
     Proposal,
@@ -33,6 +34,9 @@ INVENTED = 0.002
 MOST_CAUSES = 3
 NEAR = 7.0
 """Chi-square by which a set must be worse to be told apart from the best."""
+
+_ALIKE = 0.1
+"""Chi-square by which sets differ as computers do: then the order of the catalogue decides."""
 
 _SLACK, _WINS = 6.0, 4.0
 """What a prediction may be off by, for a set of as many causes and for a larger one."""
@@ -57,6 +61,8 @@ class Search:
         self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
+        self._left: dict[frozenset[str], LackOfFit] = {}
+        self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
         self._progress = progress
         self.add(fitter.fit(()))
 
@@ -99,13 +105,22 @@ class Search:
 
     @property
     def best(self) -> Fit:
-        """The fit of the lowest score."""
-        return min(self.fits.values(), key=self.score)
+        """The fit of the lowest score; the first in the catalogue of several that are alike."""
+        lowest = min(map(self.score, self.fits.values()))
+        alike = [fit for fit in self.fits.values() if self.score(fit) <= lowest + _ALIKE]
+        return min(alike, key=lambda fit: (len(fit.key), sorted(self._place[title] for title in fit.key)))
+
+    def left(self, fit: Fit) -> LackOfFit:
+        """What one of the fits leaves unexplained."""
+        if fit.key not in self._left:
+            self._left[fit.key] = lack_of_fit(self.fitter, fit)
+        return self._left[fit.key]
 
     def add(self, fit: Fit) -> None:
         """Keep a fit and note what it proposes."""
         self.fits[fit.key] = fit
         self._proposals.pop(fit.key, None)
+        self._left.pop(fit.key, None)
         for proposal in self._proposed_by(fit):
             known = self._proposals.get(proposal.key)
             if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
@@ -118,7 +133,7 @@ class Search:
             best, bar = self.best, self.score(self.best)
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
-            if not promising and len(best.items) > 1 and not alone:
+            if not promising and not alone and self._doubtful(best):
                 promising = alone = self._alone(best)
             if not promising:
                 break
@@ -128,8 +143,12 @@ class Search:
                 self.add(self.fitter.fit(proposal.items, proposal.start, worth))
         return self.best
 
+    def _doubtful(self, best: Fit) -> bool:
+        """Whether a cause that promises less may be better: the best has several, or explains too little."""
+        return len(best.items) > 1 or (bool(best.items) and self.left(best).p < UNEXPLAINED)
+
     def _alone(self, best: Fit) -> list[Proposal]:
-        """Single causes that may do as well as several: far away, what is linear in them says little."""
+        """Single causes that may do as well: far away, what is linear in them says little."""
         needed = self.null.chi2 - _ALONE * (self.null.chi2 - best.chi2)
         single = [p for p in self._proposals.values() if len(p.items) == 1 and p.chi2 < needed]
         return sorted(single, key=lambda p: p.chi2)[:_MOST_ALONE]

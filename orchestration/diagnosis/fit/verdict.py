@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import LackOfFit, estimated_noise, lack_of_fit
+from warmlink.orchestration.diagnosis.fit.lack_of_fit import (
+    UNEXPLAINED,
+    LackOfFit,
+    estimated_noise,
+    lack_of_fit,
+)
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -21,9 +26,6 @@ from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 
 Vector = NDArray[np.float64]
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
-
-UNEXPLAINED = 0.001
-"""Chance level below which slow courses in the residuals count as real."""
 
 _SEEDS = 4
 """Models that a second search begins from."""
@@ -93,20 +95,20 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         noise = _noise(problem, calibrated)
     search = _search(problem, noise, (), progress)
     best = search.run()
-    left = lack_of_fit(search.fitter, best)
     lasting = any(n.lasting for n in search.fitter.noise)
-    if lasting and left.p < UNEXPLAINED:
+    if lasting and search.left(best).p < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
-        search, best, left = _searched_again(search, best, progress, inflation=2.0)
+        search, best = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
-        search, best, left = _searched_again(search, best, progress)
-    if left.p < UNEXPLAINED and not lasting and any(n.slow for n in search.fitter.noise):
+        search, best = _searched_again(search, best, progress)
+    unexplained = search.left(best).p < UNEXPLAINED
+    if unexplained and not lasting and any(n.slow for n in search.fitter.noise):
         # What noise correlated as strongly as is just credible would explain is not called unknown.
         tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
         if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
-            search, best, left = _searched_again(search, best, progress, liked=TOLERATED)
-    before = lack_of_fit(search.fitter, search.null) if best.items else left
-    word, rivals = _judge(search, best, left)
+            search, best = _searched_again(search, best, progress, liked=TOLERATED)
+    left, before = search.left(best), search.left(search.null)
+    word, rivals = _judge(search, best)
     grid_error = problem.refine(_values(problem, best))
     return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
 
@@ -124,7 +126,7 @@ def _search(
 
 def _searched_again(
     search: Search, best: Fit, progress: Callable[[str], None], inflation: float = 1.0, liked: float = LIKED
-) -> tuple[Search, Fit, LackOfFit]:
+) -> tuple[Search, Fit]:
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
@@ -134,8 +136,7 @@ def _searched_again(
     fresh = _search(problem, _noise(problem, best, inflation, liked), (best,) if best.items else (), progress)
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
-    found = fresh.run()
-    return fresh, found, lack_of_fit(fresh.fitter, found)
+    return fresh, fresh.run()
 
 
 def _noise(
@@ -160,8 +161,8 @@ def _noise(
     return result
 
 
-def _judge(search: Search, best: Fit, left: LackOfFit) -> tuple[Word, tuple[Fit, ...]]:
-    if left.p < UNEXPLAINED:
+def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
+    if search.left(best).p < UNEXPLAINED:
         return "unknown", tuple(search.rivals(best)) if best.items else ()
     if not best.items:
         return "adequate", ()
@@ -179,7 +180,7 @@ def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[
     if not free:
         return ()
     first = min(free, key=search.score)
-    if lack_of_fit(search.fitter, first).p < UNEXPLAINED:
+    if search.left(first).p < UNEXPLAINED:
         return ()
     beside = (first, *search.rivals(first))
     return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)

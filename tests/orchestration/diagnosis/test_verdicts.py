@@ -72,6 +72,13 @@ def test_a_hidden_cause_is_named_and_sized(tmp_path: Path, name: str, seed: int)
     assert abs(value - truth.size) < 4 * abs(spread)
 
 
+def test_a_cause_that_promised_less_is_tried_where_the_best_explains_too_little(tmp_path: Path) -> None:
+    """Linear in a lag of 50 s, which is far away, crosstalk promised more, and the run was `unknown`."""
+    found = assessed(tmp_path, {"sensor_lag:winding_temperature": 50.0}, seed=4)
+    assert found.word == "named"
+    assert found.best.key == {"sensor_lag:winding_temperature"}
+
+
 def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Path) -> None:
     found = diagnose_experiment(read([file_with(tmp_path, sized("expansion_coefficient"), seed=12)]))
     assert found.verdict == "ambiguous"
