@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
 
 
 class Parabola(Fitter):
-    """A chi-square with its least value below the lower bound or elsewhere, which notes where it was asked."""
+    """A chi-square with its least value below the lower bound or elsewhere; notes where it was asked."""
 
     def __init__(self, weight: float, start: float, least: float = -1.0) -> None:
         number = Freed("link.emissivity", (0,), (0,), 0.1, 0.9, start, calibrated=True)
