@@ -1,4 +1,4 @@
-"""What every test may use: the FMUs, built once a session."""
+"""What every test may use: the FMUs, built once a session; and which tests one worker runs in which order."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
+from xdist.scheduler import LoadGroupScheduling
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.packaging.python.fmu import build_python_fmus
@@ -19,3 +20,24 @@ def python_fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Path of every Python FMU by the component's name."""
     built = build_python_fmus(catalogue(), tmp_path_factory.mktemp("dist"))
     return {path.stem: path for path in built}
+
+
+class OneWorkerPerFile(LoadGroupScheduling):
+    """One worker runs all tests of a file or of an `xdist_group`.
+
+    What they share, fixtures and whatever is built once a process, is then made once.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        group: str = super()._split_scope(nodeid)
+        return group.partition("::")[0]
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneWorkerPerFile:
+    return OneWorkerPerFile(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that have slow tests, so that no worker waits long for the other at the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)

@@ -14,8 +14,6 @@ from warmlink.fmus.errors import InputError
 
 STEPS, SECONDS = 500, 60
 
-pytestmark = pytest.mark.xdist_group("masters")
-
 
 @pytest.fixture(scope="module")
 def cases() -> list[list[Row]]:

@@ -10,7 +10,6 @@ from warmlink.orchestration.closed_loop.run import changed
 pytestmark = [
     pytest.mark.platform,
     pytest.mark.skipif(missing_tools() is not None, reason=str(missing_tools())),
-    pytest.mark.xdist_group("processor"),
 ]
 
 

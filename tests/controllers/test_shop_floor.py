@@ -18,8 +18,6 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.snapshot import Snapshot
 from warmlink.fmus.errors import InputError
 
-pytestmark = pytest.mark.xdist_group("shop_floor")
-
 KINDS = {kind.name: kind for kind in kinds()}
 
 

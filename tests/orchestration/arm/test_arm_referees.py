@@ -20,7 +20,7 @@ from warmlink.orchestration.system.write import PARAMETER_SET
 
 from .conftest import load_program
 
-pytestmark = [pytest.mark.platform, pytest.mark.xdist_group("arm_referees")]
+pytestmark = pytest.mark.platform
 
 STEPS = 120
 WATCHED = (

@@ -66,6 +66,7 @@ def test_fahrenheit_called_celsius_is_not_explained(tmp_path: Path, clean: Colum
     assert diagnosed(tmp_path, columns) == "unknown"
 
 
+@pytest.mark.slow
 def test_millimetres_called_micrometres_are_not_explained(tmp_path: Path, clean: Columns) -> None:
     assert diagnosed(tmp_path, {**clean, "elongation [um]": clean["elongation [um]"] / 1000}) == "unknown"
 

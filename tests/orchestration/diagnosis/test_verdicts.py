@@ -130,6 +130,7 @@ def test_at_least_eight_effects_lie_outside_the_catalogue() -> None:
     assert len(UNKNOWN) >= 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", UNKNOWN[::2])
 def test_an_effect_outside_the_catalogue_is_unknown(tmp_path: Path, name: str) -> None:
     full = f"{name}:middle_temperature" if EFFECTS[name].per_channel else name

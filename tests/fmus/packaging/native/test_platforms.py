@@ -28,12 +28,7 @@ from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 
 from .bare_host import HERE, arguments, compile_host, hour_in_python
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.platform,
-    pytest.mark.timeout(600),
-    pytest.mark.xdist_group("platforms"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.platform, pytest.mark.timeout(600)]
 
 NAME = COMPONENT.name
 VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")

@@ -22,8 +22,6 @@ from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.report.diagnosis_folder import SSV, write_diagnoses
 
-pytestmark = pytest.mark.xdist_group("arm_diagnosis")
-
 ELBOW = 3
 RESISTANCE = 0.6
 
@@ -40,6 +38,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Path) -> None:
     experiments = arm_experiments(run)
     assert list(experiments) == [1, 2, 3, 4, 5, 6]
