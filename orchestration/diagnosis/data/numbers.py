@@ -27,6 +27,9 @@ _FAR = 3.0
 _FEWEST_CHANGES = 5
 """Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
 
+_LEAP, _LASTING = 4.0, 3
+"""Change from row to row, in those that noise makes, that is a jump; rows that a level takes to be one."""
+
 
 @dataclass(frozen=True)
 class Numbers:
@@ -146,3 +149,31 @@ def repeats(values: Vector) -> NDArray[np.intp]:
     if changes < _FEWEST_CHANGES or changes > again.size / 2 or quantum(values):
         return rows[:0]
     return rows[1:][again]
+
+
+def between_jumps(values: Vector) -> NDArray[np.intp]:
+    """Rows that a sensor which sticks reads from one jump to the next, with noise; none of one that follows.
+
+    Such a sensor is right when it has just jumped. Between its jumps its readings scatter about one level by
+    no more than from row to row, which those of a sensor that follows do not.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    read = values[rows]
+    steps = np.abs(np.diff(read))
+    if np.count_nonzero(steps) < _FEWEST_CHANGES:
+        return rows[:0]
+    noise = 1.4826 * float(np.median(steps))
+    jumps = steps > _LEAP * noise
+    for _ in range(2):
+        level = np.cumsum(np.append(0, jumps))
+        count = np.bincount(level)
+        mean = np.bincount(level, read) / count
+        apart = np.abs(np.diff(mean))
+        if apart.size < _FEWEST_CHANGES:
+            return rows[:0]
+        jumps[jumps] = apart > np.median(apart) / 2  # what noise made of one level are parts of it
+    scatter = np.sum((read - mean[level]) ** 2) / max(read.size - count.size, 1)
+    lasting = count >= _LASTING
+    moved = np.ptp(mean[lasting]) > 2 * np.median(apart) if lasting.any() else False
+    sticks = moved and count[lasting].sum() > 0.8 * read.size and scatter < 1.5 * noise**2 / 2
+    return rows[1:][~jumps] if sticks else rows[:0]

@@ -11,7 +11,7 @@ from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import Place
 from warmlink.orchestration.diagnosis.data.headings import conversion_to
-from warmlink.orchestration.diagnosis.data.numbers import cell_shown, numbers, repeats
+from warmlink.orchestration.diagnosis.data.numbers import between_jumps, cell_shown, numbers, repeats
 from warmlink.orchestration.diagnosis.data.sheet import Sheet
 
 Vector = NDArray[np.float64]
@@ -97,15 +97,19 @@ def signal(sheet: Sheet, place: Place, si_unit: str, temperature: bool, growth: 
 
 def without_repeats(sheet: Sheet, found: Signal) -> Signal:
     """The same readings without those that only repeat the one before, and a remark on these."""
-    again = repeats(found.values)
-    if not again.size:
+    again, held = repeats(found.values), between_jumps(found.values)
+    if not again.size + held.size:
         return found
-    told = (
-        f"{sheet.name}: {again.size} of {found.values.size} values of {found.column.name} repeat the one "
-        "before and are left out; the sensor sticks, or the logger writes more often than it samples"
+    why = (
+        "repeat the one before and are left out; the sensor sticks, or the logger writes more often than it "
+        "samples"
+        if again.size
+        else "lie between jumps and are left out; the sensor sticks, and is right when it has just jumped"
     )
+    left_out = again if again.size else held
+    told = f"{sheet.name}: {left_out.size} of {found.values.size} values of {found.column.name} {why}"
     values = found.values.copy()
-    values[again] = np.nan
+    values[left_out] = np.nan
     return replace(found, values=values, remarks=(*found.remarks, told))
 
 

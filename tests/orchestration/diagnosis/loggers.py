@@ -94,3 +94,11 @@ def logged_run(logger: Logger, seed: int) -> Run:
         "motor.ambient_temperature": ambient + KELVIN_ZERO,
     }
     return Run("logged", time, inputs, {})
+
+
+def sticking(course: np.ndarray, band: float) -> np.ndarray:
+    """Readings of a sensor that follows once it is off by more than the band."""
+    held = [course[0]]
+    for value in course[1:]:
+        held.append(value if abs(value - held[-1]) > band else held[-1])
+    return np.array(held)

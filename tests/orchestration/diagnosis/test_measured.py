@@ -4,10 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.orchestration.diagnosis.loggers import sticking
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
-from warmlink.orchestration.diagnosis.data.numbers import quantum, repeats
+from warmlink.orchestration.diagnosis.data.numbers import between_jumps, quantum, repeats
 from warmlink.orchestration.diagnosis.data.thinning import spike_rows
 
 HEAD = (
@@ -163,11 +164,9 @@ def test_a_reading_that_only_says_again_what_the_one_before_said_is_none() -> No
     course = np.cumsum(random.normal(0, 0.3, 240))
     held = np.repeat(course[::6], 6)
     assert repeats(held).tolist() == [row for row in range(240) if row % 6]
-    kept = [course[0]]
-    for value in course[1:]:
-        kept.append(value if abs(value - kept[-1]) > 2 else kept[-1])
-    assert np.unique(np.delete(kept, repeats(np.array(kept)))).size == np.unique(kept).size
-    assert repeats(np.array(kept)).size == 240 - np.count_nonzero(np.diff(kept)) - 1
+    kept = sticking(course, 2.0)
+    assert np.unique(np.delete(kept, repeats(kept))).size == np.unique(kept).size
+    assert repeats(kept).size == 240 - np.count_nonzero(np.diff(kept)) - 1
     for sound in (
         course,
         np.round(course, 0),
@@ -175,6 +174,23 @@ def test_a_reading_that_only_says_again_what_the_one_before_said_is_none() -> No
         np.where(np.arange(240) < 100, 22.0, course),
     ):
         assert repeats(sound).size == 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_a_sensor_that_sticks_only_what_follows_a_jump_is_kept(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    course = 60e-6 * (1 - np.exp(-np.arange(500) / random.uniform(80, 200)))
+    held = sticking(course, random.uniform(4e-6, 8e-6))
+    noise = random.normal(0, 0.4e-6, 500)
+    left_out = between_jumps(held + noise)
+    jumped = np.flatnonzero(np.diff(held)) + 1
+    assert np.array_equal(np.setdiff1d(np.arange(1, 500), left_out), jumped)
+    spikes = np.zeros(500)
+    spikes[random.integers(0, 500, 8)] = 20e-6
+    loose = 20e-6 * (np.arange(500) // 60 % 2)
+    rounded = np.round((course + noise) / 5e-6) * 5e-6
+    for sound in (course, noise, course + noise, course + noise + spikes, noise + loose, rounded):
+        assert between_jumps(sound).size == 0
 
 
 def test_a_quantum_is_recognised() -> None:

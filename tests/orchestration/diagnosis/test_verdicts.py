@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.documented import undescribed
+from tests.orchestration.diagnosis.loggers import sticking
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.entries import json_content
@@ -110,6 +111,17 @@ def test_nothing_hidden_is_seldom_taken_for_a_cause(tmp_path: Path) -> None:
     # Eight in a thousand are, by design; seed 15 is one of them.
     words = [assessed(tmp_path, {}, seed=seed).word for seed in (15, 16, 17, 18)]
     assert words.count("adequate") >= 3
+
+
+def test_a_camera_that_sticks_is_said_and_misleads_nobody(tmp_path: Path) -> None:
+    """Its readings are late by half its band, and were called those of a late camera."""
+    true = hide({}, noise=Noise(elongation=0.0), seed=8)
+    noise = np.random.default_rng(8).normal(0, 0.4, true["elongation [um]"].size)
+    true["elongation [um]"] = sticking(true["elongation [um]"], 5.0) + noise
+    write_csv(true, tmp_path / "run.csv")
+    experiment = read_experiment(tmp_path / "run.csv")
+    assert any("the sensor sticks" in each for each in experiment.runs[0].remarks)
+    assert assess(experiment).word == "adequate"
 
 
 @pytest.mark.parametrize("name", ["stuck_sensor:shaft_temperature", "slipped_sensor:base_temperature"])
