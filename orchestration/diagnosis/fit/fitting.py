@@ -26,7 +26,7 @@ _MOST_EVALUATIONS, _TRIED = 12, 3
 _BEYOND = 10.8
 """Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
 
-_SMALL = 0.05
+_SMALL = 0.2
 """Expected decrease of chi-square below which a fit has arrived."""
 
 
@@ -75,6 +75,11 @@ class Fit:
     def chi2(self) -> float:
         """Sum of squared whitened residuals."""
         return self.point.chi2
+
+    @property
+    def values(self) -> dict[Freed, float]:
+        """Value in SI of each number."""
+        return dict(zip(self.freed, self.theta.tolist(), strict=True))
 
     @property
     def key(self) -> frozenset[str]:

@@ -63,7 +63,7 @@ class Neighbours:
         added = [f for item in self.candidates for f in item.freed]
         columns = Columns([*base, *back, *added], fit.freed, fit.point)
         nb, nr = len(base), len(back)
-        values = dict(zip(fit.freed, fit.theta, strict=True))
+        values = fit.values
         change = np.array([f.start - values[f] for f in back])
         gram, gradient = columns.gram, columns.gradient
         shifted = gradient - gram[:, nb : nb + nr] @ change

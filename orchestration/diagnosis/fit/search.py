@@ -9,9 +9,10 @@ distribution).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
@@ -54,16 +55,25 @@ class Search:
     Attributes
     ----------
     fits : every fit made, by the titles of its causes
+
+    Parameters
+    ----------
+    before : fits of the same causes under another noise, from which the new ones begin
     """
 
-    def __init__(self, fitter: Fitter, progress: Callable[[str], None] = lambda text: None) -> None:
+    def __init__(
+        self,
+        fitter: Fitter,
+        progress: Callable[[str], None] = lambda text: None,
+        before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
+    ) -> None:
         self.fitter = fitter
         self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
         self._left: dict[frozenset[str], LackOfFit] = {}
         self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
-        self._progress = progress
+        self._progress, self._before = progress, before
         self.add(fitter.fit(()))
 
     @property
@@ -140,7 +150,9 @@ class Search:
             for proposal in promising:
                 self._progress(" + ".join(sorted(proposal.key)))
                 worth = bar + self._excess(proposal, best) if len(proposal.items) > 1 else np.inf
-                self.add(self.fitter.fit(proposal.items, proposal.start, worth))
+                before = self._before.get(proposal.key)
+                start = before.values if before else proposal.start
+                self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
 
     def _doubtful(self, best: Fit) -> bool:

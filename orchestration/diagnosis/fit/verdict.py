@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -114,14 +115,18 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
 
 
 def _search(
-    problem: Problem, noise: Sequence[NoiseModel], known: Sequence[Fit], progress: Callable[[str], None]
+    problem: Problem,
+    noise: Sequence[NoiseModel],
+    known: Sequence[Fit],
+    progress: Callable[[str], None],
+    before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
 ) -> Search:
     """A search with what wanders beside its log, judged from nothing and from known models."""
-    still = Search(Fitter(problem, noise), progress)
+    still = Search(Fitter(problem, noise), progress, before)
     if any(each.lasting for each in noise):
         return still  # an error that lasts wanders already
     wander, responses = likeliest(still, (still.null, *known))
-    return still if wander.still else Search(Fitter(problem, noise, wander, responses), progress)
+    return still if wander.still else Search(Fitter(problem, noise, wander, responses), progress, before)
 
 
 def _searched_again(
@@ -133,9 +138,10 @@ def _searched_again(
     problem.resolve(_values(problem, best))
     problem.refine(_values(problem, best))
     seeds = [best, *search.rivals(best)] if best.items else []
-    fresh = _search(problem, _noise(problem, best, inflation, liked), (best,) if best.items else (), progress)
+    known = (best,) if best.items else ()
+    fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
     for seed in seeds[:_SEEDS]:
-        fresh.add(fresh.fitter.fit(seed.items, dict(zip(seed.freed, seed.theta, strict=True))))
+        fresh.add(fresh.fitter.fit(seed.items, seed.values))
     return fresh, fresh.run()
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,6 +107,7 @@ class Forward:
             if name in index:
                 self._p[index[name]] = value
         self._known, self._w, self._rows = known, input_table(rig, run, known), run.time
+        self._course = lru_cache(maxsize=1)(self._integrated)  # instruments are fitted to the same course
         discrete = np.array([rig.variables[name].is_discrete for name in rig.externals], dtype=bool)
         levels = Levels(run.time, self._w, discrete)
         if isinstance(grid, Forward):
@@ -148,11 +150,7 @@ class Forward:
         z : values of the freed variables in SI, shape (slots,)
         times : s within the run, rising, shape (times,)
         """
-        _, begun = self.equations.begin(z, self._p, self._w[:, 0])
-        integrated = self._integrate(
-            z, lambda by_slot, time: by_slot[:, : self._slots], begun[:, : self._slots]
-        )
-        values, slopes, by_slot, direct = self._interpolated(z, *integrated, times)
+        values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
         return Trajectory(values, slopes, by_slot + direct[:, :, : self._slots])
 
     def responses(self, z: Vector, times: Vector, courses: Courses) -> Vector:
@@ -163,6 +161,14 @@ class Forward:
         count = len(courses.added_to) * courses.nodes.size
         integrated = self._integrate(z, courses, np.zeros((len(self.equations.states), count)))
         return self._interpolated(z, *integrated, times)[2]
+
+    def _integrated(self, z: bytes) -> tuple[Vector, Vector, Vector]:
+        """States and sensitivities by the slots, as `_integrate` gives them."""
+        values = np.frombuffer(z)
+        _, begun = self.equations.begin(values, self._p, self._w[:, 0])
+        return self._integrate(
+            values, lambda by_slot, time: by_slot[:, : self._slots], begun[:, : self._slots]
+        )
 
     def _integrate(self, z: Vector, forcing: Forcing, begun: Vector) -> tuple[Vector, Vector, Vector]:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
