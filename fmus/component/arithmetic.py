@@ -22,7 +22,6 @@ LARGEST = 1e300
 
 def symbolic(*values: Number) -> bool:
     """Whether any of the values is a CasADi expression."""
-    # A loop and a cache, since this is asked for every operation.
     for value in values:  # noqa: SIM110
         if _from_casadi(value.__class__):
             return True
@@ -31,6 +30,7 @@ def symbolic(*values: Number) -> bool:
 
 @cache
 def _from_casadi(kind: type) -> bool:
+    """Whether a type is CasADi's; `real` and `where`, which most operations use, ask it directly."""
     return kind.__module__.startswith("casadi")
 
 
@@ -41,7 +41,7 @@ def _dimensions(value: Number) -> int:
 
 def real(value: Number) -> Number:
     """Real part; a CasADi expression is returned as it is."""
-    return value if symbolic(value) else value.real
+    return value if _from_casadi(value.__class__) else value.real
 
 
 def where(condition: Number, then: Number, otherwise: Number) -> Number:
@@ -49,7 +49,7 @@ def where(condition: Number, then: Number, otherwise: Number) -> Number:
 
     A condition on complex numbers is to be made on `real(...)`.
     """
-    if symbolic(condition, then, otherwise):
+    if _from_casadi(condition.__class__) or _from_casadi(then.__class__) or _from_casadi(otherwise.__class__):
         import casadi
 
         return casadi.if_else(condition, then, otherwise)
@@ -64,7 +64,7 @@ def absolute(value: Number) -> Number:
         import casadi
 
         return casadi.fabs(value)
-    return where(np.real(value) < 0, -value, value)
+    return where(real(value) < 0, -value, value)
 
 
 def minimum(a: Number, b: Number) -> Number:
