@@ -167,7 +167,7 @@ def test_a_list_of_entries_that_fills_the_memory_is_refused_before_it_is_read(
 
 @pytest.mark.parametrize(
     "text",
-    ["<a/>" * 500_001, "<a " + "".join(f'b{i}="" ' for i in range(2_000_001)) + "/>"],
+    ["<a/>" * 500_001, "<a " + 'b="" ' * 4_000_000 + "/>"],
     ids=["tags", "attributes"],
 )
 def test_xml_whose_tree_fills_the_memory_is_refused_before_it_is_parsed(text: str) -> None:
