@@ -7,7 +7,6 @@ import hashlib
 import json
 import os
 import shutil
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.locks import lock, unlock
 
 WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
@@ -156,7 +156,7 @@ def locked_folder(folder: Path) -> Iterator[None]:
         handle = None
         try:
             with _made(folder):
-                handle, free = _lock(folder)
+                handle, free = lock(folder)
                 if not free:
                     raise InputError(
                         f"{folder}: another warmlink is writing there; wait until it has ended, or choose "
@@ -166,7 +166,7 @@ def locked_folder(folder: Path) -> Iterator[None]:
                     yield
                     return
         finally:
-            _unlock(handle)  # only now, so that nobody locks a folder that is about to go again
+            unlock(handle)  # only now, so that nobody locks a folder that is about to go again
 
 
 @contextmanager
@@ -213,14 +213,14 @@ def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
         made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
     except OSError as fault:
         raise InputError(f"{parent}: cannot be written ({fault.strerror}); {remedy}") from None
-    handle, _ = _lock(made)
+    handle, _ = lock(made)
     # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
     work = made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1)))
     try:
         yield work
     finally:
         shutil.rmtree(work, ignore_errors=True)
-        _unlock(handle)
+        unlock(handle)
 
 
 def _sweep(parent: Path, prefix: str) -> None:
@@ -228,28 +228,10 @@ def _sweep(parent: Path, prefix: str) -> None:
     for path in parent.glob(f"{prefix}*"):
         if path.name.startswith(f"{prefix}new-"):
             continue
-        handle, free = _lock(path)
+        handle, free = lock(path)
         if handle is not None and free:
             shutil.rmtree(path, ignore_errors=True)
-        _unlock(handle)
-
-
-def _lock(folder: Path) -> tuple[int | None, bool]:
-    """Lock a folder: give a handle, None where there are no locks, and whether nobody else holds it."""
-    if sys.platform == "win32":
-        return None, True
-    import fcntl
-
-    handle = None
-    try:
-        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return handle, False
-    except OSError:
-        _unlock(handle)
-        return None, True
-    return handle, True
+        unlock(handle)
 
 
 def _is_still(handle: int, folder: Path) -> bool:
@@ -258,8 +240,3 @@ def _is_still(handle: int, folder: Path) -> bool:
         return os.path.samestat(os.fstat(handle), folder.stat())
     except FileNotFoundError:
         return False
-
-
-def _unlock(handle: int | None) -> None:
-    if handle is not None:
-        os.close(handle)

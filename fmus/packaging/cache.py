@@ -7,11 +7,12 @@ import os
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from importlib import metadata, resources
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.locks import lock, unlock
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
@@ -44,15 +45,17 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
 
 
 @contextmanager
-def _alone(lock: Path) -> Iterator[None]:
-    """While one holds the lock, others wait; nobody does where it cannot be made."""
-    with ExitStack() as held:
-        with suppress(OSError, ImportError):
-            import fcntl
-
-            lock.parent.mkdir(parents=True, exist_ok=True)
-            fcntl.flock(held.enter_context(lock.open("wb")), fcntl.LOCK_EX)
+def _alone(file: Path) -> Iterator[None]:
+    """While one holds the lock of a file, others wait; nobody does where it cannot be made."""
+    handle = None
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+        handle, _ = lock(file, wait=True)
+    try:
         yield
+    finally:
+        unlock(handle)
 
 
 def cache_folder() -> Path:

@@ -1,0 +1,43 @@
+"""Locks of files and folders that end with the process that holds them, however it ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+
+def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:
+    """Lock a file or folder that is there.
+
+    Parameters
+    ----------
+    path : of the file or folder
+    wait : until nobody else holds it
+
+    Returns
+    -------
+    tuple
+        Handle for `unlock`, None where the system or the file system has no such locks, and whether nobody
+        else holds it.
+    """
+    if sys.platform == "win32":
+        return None, True
+    import fcntl
+
+    handle = None
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+        fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return handle, False
+    except OSError:
+        unlock(handle)
+        return None, True
+    return handle, True
+
+
+def unlock(handle: int | None) -> None:
+    """Give a lock back."""
+    if handle is not None:
+        os.close(handle)
