@@ -8,6 +8,7 @@ from warmlink.orchestration.diagnosis.practice.effects import effect_of
 from warmlink.orchestration.diagnosis.practice.hide import hide
 
 
+@pytest.mark.slow
 def test_the_bench_counts_and_writes(tmp_path: Path) -> None:
     bench = bench_diagnosis({"single": 2, "none": 1}, seed=1)
     bench.write(tmp_path)

@@ -143,6 +143,7 @@ def test_simulate_with_checkpoints(library: Path, system: Path, tmp_path: Path) 
             check(whole, each, ("results.csv", "results.parquet"))
 
 
+@pytest.mark.slow
 def test_run(library: Path, tmp_path: Path) -> None:
     try:
         FmuStore("native").files(["ThermalLink"])

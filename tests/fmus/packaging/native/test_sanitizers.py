@@ -15,6 +15,7 @@ from .sanitized import COMPONENTS, VERSIONS, compile_sanitized
 HERE = Path(__file__).parent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
     for version in VERSIONS:
