@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from benchmarks.diagnosis import bench_diagnosis
 from benchmarks.hidden_effects import KINDS, drawn, weakened, with_gaps
