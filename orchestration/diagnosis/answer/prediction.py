@@ -30,6 +30,10 @@ _OFF, _MISSED = 3.0, 1.5
 _GROWN, _HALVED = 1.1, 0.5
 """Ratio to the error before from which a model is worse, and much better."""
 
+_EXCESS, _LEFT = 0.44, 1 / 3
+"""Mean square of the errors beyond that of the noise, in its own units, that chance may leave, and the share
+of what it was before that a right cause may: one that is wrong fits the fitted rows alone."""
+
 _FAR = 10.0
 """Error over noise beyond which a model predicts nothing, however much better it is than another."""
 
@@ -54,6 +58,11 @@ class HeldOut:
 
     over_band: Mapping[str, float]
     in_noise: float
+
+    @property
+    def excess(self) -> float:
+        """Mean square beyond that of the noise, in its units."""
+        return self.in_noise**2 - 1
 
     @property
     def worst(self) -> tuple[float, str]:
@@ -111,8 +120,9 @@ def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) 
         )
     best = every[0]
     change = f"from {before.in_noise:.2g} to {best.in_noise:.2g} times the noise"
-    if word in ("named", "ambiguous") and all(e.in_noise > _GROWN * before.in_noise for e in every):
-        return "empirical", f"The error on held-out rows grows {change}, so the cause is not established."
+    if word in ("named", "ambiguous") and all(_unproved(before, each) for each in every):
+        went = "grows" if best.in_noise > before.in_noise else "falls only"
+        return "empirical", f"The error on held-out rows {went} {change}, so the cause is not established."
     over, name = best.worst
     if word == "named" and over > _MISSED:
         return "empirical", (
@@ -124,6 +134,12 @@ def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) 
             f"No cause is established, but with these the error on held-out rows falls {change}."
         )
     return word, ""
+
+
+def _unproved(before: HeldOut, after: HeldOut) -> bool:
+    """Whether held-out rows do not bear a cause out: their error grows, or too much of it is left."""
+    left = after.excess > max(_EXCESS, _LEFT * before.excess)
+    return left or after.in_noise > _GROWN * before.in_noise
 
 
 def difference(experiment: Experiment) -> str:
