@@ -27,7 +27,8 @@ def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:
 
     handle = None
     try:
-        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+        # Network file systems lock only files that are open for writing, and no folder can be.
+        handle = os.open(path, (os.O_RDONLY if path.is_dir() else os.O_RDWR) | os.O_NOFOLLOW)
         fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return handle, False

@@ -53,7 +53,7 @@ class Predictions:
         self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
         self._corrections: tuple[Vector, ...] = nothing
-        self._beyond_finest: tuple[Vector, ...] = nothing
+        self._cells, self._beyond_finest = FINAL.cells, nothing
 
     def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
@@ -85,7 +85,7 @@ class Predictions:
             sigma = np.array([each.white for each in self.noise_in(i, noise)])
             total += float(np.sum((error[self.data[i].fitted] / sigma) ** 2))
         if total > 1.0:
-            self._finest = finer
+            self._finest, self._cells = finer, CHECK_CELLS
         return float(np.sqrt(total))
 
     def resolve(self, values: Sequence[Vector]) -> None:
@@ -94,7 +94,7 @@ class Predictions:
         It is of second order, so that it is 4/3 of what half of each step changes. The cells stay: their
         number is a property of the model.
         """
-        changes = self._changes(self._halved(FINAL.cells), values)
+        changes = self._changes(self._halved(self._cells), values)
         self._beyond_finest = tuple(4 / 3 * change for change in changes)
 
     def _halved(self, cells: int) -> list[Readings]:

@@ -101,7 +101,15 @@ def test_too_coarse_a_simulation_is_noticed_and_replaced(
     white = [NoiseModel(0.08 if "temperature" in v else 4e-7, 0.0, 60.0) for v in problem.variables]
     coarse = problem.finest(0, problem.neutral[0])
     assert problem.artefact(problem.neutral, white) > 3
-    assert np.abs(problem.finest(0, problem.neutral[0]) - coarse)[:, 0].max() > 0.05
+    replaced = problem.finest(0, problem.neutral[0])
+    assert np.abs(replaced - coarse)[:, 0].max() > 0.05
+    problem.resolve(problem.neutral)
+    resolved = problem.finest(0, problem.neutral[0])
+    monkeypatch.setattr(predictions, "FINAL", Resolution(predictions.CHECK_CELLS, 0.5, 0.01, 5.0, 1e-3))
+    exact = Problem(problem.experiment).finest(0, problem.neutral[0])
+    for channel in range(exact.shape[1]):
+        left, was = (np.linalg.norm((each - exact)[:, channel]) for each in (resolved, replaced))
+        assert left < was, problem.variables[channel]
 
 
 def test_what_the_steps_leave_unresolved_is_taken_out(
