@@ -17,6 +17,7 @@ from warmlink.orchestration.command_line.options import (
     Parameters,
     Report,
     ScenarioFile,
+    Scheduler,
     Set,
 )
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
@@ -55,6 +56,7 @@ def compare(
     replace: options.Replace = None,
     map_: options.Rename = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
+    scheduler: Scheduler = None,
     jobs: Jobs = 2,
     exact: Exact = False,
     report: Report = True,
@@ -98,7 +100,8 @@ def compare(
             remark(advice)
     cases = plan.cases
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
-    with interruptible(), at_work(plan.scenarios, Means(kind_named(fmus), jobs, exact=exact), folder) as work:
+    means = Means(kind_named(fmus), jobs, scheduler, exact)
+    with interruptible(), at_work(plan.scenarios, means, folder) as work:
         with progress_bar(f"{len(cases)} runs") as progress:
             comparison = run_comparison(cases, work.workers, progress)
         with results(folder) as target:

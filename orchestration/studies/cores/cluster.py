@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -28,6 +30,8 @@ class ClusterWorkers:
             from distributed import Client
         except ImportError:
             raise MissingExtraError("a Dask cluster", "studies") from None
+        # Where a scheduler is lost, threads of the client print tracebacks beside the error that is raised.
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         try:
             self._client = Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as fault:
@@ -58,14 +62,15 @@ class ClusterWorkers:
         alone.
         """
         suspects: list[int] = []
-        for places, outcomes in self._ended(cases, self._shares(cases)):
-            if outcomes is None:
-                suspects += places
-            else:
-                yield from zip(places, outcomes, strict=True)
-        for suspect in suspects:
-            for _, outcomes in self._ended(cases, [[suspect]]):
-                yield suspect, died(cases[suspect]) if outcomes is None else outcomes[0]
+        with _told_when_lost():
+            for places, outcomes in self._ended(cases, self._shares(cases)):
+                if outcomes is None:
+                    suspects += places
+                else:
+                    yield from zip(places, outcomes, strict=True)
+            for suspect in suspects:
+                for _, outcomes in self._ended(cases, [[suspect]]):
+                    yield suspect, died(cases[suspect]) if outcomes is None else outcomes[0]
 
     def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
         """Places of the cases in shares that are worth a task each, several for every worker."""
@@ -97,15 +102,22 @@ class ClusterWorkers:
                 outcomes: list[Outcome] | None = future.result()
             except KilledWorker:
                 outcomes = None
-            except InputError:  # a worker's own, as where its disk is full
-                raise
-            except Exception as fault:
-                raise InputError(
-                    f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
-                    "run again to go on"
-                ) from fault
             yield share_of[future.key], outcomes
             future.release()
+
+
+@contextmanager
+def _told_when_lost() -> Iterator[None]:
+    """Turn whatever Dask raises into an InputError."""
+    try:
+        yield
+    except InputError:  # a worker's own, as where its disk is full
+        raise
+    except Exception as fault:
+        raise InputError(
+            f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
+            "run again to go on"
+        ) from fault
 
 
 def _itself(fmus: FmuSet) -> FmuSet:

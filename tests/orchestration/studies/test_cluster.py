@@ -1,5 +1,6 @@
 """The same study on a Dask cluster of two workers, one of which is killed in the middle."""
 
+import logging
 import os
 from pathlib import Path
 from types import SimpleNamespace
@@ -74,6 +75,31 @@ def test_what_a_worker_refuses_is_not_called_a_lost_cluster(monkeypatch: pytest.
     workers = ClusterWorkers.__new__(ClusterWorkers)
     workers._fmus = None
     workers._client = SimpleNamespace(map=lambda *given, **named: [Full()], loop=None)
+    monkeypatch.setattr(workers, "_shares", lambda cases: [[]])
     monkeypatch.setattr(distributed, "as_completed", lambda futures, loop: futures)
     with pytest.raises(InputError, match=r"^a temporary file: cannot be written"):
-        list(workers._ended([], [[]]))
+        list(workers.run([]))
+
+
+def test_a_cluster_that_is_lost_between_two_batches_is_told_in_a_sentence(folder: Path, fmus: FmuSet) -> None:
+    def lost() -> None:
+        raise distributed.comm.core.CommClosedError("Timed out trying to connect")
+
+    workers = ClusterWorkers.__new__(ClusterWorkers)
+    workers._set = fmus
+    workers._client = SimpleNamespace(nthreads=lost)
+    with pytest.raises(
+        InputError, match=r"the cluster was lost \(CommClosedError\); what is finished is kept"
+    ):
+        list(workers.run([short(folder)]))
+
+
+def test_dask_prints_no_traceback_beside_that_sentence(
+    cluster: Any, fmus: FmuSet, caplog: pytest.LogCaptureFixture
+) -> None:
+    log = logging.getLogger("distributed.client")
+    log.addHandler(caplog.handler)
+    with ClusterWorkers(fmus, cluster.scheduler_address):
+        log.error("Failed to reconnect to scheduler after 5.00 seconds, closing client")
+    log.removeHandler(caplog.handler)
+    assert [each for each in caplog.records if each.name == log.name] == []
