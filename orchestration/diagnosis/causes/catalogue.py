@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.text_files import read_toml
@@ -78,12 +78,18 @@ def read_cause(path: Path) -> Cause:
     InputError
         An entry is missing, not known, or of the wrong type.
     """
-    from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
+    from pydantic import ValidationError
 
-    form = TypeAdapter(with_config(ConfigDict(extra="forbid"))(Cause))
     try:
-        return form.validate_python({**read_toml(path), "name": path.stem})
+        return _form().validate_python({**read_toml(path), "name": path.stem})
     except ValidationError as fault:
         first = fault.errors()[0]
         entry = ".".join(map(str, first["loc"]))
         raise InputError(f"{path.name}: {entry}: {first['msg']}; see the other files in causes/") from None
+
+
+@cache
+def _form() -> Any:
+    from pydantic import ConfigDict, TypeAdapter, with_config
+
+    return TypeAdapter(with_config(ConfigDict(extra="forbid"))(Cause))

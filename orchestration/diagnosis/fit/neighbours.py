@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
@@ -34,7 +34,7 @@ class Proposal:
         """Values in SI to start a fit from."""
         return self.starting()
 
-    @property
+    @cached_property
     def key(self) -> frozenset[str]:
         """Titles of the causes."""
         return frozenset(item.title for item in self.items)

@@ -174,8 +174,8 @@ class Predictions:
         def simulation(run: Run, grid: Resolution | Forward | Loop) -> Forward | Loop:
             known, rig = self.known_of(run), self.experiment.rig
             if not isinstance(grid, Loop) and not rig.in_loop:
-                compiled = equations(rig, cells, self._inner, self.variables)
-                return Forward(compiled, run, known, grid, derivatives)
+                compiled = equations(rig, cells, self._inner, self.variables, derivatives)
+                return Forward(compiled, run, known, grid)
             coarser = grid if isinstance(grid, Loop) else None
             bounds = self._bounds if derivatives else None
             return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)

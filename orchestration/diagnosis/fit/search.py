@@ -71,6 +71,7 @@ class Search:
         self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
+        self._penalties: dict[frozenset[str], float] = {}
         self._left: dict[frozenset[str], LackOfFit] = {}
         self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
         self._progress, self._before = progress, before
@@ -135,6 +136,7 @@ class Search:
             known = self._proposals.get(proposal.key)
             if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
                 self._proposals[proposal.key] = proposal
+                self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
     def run(self) -> Fit:
         """Search until no proposal may be better or as good, or the fits are used up."""
@@ -171,7 +173,7 @@ class Search:
         Sets of as many causes matter when they come near, larger ones only when they win.
         """
         margin = _WINS if len(proposal.items) > len(best.items) else NEAR + _SLACK
-        return margin - self.penalty(proposal.items)
+        return margin - self._penalties[proposal.key]
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
@@ -206,7 +208,7 @@ class Search:
         return sorted(self._proposals.values(), key=self._expected)[:count]
 
     def _expected(self, proposal: Proposal) -> float:
-        return proposal.chi2 + self.penalty(proposal.items)
+        return proposal.chi2 + self._penalties[proposal.key]
 
     def _proposed_by(self, fit: Fit) -> Iterable[Proposal]:
         size = len(fit.items)

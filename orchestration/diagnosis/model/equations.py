@@ -33,18 +33,23 @@ class Equations:
     Parameters
     ----------
     rig : the system
-    slots : freed parameters or inputs, by full name; derivatives are with respect to these
+    slots : freed parameters or inputs, by full name
     outputs : outputs wanted, by full name
+    derivatives : whether those by the slots are wanted beside the values
 
     Attributes
     ----------
     states : names of the states that the outputs depend on; the others are left out
+    columns : number of slots by which derivatives are given: all or none
     """
 
-    def __init__(self, rig: Rig, slots: Sequence[str], outputs: Sequence[str]) -> None:
+    def __init__(
+        self, rig: Rig, slots: Sequence[str], outputs: Sequence[str], derivatives: bool = True
+    ) -> None:
         import casadi as ca
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
+        self.columns = len(self.slots) if derivatives else 0
         self._ca = ca
         joined = _Symbols(rig, self.slots)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
@@ -52,23 +57,24 @@ class Equations:
         self.states = tuple(rig.component.x.names[i] for i in needed)
         x = joined.x[needed]
         rates, begun = rates[needed], joined.begun[needed]
+        z = joined.z[: self.columns]
         arguments = [x, joined.z, joined.p, joined.w, joined.time]
         self._linear = ca.Function(
             "linear",
             arguments,
-            [ca.densify(v) for v in (rates, ca.jacobian(rates, x).T, ca.jacobian(rates, joined.z).T)],
+            [ca.densify(v) for v in (rates, ca.jacobian(rates, x).T, ca.jacobian(rates, z).T)],
             {"cse": True},
         )
         self._observe = ca.Function(
             "observe",
             arguments,
-            [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, joined.z))],
+            [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, z))],
             {"cse": True},
         ).map(_BLOCK)
         self._begin = ca.Function(
             "begin",
             [joined.z, joined.p, joined.w],
-            [ca.densify(v) for v in (begun, ca.jacobian(begun, joined.z))],
+            [ca.densify(v) for v in (begun, ca.jacobian(begun, z))],
             {"cse": True},
         )
 
@@ -78,13 +84,13 @@ class Equations:
         return np.asarray(self.rig.component.start_values()[0], dtype=float)
 
     def begin(self, z: Vector, p: Vector, w: Vector) -> tuple[Vector, Vector]:
-        """States at the start, shape (n,), and their derivatives by the slots, shape (n, slots)."""
+        """States at the start, shape (n,), and their derivatives by the slots, shape (n, columns)."""
         x, by_slot = self._begin(z, p, w)
-        return np.array(x).ravel(), np.array(by_slot).reshape(x.shape[0], len(self.slots))
+        return np.array(x).ravel(), np.array(by_slot).reshape(x.shape[0], self.columns)
 
     def stepper(self) -> Linearised:
         """Rates with their derivatives, fast, for one thread."""
-        return Linearised(self._linear, len(self.states), len(self.slots))
+        return Linearised(self._linear)
 
     def observe(
         self, x: Vector, z: Vector, p: Vector, w: Vector, time: Vector
@@ -102,9 +108,9 @@ class Equations:
         -------
         tuple of numpy.ndarray
             Outputs, shape (points, outputs); derivatives by state, shape (points, outputs, n), and by
-            slot, shape (points, outputs, slots).
+            slot, shape (points, outputs, columns).
         """
-        points, m, n, k = time.size, len(self.outputs), len(self.states), len(self.slots)
+        points, m, n, k = time.size, len(self.outputs), len(self.states), self.columns
         rows = np.minimum(np.arange(-(-points // _BLOCK) * _BLOCK), points - 1)
         courses = x.T[rows], w.T[rows], time[rows]
         # CasADi stores by column: a row of NumPy is a point, and the derivatives come as transposes.
@@ -125,9 +131,11 @@ class Equations:
 
 
 @lru_cache(maxsize=24)
-def equations(rig: Rig, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...]) -> Equations:
+def equations(
+    rig: Rig, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...], derivatives: bool
+) -> Equations:
     """Compiled functions of a rig, kept for the next problem of the same kind."""
-    return Equations(replace(rig, cells=cells), slots, outputs)
+    return Equations(replace(rig, cells=cells), slots, outputs, derivatives)
 
 
 class Linearised:
@@ -137,20 +145,16 @@ class Linearised:
     ----------
     rates : shape (n,)
     by_state : shape (n, n)
-    by_slot : shape (n, slots)
+    by_slot : shape (n, columns)
     """
 
-    def __init__(self, function: Any, states: int, slots: int) -> None:
-        self.x, self.w, self.time = np.zeros(states), np.zeros(function.size1_in(3)), np.zeros(1)
-        self.z, self.p = np.zeros(slots), np.zeros(function.size1_in(2))
-        self.rates = np.zeros(states)
+    def __init__(self, function: Any) -> None:
+        given = [np.zeros(function.size1_in(i)) for i in range(5)]
+        self.x, self.z, self.p, self.w, self.time = given
+        self.rates = np.zeros(self.x.size)
         # CasADi stores by column and gives the transposes: rows of NumPy.
-        self.by_state, self.by_slot = np.zeros((states, states)), np.zeros((states, slots))
-        self._buffer, self.evaluate = _bound(
-            function,
-            (self.x, self.z, self.p, self.w, self.time),
-            (self.rates, self.by_state, self.by_slot),
-        )
+        self.by_state, self.by_slot = (np.zeros((self.x.size, function.size1_out(i))) for i in (1, 2))
+        self._buffer, self.evaluate = _bound(function, given, (self.rates, self.by_state, self.by_slot))
 
     def averaged(
         self, x: Vector, time: float, acting: Sequence[tuple[Vector, float]]

@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
-from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite
+from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite, inverse_of_step
 
 Vector = NDArray[np.float64]
 
@@ -82,7 +82,6 @@ class Forward:
     run : the measured run: its times and inputs
     known : value by parameter or input, as far as it differs from the nominal
     grid : how finely, or another simulation of the run: each of its steps is halved
-    derivatives : whether they are wanted beside the values
 
     Attributes
     ----------
@@ -96,10 +95,8 @@ class Forward:
         run: Run,
         known: Mapping[str, float],
         grid: Resolution | Forward,
-        derivatives: bool = True,
     ) -> None:
         self.equations, self.slots = equations, equations.slots
-        self._slots = len(equations.slots) if derivatives else 0
         self.rig = rig = equations.rig
         self._p = equations.parameter_values.copy()
         index = {name: i for i, name in enumerate(rig.parameters)}
@@ -151,7 +148,7 @@ class Forward:
         times : s within the run, rising, shape (times,)
         """
         values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
-        return Trajectory(values, slopes, by_slot + direct[:, :, : self._slots])
+        return Trajectory(values, slopes, by_slot + direct)
 
     def responses(self, z: Vector, times: Vector, courses: Courses) -> Vector:
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
@@ -166,9 +163,7 @@ class Forward:
         """States and sensitivities by the slots, as `_integrate` gives them."""
         values = np.frombuffer(z)
         _, begun = self.equations.begin(values, self._p, self._w[:, 0])
-        return self._integrate(
-            values, lambda by_slot, time: by_slot[:, : self._slots], begun[:, : self._slots]
-        )
+        return self._integrate(values, lambda by_slot, time: by_slot, begun)
 
     def _integrate(self, z: Vector, forcing: Forcing, begun: Vector) -> tuple[Vector, Vector, Vector]:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
@@ -180,8 +175,7 @@ class Forward:
         states = np.empty((count + 1, *shape))
         left, right = np.empty((count, *shape)), np.empty((count, *shape))
         states[0] = joined
-        identity = np.eye(x.size)
-        inverse, kept = identity, np.full((x.size, x.size), np.inf)
+        inverse = kept = np.full((x.size, x.size), np.inf)
         time = self.steps.time
         for k, shares in enumerate(self.steps.shares):
             step = time[k + 1] - time[k]
@@ -189,7 +183,7 @@ class Forward:
             left[k] = first
             scaled = (GAMMA * step) * jacobian
             if not np.abs(scaled - kept).max() < _STALE:
-                kept, inverse = scaled, np.linalg.inv(identity - scaled)
+                kept, inverse = scaled, inverse_of_step(scaled)
             joined = self._stepped(rates, joined, first, inverse, k, forcing)
             states[k + 1] = joined
             same = k + 1 < count and self.steps.shares[k + 1][0][0] == shares[-1][0] and len(shares) == 1

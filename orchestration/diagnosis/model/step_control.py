@@ -52,6 +52,14 @@ def hermite(
     return value + length * (s * (1 - s) ** 2 * slope - s**2 * (1 - s) * last_slope)
 
 
+def inverse_of_step(scaled: Vector) -> Vector:
+    """Inverse of the method's matrix, of the Jacobian times the step and the method's gamma, shape (n, n)."""
+    from scipy.linalg.lapack import dgetrf, dgetri  # half the time of `numpy.linalg.inv` at twenty states
+
+    factors, pivots, _ = dgetrf(np.eye(len(scaled)) - scaled, overwrite_a=True)
+    return np.asarray(dgetri(factors, pivots, overwrite_lu=True)[0])
+
+
 @dataclass(frozen=True)
 class _Step:
     """One step: times in s, states and their slopes at both ends, and the inverse matrix of the method."""
@@ -86,7 +94,6 @@ class _Step:
 class _Control:
     def __init__(self, rates: Linearised, levels: Levels, tolerance: float) -> None:
         self._rates, self._levels, self._tolerance = rates, levels, tolerance
-        self._identity = np.eye(rates.x.size)
         self._time = [0.0]
         self._means: list[Vector] = []
         self._shares: list[Shares] = []
@@ -129,7 +136,7 @@ class _Control:
             acting = [(mean, 1.0)]
         step = end - start
         first, jacobian, _ = self._rates.averaged(x, start, acting)
-        inverse: Vector = np.asarray(np.linalg.inv(self._identity - (GAMMA * step) * jacobian))
+        inverse = inverse_of_step((GAMMA * step) * jacobian)
 
         def slope_ahead(ahead: Vector) -> Vector:
             return self._rates.averaged(ahead, end, acting)[0]

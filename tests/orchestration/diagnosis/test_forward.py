@@ -109,8 +109,9 @@ def test_sensitivities_equal_differences() -> None:
 
 def test_values_are_the_same_without_derivatives() -> None:
     run = run_of(INFORMATIVE)
-    equations = Equations(rig("WarmupCell", SEARCH.cells), freed(), OUTPUTS)
-    both, alone = (Forward(equations, run, {}, SEARCH, derivatives) for derivatives in (True, False))
+    cell = rig("WarmupCell", SEARCH.cells)
+    each = (Equations(cell, freed(), OUTPUTS, derivatives) for derivatives in (True, False))
+    both, alone = (Forward(equations, run, {}, SEARCH) for equations in each)
     z = both.start_values()
     np.testing.assert_allclose(alone(z, run.time).values, both(z, run.time).values, rtol=1e-12)
     assert alone(z, run.time).by_slot.shape == (run.time.size, len(OUTPUTS), 0)
