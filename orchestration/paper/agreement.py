@@ -10,20 +10,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.cases import Case
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import Drive, held
 from warmlink.orchestration.paper.fea.mesh import Assembly, Body, bare_link, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea, History
 from warmlink.orchestration.paper.link_model import LinkHistory, follow, run_link
-
-Array = NDArray[np.float64]
 
 #: Temperature of room and cell at the start of a duty cycle [K].
 AMBIENT = 295.15

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.fea.drive import Drive, graded
 from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea
-
-Array = NDArray[np.float64]
 
 ZERO_CELSIUS = 273.15
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import join
@@ -18,10 +17,9 @@ from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.plant import ROD_WIRES
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.cases import Case
 from warmlink.orchestration.paper.data import load_geometry, load_materials
-
-Array = NDArray[np.float64]
 
 #: Thermal resistance [K/W] that holds the base at a prescribed temperature to 0.001 K for a few watts.
 RIGID = 1e-4

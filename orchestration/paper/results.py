@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.agreement import Agreement
 from warmlink.orchestration.paper.cases import Case
 from warmlink.orchestration.paper.fea.mesh import Body
 from warmlink.orchestration.paper.fea.simulate import History
 from warmlink.orchestration.paper.link_model import LinkHistory
 from warmlink.orchestration.paper.tried import Attempt, Consistency
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

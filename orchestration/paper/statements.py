@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.cases import ZERO_CELSIUS, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.link_model import run_link
 from warmlink.orchestration.paper.results import CaseResult, Statement
 from warmlink.orchestration.paper.tried import Attempt, Consistency
-
-Array = NDArray[np.float64]
 
 
 def paper_statements(cases: dict[str, CaseResult]) -> list[Statement]:

@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.arm_kinematics.equations import COORDINATES
 from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, columns, workspace
 from warmlink.orchestration.arm.geometry import axes
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.report.figures import Line, styled, time_plot
 from warmlink.orchestration.report.page import Section, Table
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-
-Array = NDArray[np.float64]
 
 ZERO_CELSIUS = 273.15
 

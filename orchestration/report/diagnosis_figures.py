@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit, per_si, shown
 from warmlink.orchestration.diagnosis.answer.missing import MissingHeat
 from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.report.figures import DASHES, styled
 from warmlink.orchestration.report.page import Section
-
-Vector = NDArray[np.float64]
 
 _MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
 
@@ -88,7 +86,7 @@ def _points(colour: str) -> dict[str, Any]:
 
 
 def _trace(
-    figure: Any, place: tuple[int, int], word: str, minutes: Vector, values: Vector, style: dict[str, Any]
+    figure: Any, place: tuple[int, int], word: str, minutes: Array, values: Array, style: dict[str, Any]
 ) -> None:
     """Draw a signal at a row and column of the figure; the legend names those of the first place."""
     figure.add_scatter(

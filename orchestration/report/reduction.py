@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.mesh_error import HEAT_FLOW, TIMES
 from warmlink.orchestration.reduction.order import SAFETY
 from warmlink.orchestration.reduction.part import Part
@@ -19,8 +20,6 @@ from warmlink.orchestration.reduction.solid import Face, Solid
 from warmlink.orchestration.reduction.thermometers import NOISE, Observer, Pair, best_pair
 from warmlink.orchestration.report.figures import COLOURS, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
-
-Array = NDArray[np.float64]
 
 SHOWN = 0.05
 """Largest displacement in the picture, as a share of the part's extent."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.duties import run_of
 from warmlink.orchestration.diagnosis.answer.gain import Scores
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -22,8 +22,6 @@ from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
-
-Vector = NDArray[np.float64]
 
 DUTIES = ("continuous", "heavy_payload", "light_payload", "emergency_stop", "shift_with_breaks")
 """Shipped duty cycles that are foreseen: fast, heavy, light, held at rest, and with pauses."""
@@ -48,10 +46,10 @@ class Claim:
     """
 
     duty: str
-    time: Vector
-    elongation: Vector
-    before: Vector
-    band: Vector
+    time: Array
+    elongation: Array
+    before: Array
+    band: Array
 
     @property
     def largest(self) -> float:
@@ -139,20 +137,20 @@ class _Foreseen:
         self._values = [problem.values(run, self._freed, self._theta) for run in runs]
         self._predicted = [problem.predict(run, z) for run, z in zip(runs, self._values, strict=True)]
 
-    def elongation(self, run: int) -> Vector:
+    def elongation(self, run: int) -> Array:
         return self._predicted[run][0][:, self._channel]
 
-    def _by(self, run: int, freed: Sequence[Freed]) -> Vector:
+    def _by(self, run: int, freed: Sequence[Freed]) -> Array:
         """Derivatives of the elongation by numbers of another problem, shape (times, numbers)."""
         wanted = [self._there.get(f.key, replace(f, runs=())) for f in freed]
         return by_number(self._predicted[run][1][:, self._channel], wanted, run, self._freed)
 
-    def variance(self, run: int) -> Vector:
+    def variance(self, run: int) -> Array:
         """Of the fitted numbers."""
         columns = self._by(run, self._fit.freed) @ root_of(self._fit.covariance())
         return np.asarray(np.sum(columns**2, axis=-1))
 
-    def unnoticed(self, run: int, further: Sequence[dict[Freed, float]]) -> Vector:
+    def unnoticed(self, run: int, further: Sequence[dict[Freed, float]]) -> Array:
         """Of the further cause that matters most here while the data say nothing about it."""
         worst = np.zeros(self._problem.data[run].time.size)
         for off in further:
@@ -160,7 +158,7 @@ class _Foreseen:
             worst = np.maximum(worst, moved**2)
         return worst
 
-    def wandering(self, run: int, wander: Wander) -> Vector:
+    def wandering(self, run: int, wander: Wander) -> Array:
         """Of what wanders beside its log."""
         if wander.still:
             return np.zeros(self._problem.data[run].time.size)

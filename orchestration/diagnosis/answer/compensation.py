@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -25,8 +26,6 @@ from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
-
-Vector = NDArray[np.float64]
 
 LAW = "observer"
 GOES_BY = ("base_temperature", "tip_temperature")
@@ -106,9 +105,9 @@ def _padded(run: Run) -> NDArray[np.bool_]:
     return (last >= 0) & (run.time - on[np.maximum(last, 0)] < _AFTER_PAD)
 
 
-def _largest(errors: Sequence[tuple[Vector, Vector]]) -> Compensated | None:
+def _largest(errors: Sequence[tuple[Array, Array]]) -> Compensated | None:
     """Largest mean over a stretch of errors at times, spikes left out."""
-    stretches: list[Vector] = []
+    stretches: list[Array] = []
     for time, error in errors:
         good = np.isfinite(error)
         which = np.floor(time[good] / AVERAGED)
@@ -124,7 +123,7 @@ def _largest(errors: Sequence[tuple[Vector, Vector]]) -> Compensated | None:
     return Compensated(largest, max(largest - spread, 0.0), largest + spread)
 
 
-def _wild(values: Vector) -> float:
+def _wild(values: Array) -> float:
     """Distance from the median beyond which a reading is a spike."""
     return 8 * 1.4826 * float(np.median(np.abs(values - np.median(values)))) + 1e-7
 
@@ -147,7 +146,7 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
     ).parameters
 
 
-def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Vector:
+def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Array:
     """Readings of an output, corrected for the known faults of its instrument except the lag."""
     values = run.readings[variable]
     channel = channel_of(rig, variable)
@@ -158,7 +157,7 @@ def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> 
     return values if ambient is None or stem == 0 else (values - stem * ambient) / (1 - stem)
 
 
-def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, float]) -> Vector:
+def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, float]) -> Array:
     """Correction in m at each row of a run."""
     from warmlink.controllers.observer.component import COMPONENT
     from warmlink.fmus.component import limits
@@ -197,9 +196,9 @@ def _compiled_law() -> tuple[Any, Any]:
     )
 
 
-def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Vector]:
+def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Array]:
     """Inputs of the observer by name, corrected for the model's faults of sensors and surroundings."""
-    signals: dict[str, Vector] = {}
+    signals: dict[str, Array] = {}
     for name in SENSED:
         variable = rig.columns[name]
         if variable in run.readings and name in GOES_BY:

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
@@ -17,8 +17,6 @@ from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
-
-Vector = NDArray[np.float64]
 
 
 def shown(unit: str) -> str:
@@ -155,7 +153,7 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
     }
 
 
-def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str, values: Vector) -> tuple[Vector, str]:
+def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str, values: Array) -> tuple[Array, str]:
     """A cause's strengths in the unit in which people read them, and that unit."""
     unit = item.cause.shown_unit or _unit_of(diagnosis, variable)
     return values * _per_shown(unit), unit

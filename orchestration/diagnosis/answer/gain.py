@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
-
-Vector = NDArray[np.float64]
 
 _BLOCK = 600.0
 """s of a block in the bootstrap: longer than the noise remembers."""
@@ -32,7 +30,7 @@ class Predicted:
     """
 
     name: str
-    readings: tuple[Vector, ...]
+    readings: tuple[Array, ...]
 
 
 class Scores:
@@ -86,7 +84,7 @@ class Scores:
         return result
 
     @staticmethod
-    def carry(problem: Problem, fit: Fit) -> tuple[list[Freed], Vector]:
+    def carry(problem: Problem, fit: Fit) -> tuple[list[Freed], Array]:
         """Carry a fit's numbers over to a problem with other runs.
 
         A group that was never fitted takes the mean of those that were.
@@ -100,7 +98,7 @@ class Scores:
             theta.append(fitted.get(f.key, float(np.mean(like)) if like else f.start))
         return freed, np.array(theta)
 
-    def _adapted(self, run: int, z: Vector, freed: Sequence[Freed], fit: Fit, until: float) -> Vector:
+    def _adapted(self, run: int, z: Array, freed: Sequence[Freed], fit: Fit, until: float) -> Array:
         """Fit the numbers that belong to a held-out run alone to the first part of that run."""
         own = [
             f

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.likeliest import Integrated
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
-
-Vector = NDArray[np.float64]
 
 _HEATS = tuple(0.1 * 2.0**k for k in range(10))
 """W, standard deviations of the course that are tried."""
@@ -29,9 +27,9 @@ class MissingHeat:
     """
 
     run: str
-    time: Vector
-    heat: Vector
-    deviation: Vector
+    time: Array
+    heat: Array
+    deviation: Array
 
     @property
     def sentence(self) -> str:

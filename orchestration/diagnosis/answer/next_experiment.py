@@ -15,6 +15,7 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.ambiguity import Titles, differences
 from warmlink.orchestration.diagnosis.answer.duties import DUTIES, ONE_AT_A_TIME, run_of
 from warmlink.orchestration.diagnosis.answer.separation import Foreseen, chances
@@ -26,7 +27,6 @@ from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.scenarios.duties.duty import Segment, length
 
-Vector = NDArray[np.float64]
 Pair = tuple[Titles, Titles]
 """Two members of an ambiguous set."""
 
@@ -156,14 +156,14 @@ class _Design:
         self._first = next(run for run in experiment.runs if not run.heldout)
         scores = np.array([search.score(fit) for fit in members])
         likelihood = np.exp(-0.5 * (scores - scores.min()))
-        self._weights: Vector = likelihood / likelihood.sum()
+        self._weights: Array = likelihood / likelihood.sum()
         price = np.array([search.penalty(fit.items) for fit in self.models])
         size = np.array([len(fit.items) for fit in self.models])
         alike = np.where(size[: self.members, None] == size, NEAR, 0.0)
-        self._needed: Vector = price[: self.members, None] - price + alike
+        self._needed: Array = price[: self.members, None] - price + alike
         self._doubt = np.array([1 / np.sqrt(max(search.null.chi2 - fit.chi2, 1.0)) for fit in members])
 
-    def separations(self, duty: Sequence[Segment]) -> Vector:
+    def separations(self, duty: Sequence[Segment]) -> Array:
         """Separation of each model from each member as the truth, shape (members, models)."""
         problem, experiment = self._assessment.problem, self._experiment
         measured = self._first
@@ -179,7 +179,7 @@ class _Design:
         there = Problem(replace(experiment, runs=(*labelled, replace(run, labels=measured.labels))))
         return Foreseen(there, noise, self.models).separations(self.members)
 
-    def chance(self, separations: Vector) -> float:
+    def chance(self, separations: Array) -> float:
         """Expected chance that the member which is true is named.
 
         The strength of an effect is uncertain by its standard deviation, and the separations are in
@@ -197,7 +197,7 @@ def _feasible(duty: Sequence[Segment]) -> list[int]:
     return [n for n in ROUNDS if n * length(duty) <= LONGEST]
 
 
-def _soonest(design: _Design, table: Vector) -> tuple[int, int]:
+def _soonest(design: _Design, table: Array) -> tuple[int, int]:
     """Duty cycle that is sure soonest, and after how many rounds; else the one that comes closest.
 
     Separations are taken to grow with the root of the rounds.
@@ -215,7 +215,7 @@ def _soonest(design: _Design, table: Vector) -> tuple[int, int]:
 
 def _long_enough(
     design: _Design, cycle: tuple[Segment, ...], rounds: int, never: NDArray[np.bool_]
-) -> tuple[tuple[Segment, ...], Vector, float]:
+) -> tuple[tuple[Segment, ...], Array, float]:
     """The cycle repeated from so many rounds on until it is sure; its separations, and the chance."""
     for rounds in (n for n in _feasible(cycle) if n >= rounds):
         separations = np.where(never, np.inf, design.separations(cycle * rounds))
@@ -276,7 +276,7 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
     names = [name for name in runs[0].labels if all(name in run.labels for run in runs)]
     values = [list(dict.fromkeys(run.labels[n] for run in runs)) for n in names]
     tried = {tuple(run.labels[n] for n in names) for run in runs}
-    found: list[tuple[int, float, tuple[str, ...], Vector]] = []
+    found: list[tuple[int, float, tuple[str, ...], Array]] = []
     for labels in (c for c in product(*values) if c not in tried):
         like = replace(
             runs[0], name="next", labels={**runs[0].labels, **dict(zip(names, labels, strict=True))}

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.algebra import root_of
@@ -21,7 +21,6 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
 
-Vector = NDArray[np.float64]
 Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
 
 _OFF, _MISSED = 3.0, 1.5
@@ -164,5 +163,5 @@ def difference(experiment: Experiment) -> str:
     )
 
 
-def _typical(errors: Vector) -> float:
+def _typical(errors: Array) -> float:
     return float(np.quantile(np.abs(errors), _SHARE)) / _NORMAL

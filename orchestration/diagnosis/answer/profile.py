@@ -11,14 +11,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.fit.fitting import Columns
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
-
-Vector = NDArray[np.float64]
 
 _AWAY = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 """Standard deviations at which a strength is held."""
@@ -106,8 +104,8 @@ class Profile:
 
     item: Item
     variable: str
-    values: Vector
-    rise: Vector
+    values: Array
+    rise: Array
 
 
 def profiles_of(assessment: Assessment) -> list[Profile]:
@@ -126,7 +124,7 @@ def _profile(assessment: Assessment, item: Item, freed: Freed) -> Profile:
     return Profile(item, name, values, np.maximum(rise, 0.0))
 
 
-def _refitted(assessment: Assessment, item: Item, freed: Freed, values: Vector) -> Iterable[float]:
+def _refitted(assessment: Assessment, item: Item, freed: Freed, values: Array) -> Iterable[float]:
     """Chi-square with a strength held at each value."""
     best = assessment.best
     for value in values.tolist():

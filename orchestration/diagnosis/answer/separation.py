@@ -12,15 +12,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.gain import Scores
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-
-Vector = NDArray[np.float64]
 
 _CLOSE = 1e-6
 """Separation in standard deviations below which models are one."""
@@ -45,7 +43,7 @@ class Foreseen:
         self._columns = [columns for _, columns in foreseen]
         self._bases = [orthonormal(columns) for columns in self._columns]
 
-    def separations(self, truths: int) -> Vector:
+    def separations(self, truths: int) -> Array:
         """Separation of every model from each of the first so many, as the truth, shape (truths, models).
 
         Infinite where the rival is the truth with further causes: it fits as well, and for no reason.
@@ -70,7 +68,7 @@ class Foreseen:
         return float(np.sqrt(np.maximum(rest, 0.0)))
 
 
-def chances(separations: Vector, needed: Vector) -> Vector:
+def chances(separations: Array, needed: Array) -> Array:
     """Chance that each truth is told from the rival that is nearest to it, shape (truths,).
 
     Parameters
@@ -82,11 +80,11 @@ def chances(separations: Vector, needed: Vector) -> Vector:
 
     away = np.where(np.isfinite(separations), np.maximum(separations, _CLOSE), 1.0)
     beyond = np.where(np.isfinite(separations), (away**2 - needed) / (2 * away), np.inf)
-    nearest: Vector = np.min(beyond, axis=1)
+    nearest: Array = np.min(beyond, axis=1)
     return np.asarray(ndtr(nearest))
 
 
-def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Vector, Vector]:
+def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Array, Array]:
     """Readings, shape (rows,), and their derivatives by the fit's numbers, all channels after one another."""
     freed, theta = Scores.carry(problem, fit)
     values, by_slot = problem.predict(run, problem.values(run, freed, theta))

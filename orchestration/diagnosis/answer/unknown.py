@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.residuals import residuals_of
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
-
-Vector = NDArray[np.float64]
 
 _STRETCH = 300.0
 """s of a balance."""
@@ -87,7 +85,7 @@ def hint(assessment: Assessment) -> Hint | None:
     return _selected(problem.names[problem.variables[channel]], np.concatenate(targets), tables)
 
 
-def _means(times: Vector, values: Vector, edges: Vector) -> Vector:
+def _means(times: Array, values: Array, edges: Array) -> Array:
     """Means over stretches; an empty one is interpolated."""
     which = np.digitize(times, edges) - 1
     means = np.array([values[which == i].mean() if np.any(which == i) else np.nan for i in range(edges.size)])
@@ -95,12 +93,12 @@ def _means(times: Vector, values: Vector, edges: Vector) -> Vector:
     return np.interp(np.arange(means.size), np.flatnonzero(known), means[known])
 
 
-def _terms(assessment: Assessment, run: int, times: Vector, edges: Vector) -> dict[str, Vector]:
+def _terms(assessment: Assessment, run: int, times: Array, edges: Array) -> dict[str, Array]:
     """Candidate terms as means between the middles of successive stretches."""
     problem = assessment.problem
     measured, data = problem.experiment.runs[run], problem.data[run]
     held = measured.row_at(times)
-    signals: dict[str, Vector] = {
+    signals: dict[str, Array] = {
         "a constant heat": np.ones(times.size),
         "heat growing with time": times / 3600,
     }
@@ -127,7 +125,7 @@ def _terms(assessment: Assessment, run: int, times: Vector, edges: Vector) -> di
     return result
 
 
-def _selected(channel: str, target: Vector, tables: list[dict[str, Vector]]) -> Hint:
+def _selected(channel: str, target: Array, tables: list[dict[str, Array]]) -> Hint:
     names = [n for n in tables[0] if all(n in t for t in tables)]
     columns = {n: np.concatenate([t[n] for t in tables]) for n in names}
     total = float(target @ target)

@@ -13,6 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import axis_name
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import (
     AMBIENT,
@@ -24,7 +25,7 @@ from warmlink.orchestration.diagnosis.arm.measured import (
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
-from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, WHITE, Noise, Vector, noisy
+from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.guard import guarded
@@ -47,7 +48,7 @@ def hide_in_arm(
     program: str = PROGRAM,
     noise: Noise = WHITE,
     seed: int = 0,
-) -> dict[str, Vector]:
+) -> dict[str, Array]:
     """Make a run of the arm that hides effects in one of its axes.
 
     Parameters
@@ -120,7 +121,7 @@ def _run(scenario: Scenario, store: FmuStore) -> Result:
     return result
 
 
-def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[str, Vector]:
+def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[str, Array]:
     rows = _rows(result)
     time = np.asarray(result.times)[rows]
     columns = {

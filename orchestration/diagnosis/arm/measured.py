@@ -11,12 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
@@ -26,7 +26,6 @@ from warmlink.orchestration.text_files import is_file, measured_text
 
 RIG = "WarmupCell"
 
-Vector = NDArray[np.float64]
 
 AMBIENT = "ambient_temperature [degC]"
 DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
@@ -69,7 +68,7 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
     return {i: _experiment(i, run, columns, changes) for i, (run, columns) in runs.items()}
 
 
-def _changes(run: Run) -> Vector:
+def _changes(run: Run) -> Array:
     """Times in s at which an axis's speed or torque changes."""
     changed = np.zeros(run.time.size, dtype=bool)
     for name in DEMANDS.values():
@@ -89,7 +88,7 @@ def _channels(number: int) -> dict[str, str]:
     return channels
 
 
-def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Vector) -> Experiment:
+def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Array) -> Experiment:
     """One axis's experiment: its run and its nominal parameters, the next joint behind its link's tip."""
     this = axis(number)
     known = {

@@ -9,15 +9,14 @@ change, where it has a kink, the lines end.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
 
 HALF_WIDTH = 60.0
 """s to either side of a row from which its line is fitted."""
 
 
-def smoothed(time: Vector, values: Vector, changes: Vector) -> Vector:
+def smoothed(time: Array, values: Array, changes: Array) -> Array:
     """Readings as lines fitted about each row give them, shape (n,), for rising times in s.
 
     Changes of the duty cycle closer together than the lines are wide bend the course too little to end one.
@@ -35,18 +34,18 @@ def smoothed(time: Vector, values: Vector, changes: Vector) -> Vector:
     return result
 
 
-def over_steps(values: Vector) -> Vector:
+def over_steps(values: Array) -> Array:
     """Means from each row to the next, shape as given: a row holds until the next, and a reading does not."""
     return np.append((values[1:] + values[:-1]) / 2, values[-1])
 
 
-def _lasting(times: Vector) -> Vector:
+def _lasting(times: Array) -> Array:
     """Changes that have at least the lines' half width before and after them."""
     gaps = np.diff(times)
     return times[1:-1][(gaps[:-1] >= HALF_WIDTH) & (gaps[1:] >= HALF_WIDTH)]
 
 
-def _line_at(distance: Vector, values: Vector) -> float:
+def _line_at(distance: Array, values: Array) -> float:
     """Value at distance 0 of the line of least squares."""
     mean, spread = distance.mean(), distance - distance.mean()
     square = float(spread @ spread)

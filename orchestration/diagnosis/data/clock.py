@@ -6,9 +6,9 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.headings import conversion_to
 from warmlink.orchestration.diagnosis.data.layout import NUMBER
 from warmlink.orchestration.diagnosis.data.numbers import cell_shown, numbers
@@ -17,7 +17,6 @@ from warmlink.orchestration.diagnosis.data.sheet import Sheet
 if TYPE_CHECKING:
     import pandas as pd
 
-Vector = NDArray[np.float64]
 
 FEWEST_ROWS = 20
 """Rows with a reading; fewer say nothing about noise."""
@@ -44,7 +43,7 @@ _DATES = (
 """Dates by their look, each with the orders of day, month and year that it may have."""
 
 
-def times(sheet: Sheet, column: int, unit: str | None, date: int | None = None) -> tuple[Vector, str]:
+def times(sheet: Sheet, column: int, unit: str | None, date: int | None = None) -> tuple[Array, str]:
     """Seconds from the first row, and what the column was taken for.
 
     Parameters
@@ -79,13 +78,13 @@ def _mostly_numbers(cells: Any) -> bool:
     return not numbers or sum(numbers) > len(numbers) / 2
 
 
-def _seconds(cells: Any) -> Vector:
+def _seconds(cells: Any) -> Array:
     """Seconds from the first filled cell of dates or durations, NaN where there is none."""
     found = (cells - cells.dropna().iloc[0]) if cells.notna().any() else cells
     return np.asarray(found.dt.total_seconds(), dtype=np.float64)
 
 
-def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Vector, str]:
+def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     found = numbers(sheet, column)
     if found.lost.size:
         row = int(found.lost[0])
@@ -107,7 +106,7 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Vector, str]:
     return conversion.factor * found.values, unit
 
 
-def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Vector, str]:
+def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
     """Seconds of written dates or times of the day."""
     empty = np.flatnonzero(text.to_numpy() == "")
     if empty.size:
@@ -138,7 +137,7 @@ def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
     return _by_forms(sheet, column, text, [f"{order}{stamp['between']}{hours}" for order in orders])
 
 
-def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> tuple[Vector, str]:
+def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> tuple[Array, str]:
     """Seconds by the one form that all rows have, or by forms that all give the same seconds.
 
     Raises
@@ -148,7 +147,7 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
     """
     import pandas as pd
 
-    found: dict[str, Vector] = {}
+    found: dict[str, Array] = {}
     worst = 0
     for form in forms:
         iso = form == "ISO8601"
@@ -174,7 +173,7 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
     return values, f"date {form.replace('%', '')}" if form != "ISO8601" else "date"
 
 
-def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Vector, str]:
+def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
@@ -190,7 +189,7 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Vector, str]:
     return values + DAY * np.cumsum(midnights), "HH:MM:SS"
 
 
-def _checked(sheet: Sheet, column: int, values: Vector) -> Vector:
+def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
     empty = np.flatnonzero(~np.isfinite(values))
     if empty.size:

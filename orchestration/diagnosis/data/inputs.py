@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -14,8 +13,6 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
-
-Vector = NDArray[np.float64]
 
 OFF = "off"
 """What a pad that is not there is assumed to be."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
 from warmlink.orchestration.diagnosis.data.columns import Assignment, Place, Said
 from warmlink.orchestration.diagnosis.data.headings import TIME
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from warmlink.orchestration.diagnosis.data.rig import Rig
 
-Vector = NDArray[np.float64]
 
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
@@ -58,10 +58,10 @@ class Run:
     """
 
     name: str
-    time: Vector
-    inputs: Mapping[str, Vector]
-    readings: Mapping[str, Vector]
-    covariates: Mapping[str, Vector] = field(default_factory=dict)
+    time: Array
+    inputs: Mapping[str, Array]
+    readings: Mapping[str, Array]
+    covariates: Mapping[str, Array] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     heldout: bool = False
@@ -78,7 +78,7 @@ class Run:
         return np.zeros(self.time.size, dtype=bool) if self.heldout else self.time < self.fit_until
 
     @property
-    def ambient(self) -> Vector | None:
+    def ambient(self) -> Array | None:
         """Logged ambient temperature in K, shape (n,); None where there is none."""
         return next((v for name, v in self.inputs.items() if name.endswith("ambient_temperature")), None)
 
@@ -89,7 +89,7 @@ class Run:
     def part(self, rows: NDArray[np.bool_]) -> Run:
         """The run with some of its rows."""
 
-        def chosen(signals: Mapping[str, Vector]) -> dict[str, Vector]:
+        def chosen(signals: Mapping[str, Array]) -> dict[str, Array]:
             return {name: values[rows] for name, values in signals.items()}
 
         return replace(
@@ -142,7 +142,7 @@ def read_run(
     assigned = Assignment(sheet, rig, told, {**(channels or {}), **extra})
     place, date = assigned.time()
     time, taken = times(sheet, place.column, place.unit, None if date is None else date.column)
-    kinds: dict[str, dict[str, Vector]] = {"input": {}, "reading": {}, "covariate": {}}
+    kinds: dict[str, dict[str, Array]] = {"input": {}, "reading": {}, "covariate": {}}
     columns: dict[str, list[Column]] = {kind: [] for kind in kinds}
     remarks: list[str] = []
     discrete: list[str] = []
@@ -204,13 +204,13 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
         return run
     starts = np.arange(0, run.time.size, -(-run.time.size // most))
 
-    def mean(values: Vector) -> Vector:
+    def mean(values: Array) -> Array:
         full = np.isfinite(values)
         count = np.add.reduceat(full.astype(float), starts)
         sums = np.add.reduceat(np.where(full, values, 0.0), starts)
         return np.where(count > 0, sums / np.maximum(count, 1.0), np.nan)
 
-    def steady(values: Vector) -> Vector:
+    def steady(values: Array) -> Array:
         return np.where(np.isfinite(values[starts]), mean(values), np.nan)
 
     return replace(
@@ -225,7 +225,7 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     )
 
 
-def _refuse_empty(name: str, readings: Mapping[str, Vector], unused: Sequence[str]) -> None:
+def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:
     if not readings:
         known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
         raise InputError(

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.layout import NUMBER
 from warmlink.orchestration.diagnosis.data.sheet import DECIMALS, Sheet
 from warmlink.orchestration.text_files import shown
-
-Vector = NDArray[np.float64]
 
 OVERRANGE = 1e30
 """From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
@@ -41,7 +40,7 @@ class Numbers:
     lost : rows of cells that hold something that is no reading
     """
 
-    values: Vector
+    values: Array
     lost: NDArray[np.intp]
 
 
@@ -71,7 +70,7 @@ def cell_shown(sheet: Sheet, row: int, column: int) -> str:
     return shown(str(sheet.cells[column].iloc[row]))
 
 
-def _of_text(sheet: Sheet, column: int) -> tuple[Vector, NDArray[np.intp]]:
+def _of_text(sheet: Sheet, column: int) -> tuple[Array, NDArray[np.intp]]:
     """Numbers of cells that are text, NaN where there is none, and the rows of words."""
     import pandas as pd
 
@@ -121,7 +120,7 @@ def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str
     )
 
 
-def quantum(values: Vector) -> float:
+def quantum(values: Array) -> float:
     """Step of the lattice that readings lie on, 0 where they lie on none.
 
     A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
@@ -137,7 +136,7 @@ def quantum(values: Vector) -> float:
     return step if whole.mean() > 0.95 and float(np.mean(np.round(steps / step) == 1)) > 0.5 else 0.0
 
 
-def repeats(values: Vector) -> NDArray[np.intp]:
+def repeats(values: Array) -> NDArray[np.intp]:
     """Rows that say again what the row before says, where most do and readings lie on no lattice.
 
     A sensor that sticks reads so, and a logger that writes a value anew only once it has changed by enough,
@@ -151,7 +150,7 @@ def repeats(values: Vector) -> NDArray[np.intp]:
     return rows[1:][again]
 
 
-def between_jumps(values: Vector) -> NDArray[np.intp]:
+def between_jumps(values: Array) -> NDArray[np.intp]:
     """Rows that a sensor which sticks reads from one jump to the next, with noise; none of one that follows.
 
     Such a sensor is right when it has just jumped. Between its jumps its readings scatter about one level by

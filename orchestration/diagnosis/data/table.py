@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import Place
 from warmlink.orchestration.diagnosis.data.headings import conversion_to
 from warmlink.orchestration.diagnosis.data.numbers import between_jumps, cell_shown, numbers, repeats
 from warmlink.orchestration.diagnosis.data.sheet import Sheet
-
-Vector = NDArray[np.float64]
 
 MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
 """Range of a credible temperature or growth by SI unit; beyond it the sensor errs, or the unit is wrong."""
@@ -52,7 +51,7 @@ class Signal:
     """Values of a column in SI, shape (rows,), NaN where there is none; rows lost; a remark on these."""
 
     column: Column
-    values: Vector
+    values: Array
     lost: NDArray[np.intp]
     remarks: tuple[str, ...]
 
@@ -125,7 +124,7 @@ def _remarks(sheet: Sheet, column: int, lost: NDArray[np.intp]) -> tuple[str, ..
     return (f"{sheet.at(row, column)}: {cell_shown(sheet, row, column)} is taken for a missing value{more}",)
 
 
-def _implausible(sheet: Sheet, column: int, values: Vector, unit: str) -> NDArray[np.intp]:
+def _implausible(sheet: Sheet, column: int, values: Array, unit: str) -> NDArray[np.intp]:
     """Rows of readings that cannot be; raises InputError where they are half of all."""
     low, high = MOST_PLAUSIBLE[unit]
     beyond = (values < low) | (values > high)
@@ -138,7 +137,7 @@ def _implausible(sheet: Sheet, column: int, values: Vector, unit: str) -> NDArra
     return np.flatnonzero(beyond)
 
 
-def held(sheet: Sheet, place: Place, found: Signal, empty_is_off: bool) -> Vector:
+def held(sheet: Sheet, place: Place, found: Signal, empty_is_off: bool) -> Array:
     """Values with the last one in each empty cell; those of a pad stay empty, which is off.
 
     Raises
@@ -165,7 +164,7 @@ def _off(sheet: Sheet, place: Place, rows: NDArray[np.intp]) -> NDArray[np.bool_
     return off
 
 
-def refuse_undefined(sheet: Sheet, place: Place, values: Vector, scalar: Scalar) -> None:
+def refuse_undefined(sheet: Sheet, place: Place, values: Array, scalar: Scalar) -> None:
     """Raise InputError where a cell is not a value of a discrete input, as 1.5 for the pad's mode."""
     for row in np.flatnonzero(np.isfinite(values)).tolist():
         sentence = limits.problem(scalar, float(values[row]))

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.numbers import quantum
-
-Vector = NDArray[np.float64]
 
 MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
@@ -67,15 +66,15 @@ class Thinned:
     scatter : noise in SI from row to row, before averaging, shape (outputs,)
     """
 
-    time: Vector
+    time: Array
     averaging: Averaging
-    within: Vector
-    weight: Vector
-    readings: Vector
+    within: Array
+    weight: Array
+    readings: Array
     fitted: NDArray[np.bool_]
     spikes: NDArray[np.int64]
-    quantum: Vector
-    scatter: Vector
+    quantum: Array
+    scatter: Array
 
 
 def thinned(run: Run, variables: Sequence[str]) -> Thinned:
@@ -107,12 +106,12 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
 
 
 def _means(
-    time: Vector,
-    table: Vector,
+    time: Array,
+    table: Array,
     starts: NDArray[np.int64],
     count: NDArray[np.int64],
     sparse: NDArray[np.bool_],
-) -> Vector:
+) -> Array:
     """Mean of each block's readings, NaN where most of those due at the output's own spacing are missing.
 
     Where not every row of a block is simulated, missing readings are interpolated between their neighbours,
@@ -138,8 +137,8 @@ def _rows_between(there: NDArray[np.bool_]) -> float:
 
 
 def _points(
-    time: Vector, full: NDArray[np.bool_], starts: NDArray[np.int64], count: NDArray[np.int64], most: int
-) -> tuple[Vector, Vector]:
+    time: Array, full: NDArray[np.bool_], starts: NDArray[np.int64], count: NDArray[np.int64], most: int
+) -> tuple[Array, Array]:
     """Times at which blocks are simulated, and their weights: the rows, or some as evenly spread.
 
     Where a block has few rows, its own rows with readings are used: near a leap of the inputs no other times
@@ -157,7 +156,7 @@ def _points(
     return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
 
 
-def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
+def spike_rows(values: Array, step: float) -> NDArray[np.int64]:
     """Rows of isolated readings far from the running median of their neighbours, and from their slope.
 
     The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
@@ -185,21 +184,21 @@ def spike_rows(values: Vector, step: float) -> NDArray[np.int64]:
     return rows[np.array(lonely, dtype=np.int64)]
 
 
-def _line(values: Vector) -> Vector:
+def _line(values: Array) -> Array:
     """Line through the ends of a run, where no median has neighbours on both sides (Theil and Sen)."""
     place = np.arange(values.size)
     a, b = np.triu_indices(values.size, 1)
     slope = float(np.median((values[b] - values[a]) / (b - a)))
-    line: Vector = np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
+    line: Array = np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
     return line
 
 
-def _scatter(values: Vector) -> float:
+def _scatter(values: Array) -> float:
     filled = values[np.isfinite(values)]
     return _noise_of(filled) if filled.size > 3 else 0.0
 
 
-def _noise_of(values: Vector) -> float:
+def _noise_of(values: Array) -> float:
     """White noise of a slow signal from its second differences, whose variance is six times as large."""
     bend = np.abs(np.diff(values, 2))
     trimmed = bend[bend <= np.quantile(bend, 0.95)]

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
 from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
-
-Vector = NDArray[np.float64]
 
 _MOST_EVALUATIONS, _TRIED = 12, 3
 """Simulations that a fit may take, and those after which it may be given up."""
@@ -41,10 +40,10 @@ class Point:
     """
 
     chi2: float
-    gram: tuple[Vector, ...]
-    gradient: tuple[Vector, ...]
+    gram: tuple[Array, ...]
+    gradient: tuple[Array, ...]
 
-    def moved(self, steps: Sequence[Vector]) -> Point:
+    def moved(self, steps: Sequence[Array]) -> Point:
         """The same after a step so small that the linearisation holds, given by run, shape (slots,) each."""
         curved = [gram @ step for gram, step in zip(self.gram, steps, strict=True)]
         ends = zip(self.gradient, curved, steps, strict=True)
@@ -67,7 +66,7 @@ class Fit:
 
     items: tuple[Item, ...]
     freed: tuple[Freed, ...]
-    theta: Vector
+    theta: Array
     point: Point
     at_bound: tuple[bool, ...]
 
@@ -107,7 +106,7 @@ class Fit:
             if not f.calibrated
         )
 
-    def covariance(self) -> Vector:
+    def covariance(self) -> Array:
         """Covariance of the fitted numbers in SI, shape (numbers, numbers)."""
         selection = Columns(self.freed, self.freed, self.point)
         return inverse_of(selection.gram, 1e-12)
@@ -118,15 +117,15 @@ class Columns:
 
     def __init__(self, wanted: Sequence[Freed], overriding: Sequence[Freed], point: Point) -> None:
         count = len(wanted)
-        self.gram: Vector = np.zeros((count, count))
-        self.gradient: Vector = np.zeros(count)
+        self.gram: Array = np.zeros((count, count))
+        self.gradient: Array = np.zeros(count)
         for run, (gram, gradient) in enumerate(zip(point.gram, point.gradient, strict=True)):
             selection = by_number(np.eye(gradient.size), wanted, run, overriding)
             self.gram += selection.T @ gram @ selection
             self.gradient += selection.T @ gradient
 
 
-def by_number(by_slot: Vector, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Vector:
+def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Array:
     """Derivatives in a run by chosen numbers, shape (..., numbers), from those by slot, shape (..., slots).
 
     They are 0 for a number that does not act in the run, and for a calibrated one that is overridden.
@@ -173,11 +172,11 @@ class Fitter:
                 Smoothing(np.concatenate(each) @ responses.root(i, wander)) for i, each in enumerate(white)
             ]
 
-    def by_channel(self, run: int, table: Vector) -> list[Vector]:
+    def by_channel(self, run: int, table: Array) -> list[Array]:
         """Rows that are fitted of each channel, from a table of shape (rows, channels, ...)."""
         return [table[rows, channel] for channel, rows in enumerate(self.rows[run])]
 
-    def whiten(self, run: int, channels: Sequence[Vector]) -> list[Vector]:
+    def whiten(self, run: int, channels: Sequence[Array]) -> list[Array]:
         """Whiten columns of a run, given and returned by channel, shape (rows, columns) each."""
         white = [whiten(each) for whiten, each in zip(self._whiteners[run], channels, strict=True)]
         if not self._smoothing:
@@ -185,7 +184,7 @@ class Fitter:
         ends = np.cumsum([each.shape[0] for each in white])
         return np.split(self._smoothing[run](np.concatenate(white)), ends[:-1])
 
-    def whitened(self, freed: Sequence[Freed], theta: Vector) -> list[list[Vector]]:
+    def whitened(self, freed: Sequence[Freed], theta: Array) -> list[list[Array]]:
         """Whitened residual, beside it the derivatives by slot, by run and channel."""
         self.evaluations += 1
         result = []
@@ -195,7 +194,7 @@ class Fitter:
             result.append(self.whiten(run, self.by_channel(run, joined)))
         return result
 
-    def at(self, freed: Sequence[Freed], theta: Vector) -> Point:
+    def at(self, freed: Sequence[Freed], theta: Array) -> Point:
         """Chi-square and its linearisation at given values."""
         chi2, grams, gradients = 0.0, [], []
         for channels in self.whitened(freed, theta):
@@ -249,7 +248,7 @@ class Fitter:
             theta, point = self._arrived(freed, theta, point)
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
 
-    def _arrived(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[Vector, Point]:
+    def _arrived(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[Array, Point]:
         """Values and point after the last step of a fit, too small to be worth a simulation."""
         lower, upper, _ = _bounds(freed)
         columns = Columns(freed, freed, point)
@@ -261,14 +260,14 @@ class Fitter:
         steps = [by_number(slots, freed, run, freed) @ (ahead - theta) for run in range(len(point.gradient))]
         return ahead, point.moved(steps)
 
-    def _tried(self, freed: Sequence[Freed], theta: Vector) -> Point | None:
+    def _tried(self, freed: Sequence[Freed], theta: Array) -> Point | None:
         """Chi-square and its linearisation; None where nothing can be simulated with such values."""
         try:
             return self.at(freed, theta)
         except NotSimulatedError:
             return None
 
-    def _beyond(self, freed: Sequence[Freed], theta: Vector, point: Point) -> tuple[bool, ...]:
+    def _beyond(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
         lower, upper, start = _bounds(freed)
         near = 1e-6 * (upper - lower)
@@ -282,12 +281,12 @@ class Fitter:
         return tuple(bool(each) and beyond > _BEYOND for each in on)
 
 
-def _bounds(freed: Sequence[Freed]) -> Vector:
+def _bounds(freed: Sequence[Freed]) -> Array:
     """Lower bounds, upper bounds and starting values, shape (3, numbers)."""
     return np.array([(f.lower, f.upper, f.start) for f in freed]).reshape(-1, 3).T
 
 
-def bounded_step(gram: Vector, gradient: Vector, lower: Vector, upper: Vector) -> tuple[Vector, float]:
+def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tuple[Array, float]:
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
     correlation, scale = correlation_of(gram)
     alive = np.diag(gram) > 1e-18 * max(float(np.diag(gram).max()), 1e-300)
@@ -304,7 +303,7 @@ def bounded_step(gram: Vector, gradient: Vector, lower: Vector, upper: Vector) -
     return step / scale, decrease
 
 
-def _between(matrix: Vector, target: Vector, low: Vector, high: Vector) -> Vector:
+def _between(matrix: Array, target: Array, low: Array, high: Array) -> Array:
     from scipy.optimize import lsq_linear
 
     factor = np.linalg.cholesky(matrix + 1e-12 * np.eye(target.size))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.noise import (
@@ -21,8 +21,6 @@ from warmlink.orchestration.diagnosis.fit.noise import (
     undisturbed,
 )
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-
-Vector = NDArray[np.float64]
 
 UNEXPLAINED = 0.001
 """Chance of residuals as slow as those that a model leaves, below which it does not explain the run."""
@@ -72,7 +70,7 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     slow = orthonormal(basis)
     rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
 
-    def chance(courses: Vector) -> tuple[float, float]:
+    def chance(courses: Array) -> tuple[float, float]:
         chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
         # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
         return chi2, float(fdtrc(degrees, max(rest // 2, 4), chi2 / degrees))
@@ -124,7 +122,7 @@ def estimated_noise(
     return estimate(spectra, liked)
 
 
-def whiteness_p(residual: Vector) -> float:
+def whiteness_p(residual: Array) -> float:
     """Chance level of the cumulative periodogram's distance from a straight line (Kolmogorov-Smirnov)."""
     from scipy.fft import dct
     from scipy.special import kolmogorov
@@ -138,7 +136,7 @@ def whiteness_p(residual: Vector) -> float:
     return float(kolmogorov(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
 
 
-def _block_diagonal(blocks: list[Vector]) -> Vector:
+def _block_diagonal(blocks: list[Array]) -> Array:
     from scipy.linalg import block_diag
 
     return np.asarray(block_diag(*blocks))

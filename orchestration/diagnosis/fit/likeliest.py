@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, Point
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.search import Search
@@ -20,8 +20,6 @@ from warmlink.orchestration.diagnosis.fit.wandering import (
     Wander,
     integrated_out,
 )
-
-Vector = NDArray[np.float64]
 
 _WORTH, _LIKED, _HOPELESS = 6.0, 3.0, 10.0
 """Gain in twice the log-likelihood that each wandering signal must bring, loss that is likely, and not."""
@@ -89,7 +87,7 @@ class Integrated:
         point, constant = self._point(wander)
         return point.chi2 + constant
 
-    def smoothed(self, run: int, wander: Wander) -> tuple[Vector, Vector]:
+    def smoothed(self, run: int, wander: Wander) -> tuple[Array, Array]:
         """Values at the nodes of all that wanders, shape (values,), and their covariance."""
         _, across, inner = self._grams[run]
         root = self.responses.root(run, wander)

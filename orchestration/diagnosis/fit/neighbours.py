@@ -11,11 +11,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of, root_of
 from warmlink.orchestration.diagnosis.fit.fitting import Columns, Fit
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
-
-Vector = NDArray[np.float64]
 
 _COLLINEAR = 1 - 1e-6
 _DRAWS = 6000
@@ -92,13 +91,13 @@ class Neighbours:
         """Indices of candidates that affect the data."""
         return [i for i, span in enumerate(self.spans) if self.alive[span].all()]
 
-    def outcomes(self, chosen: Sequence[Sequence[int]]) -> list[tuple[float, Vector]]:
+    def outcomes(self, chosen: Sequence[Sequence[int]]) -> list[tuple[float, Array]]:
         """Gain in chi-square of adding each set of candidates, and their values' changes.
 
         The gain of a set that is not feasible is minus infinity.
         """
         columns = [self._columns_of(each) for each in chosen]
-        found: dict[int, tuple[float, Vector]] = {}
+        found: dict[int, tuple[float, Array]] = {}
         for size in {each.size for each in columns}:
             places = [k for k, each in enumerate(columns) if each.size == size]
             gains, changes = self._outcomes(np.array([columns[k] for k in places], dtype=int))
@@ -110,7 +109,7 @@ class Neighbours:
             [k for i in chosen for k in range(self.spans[i].start, self.spans[i].stop)], dtype=int
         )
 
-    def _outcomes(self, index: NDArray[np.int64]) -> tuple[Vector, Vector]:
+    def _outcomes(self, index: NDArray[np.int64]) -> tuple[Array, Array]:
         """As `outcomes`, of sets of as many columns each, shape (sets, columns)."""
         gram, gradient = self.gram[index[:, :, None], index[:, None, :]], self.gradient[index]
         scale = np.sqrt(np.diagonal(gram, axis1=1, axis2=2))
@@ -170,7 +169,7 @@ class Neighbours:
             items = (*kept, *(self.candidates[i] for i in each))
             yield Proposal(items, self.chi2 - gain, partial(self._start, each, change))
 
-    def _start(self, chosen: Sequence[int], change: Vector) -> dict[Freed, float]:
+    def _start(self, chosen: Sequence[int], change: Array) -> dict[Freed, float]:
         """Values in SI where the candidates' values are changed, and the others follow."""
         index = self._columns_of(chosen)
         follows = self._inverse @ (self._inner_gradient - self._across[index].T @ change)
@@ -205,7 +204,7 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
     draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((columns.size, _DRAWS))
     share = prior_shares(null.candidates)
     # Among candidates of equal weight and number of values the largest gain is the least probable.
-    largest: dict[tuple[int, float], Vector] = {}
+    largest: dict[tuple[int, float], Array] = {}
     for i, first, size in zip(usable, np.cumsum([0, *sizes[:-1]]), sizes, strict=True):
         span = slice(first, first + size)
         z = draws[span]

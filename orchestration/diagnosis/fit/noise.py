@@ -12,11 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.thinning import ROW, Averaging
-
-Vector = NDArray[np.float64]
 
 SLOW = 900.0
 """s; courses of a longer period are taken for the model's fault, never for noise."""
@@ -81,10 +79,10 @@ class NoiseModel:
         slow = self.slow * np.sqrt(here.kept(self.memory) / known.kept(self.memory))
         return replace(self, white=float(white), slow=float(slow))
 
-    def covariance(self, times: Vector) -> Vector:
+    def covariance(self, times: Array) -> Array:
         """Covariance of readings at times in s, shape (times, times)."""
         apart = np.abs(times[:, None] - times[None, :])
-        result: Vector = self.slow**2 * np.exp(-apart / self.memory)
+        result: Array = self.slow**2 * np.exp(-apart / self.memory)
         result += self.lasting**2 * np.exp(-apart / LASTING)
         result[np.diag_indices(times.size)] += self.white**2
         return result
@@ -93,21 +91,21 @@ class NoiseModel:
 class Whitener:
     """Turns residuals of one channel in one run into independent numbers of unit variance."""
 
-    def __init__(self, model: NoiseModel, times: Vector) -> None:
+    def __init__(self, model: NoiseModel, times: Array) -> None:
         self._scale = 1 / model.white
-        self._matrix: Vector | None = None
+        self._matrix: Array | None = None
         if max(model.slow, model.lasting) > 0.05 * model.white and times.size:
             from scipy.linalg import cholesky, solve_triangular
 
             factor = cholesky(model.covariance(times), lower=True)
             self._matrix = solve_triangular(factor, np.eye(times.size), lower=True)
 
-    def __call__(self, columns: Vector) -> Vector:
+    def __call__(self, columns: Array) -> Array:
         """Whiten columns, shape (times, ...)."""
         return self._scale * columns if self._matrix is None else self._matrix @ columns
 
 
-def slow_courses(times: Vector, period: float = SLOW) -> Vector:
+def slow_courses(times: Array, period: float = SLOW) -> Array:
     """Cosines of a period longer than given, the constant included, shape (times, courses)."""
     span = float(times[-1] - times[0]) if times.size > 1 else 0.0
     count = int(2 * span / period) + 1
@@ -127,9 +125,9 @@ class Sample:
     averaging : rows and time over which each value was averaged
     """
 
-    times: Vector
-    values: Vector
-    removed: Vector
+    times: Array
+    values: Array
+    removed: Array
     averaging: Averaging = ROW
 
     def part(self, rows: slice) -> Sample:
@@ -207,13 +205,13 @@ class Spectrum:
         spectrum = self.total(memory, share) * shape
         return float(np.sum(self.weight * (np.log(spectrum) + np.minimum(self.power / spectrum, 25))))
 
-    def _shape(self, memory: float, share: float) -> Vector:
+    def _shape(self, memory: float, share: float) -> Array:
         decay = np.exp(-self.steps / memory)
         correlated = (1 - decay**2) / (1 - 2 * decay * np.cos(self.phase) + decay**2)
         white, slow = self._sizes(memory)
         return (1 - share) * white + share * slow * correlated
 
-    def _sizes(self, memory: float) -> tuple[Vector, Vector]:
+    def _sizes(self, memory: float) -> tuple[Array, Array]:
         """Variance of white and of correlated noise at each frequency, as a multiple of the known one."""
         unit = NoiseModel(1.0, 1.0, memory)
         white, slow = [np.zeros(0)], [np.zeros(0)]
@@ -263,7 +261,7 @@ def _long_run(memory: float, share: float, step: float) -> float:
     return (1 - share) + share * (1 + decay) / (1 - decay)
 
 
-def _robust_mean(power: Vector) -> float:
+def _robust_mean(power: Array) -> float:
     """Mean of squares, the few largest of which are limited: a spike that was missed must not rule."""
     mean = float(np.mean(power))
     for _ in range(3):

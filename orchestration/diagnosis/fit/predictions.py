@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
@@ -18,8 +18,6 @@ from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEAR
 from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
-
-Vector = NDArray[np.float64]
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
@@ -52,15 +50,15 @@ class Predictions:
         self._inner, self._outer = inner, outer
         self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
-        self._corrections: tuple[Vector, ...] = nothing
+        self._corrections: tuple[Array, ...] = nothing
         self._cells, self._beyond_finest = FINAL.cells, nothing
 
-    def predict(self, run: int, z: Vector) -> tuple[Vector, Vector]:
+    def predict(self, run: int, z: Array) -> tuple[Array, Array]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
         values, by_slot = self._means(self._readings, run, z)
         return values + self._corrections[run], by_slot
 
-    def finest(self, run: int, z: Vector) -> Vector:
+    def finest(self, run: int, z: Array) -> Array:
         """Readings of a run without the grid's error, shape (rows, outputs)."""
         return self._means(self._finest, run, z)[0] + self._beyond_finest[run]
 
@@ -73,7 +71,7 @@ class Predictions:
         """Noise of each channel in a run, given that in the first run to fit."""
         return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
 
-    def artefact(self, values: Sequence[Vector], noise: Sequence[NoiseModel]) -> float:
+    def artefact(self, values: Sequence[Array], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.
 
         From a simulation of half the cells' size and half the steps, on the inputs as they were logged. Where
@@ -88,7 +86,7 @@ class Predictions:
             self._finest, self._cells = finer, CHECK_CELLS
         return float(np.sqrt(total))
 
-    def resolve(self, values: Sequence[Vector]) -> None:
+    def resolve(self, values: Sequence[Array]) -> None:
         """Take the error of the finest steps out, as it is at given values of the freed variables.
 
         It is of second order, so that it is 4/3 of what half of each step changes. The cells stay: their
@@ -100,12 +98,12 @@ class Predictions:
     def _halved(self, cells: int) -> list[Readings]:
         return self._simulated(cells, [each.forward for each in self._finest])
 
-    def _changes(self, finer: Sequence[Readings], values: Sequence[Vector]) -> list[Vector]:
+    def _changes(self, finer: Sequence[Readings], values: Sequence[Array]) -> list[Array]:
         """What a finer simulation changes, by run, shape (rows, outputs) each."""
         pairs = ((self._means(each, i, z)[0] for each in (finer, self._finest)) for i, z in enumerate(values))
         return [after - before for after, before in pairs]
 
-    def refine(self, values: Sequence[Vector]) -> float:
+    def refine(self, values: Sequence[Array]) -> float:
         """Take the grid's error out at given values of the freed variables.
 
         Parameters
@@ -125,7 +123,7 @@ class Predictions:
         return max((float(np.abs(error / self.floors).max()) for error in self._corrections), default=0.0)
 
     @cached_property
-    def floors(self) -> Vector:
+    def floors(self) -> Array:
         """Least noise of each channel in SI: the forward model is no more exact than this."""
         return np.array([self._floor(i, variable) for i, variable in enumerate(self.variables)])
 
@@ -134,25 +132,25 @@ class Predictions:
         read = np.concatenate([data.readings[:, channel] for data in self.data])
         return _FLOORS.get(unit) or max(_SHARE * float(np.nanmax(read) - np.nanmin(read)), _LEAST)
 
-    def _means(self, readings: Sequence[Readings], run: int, z: Vector) -> tuple[Vector, Vector]:
+    def _means(self, readings: Sequence[Readings], run: int, z: Array) -> tuple[Array, Array]:
         """Readings and derivatives as means over the blocks of rows that were averaged."""
         values, by_slot = readings[run](z)
         return self._mean(run, values), self._mean(run, by_slot)
 
-    def _mean(self, run: int, each: Vector) -> Vector:
+    def _mean(self, run: int, each: Array) -> Array:
         weight = self.data[run].weight
         if weight.shape[1] == 1:
             return each
         return np.einsum("bpo,bpo...->bo...", weight, each.reshape(*weight.shape[:2], *each.shape[1:]))
 
-    def responses(self, run: int, z: Vector, courses: Courses) -> Vector:
+    def responses(self, run: int, z: Array, courses: Courses) -> Array:
         """Derivatives of a run's readings by the values of courses, shape (rows, outputs, values)."""
         simulated = self._readings[run]
         inner = z[: len(self._inner)]
         return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
 
     @cached_property
-    def neutral(self) -> tuple[Vector, ...]:
+    def neutral(self) -> tuple[Array, ...]:
         """Slots of each run where nothing is fitted."""
         outer = np.array([neutral(name) for name in self._outer])
         return tuple(np.concatenate([r.forward.start_values(), outer]) for r in self._readings)
@@ -203,7 +201,7 @@ class Predictions:
         return known
 
 
-def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Vector, Vector]:
+def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Array, Array]:
     """Times in s and logged ambient temperature in K by row, which the sensors' stems are exposed to."""
     if run.ambient is not None:
         return run.time, run.ambient

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import Calibrated, Experiment
 from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
@@ -16,8 +16,6 @@ from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.fit.candidates import INNER, freed_by
 from warmlink.orchestration.diagnosis.fit.predictions import Predictions
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ class Problem(Predictions):
         inner, outer = _slots(experiment, self.names)
         super().__init__(experiment, inner, outer, lambda: self._ordinary(len(inner)))
 
-    def _ordinary(self, count: int) -> tuple[Vector, Vector]:
+    def _ordinary(self, count: int) -> tuple[Array, Array]:
         """Bounds between which the first slots are freed, the narrowest, shape (count,) each."""
         middle = self.neutral[0][:count]
         lower, upper = middle - 1.0, middle + 1.0
@@ -98,7 +96,7 @@ class Problem(Predictions):
                     narrowest[i], lower[i], upper[i] = freed.span, start + freed.lower, start + freed.upper
         return lower, upper
 
-    def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Vector:
+    def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Array:
         """Slots of a run for fitted values; the later of two that share a slot counts."""
         z = self.neutral[run].copy()
         for parameter, value in zip(freed, theta, strict=True):

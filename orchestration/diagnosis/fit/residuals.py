@@ -9,12 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import whiteness_p
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-
-Vector = NDArray[np.float64]
 
 _NOTABLE = 1.5
 """RMSE over noise in a phase from which it counts as wrong."""
@@ -49,7 +48,7 @@ class Wrong:
     correlates_with: tuple[tuple[str, float], ...]
 
 
-def residuals_of(problem: Problem, fit: Fit) -> list[Vector]:
+def residuals_of(problem: Problem, fit: Fit) -> list[Array]:
     """Measured minus simulated by run, shape (rows, outputs)."""
     return [
         data.readings - problem.predict(run, problem.values(run, fit.freed, fit.theta))[0]
@@ -88,7 +87,7 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
     return found
 
 
-def _phases(run: Run, times: Vector, readings: Vector) -> dict[str, NDArray[np.bool_]]:
+def _phases(run: Run, times: Array, readings: Array) -> dict[str, NDArray[np.bool_]]:
     """Rows of each phase of a run."""
     full = np.isfinite(readings)
     temperatures = full.any(axis=0) & (np.nansum(readings, axis=0) > full.sum(axis=0))
@@ -115,14 +114,14 @@ def _phases(run: Run, times: Vector, readings: Vector) -> dict[str, NDArray[np.b
     return phases
 
 
-def _changes(times: Vector, signal: Vector) -> Vector:
+def _changes(times: Array, signal: Array) -> Array:
     filled = np.nan_to_num(signal, nan=0.0)
     span = float(np.ptp(filled))
     return times[1:][np.abs(np.diff(filled)) > 0.1 * span] if span > 0 else times[:0]
 
 
 def _when(
-    parts: Sequence[Vector],
+    parts: Sequence[Array],
     rows: Sequence[NDArray[np.int64]],
     phases: Sequence[Mapping[str, NDArray[np.bool_]]],
     noise: float,
@@ -141,7 +140,7 @@ def _when(
     return tuple(sorted(wrong, key=lambda name: -sizes[name]))
 
 
-def _signals(problem: Problem, run: int) -> dict[str, Vector]:
+def _signals(problem: Problem, run: int) -> dict[str, Array]:
     """Signals that a residual may follow, at the rows of a run."""
     data, measured = problem.data[run], problem.experiment.runs[run]
     held = measured.row_at(data.time)
@@ -166,7 +165,7 @@ def _signals(problem: Problem, run: int) -> dict[str, Vector]:
 
 
 def _followed(
-    parts: Sequence[Vector], rows: Sequence[NDArray[np.int64]], signals: Sequence[Mapping[str, Vector]]
+    parts: Sequence[Array], rows: Sequence[NDArray[np.int64]], signals: Sequence[Mapping[str, Array]]
 ) -> tuple[tuple[str, float], ...]:
     residual = np.concatenate(parts)
     found = []

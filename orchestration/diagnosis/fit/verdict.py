@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
@@ -25,7 +23,6 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 
-Vector = NDArray[np.float64]
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
 
 _SEEDS = 4
@@ -192,7 +189,7 @@ def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[
     return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)
 
 
-def _values(problem: Problem, fit: Fit) -> list[Vector]:
+def _values(problem: Problem, fit: Fit) -> list[Array]:
     return [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
 
 

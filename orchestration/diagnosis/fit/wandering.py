@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.forward import Courses
-
-Vector = NDArray[np.float64]
 
 _SPACING, _MOST_NODES = 240.0, 60
 """s between nodes, at least, and their number at most."""
@@ -68,14 +66,14 @@ class Responses:
     columns : by run, shape (rows, outputs, signals * nodes)
     """
 
-    def __init__(self, problem: Problem, values: Sequence[Vector]) -> None:
+    def __init__(self, problem: Problem, values: Sequence[Array]) -> None:
         slots = {
             name: tuple(i for i, slot in enumerate(problem.slots) if slot in wandering)
             for name, wandering in problem.experiment.rig.wandering.items()
         }
         self.signals = tuple(slots)
-        self.nodes: list[Vector] = []
-        self.columns: list[Vector] = []
+        self.nodes: list[Array] = []
+        self.columns: list[Array] = []
         for run, z in enumerate(values):
             span = float(problem.data[run].time[-1])
             count = int(np.clip(span / _SPACING, 2, _MOST_NODES)) + 1
@@ -83,7 +81,7 @@ class Responses:
             courses = Courses(tuple(slots[name] for name in self.signals), self.nodes[-1])
             self.columns.append(problem.responses(run, z, courses))
 
-    def root(self, run: int, wander: Wander) -> Vector:
+    def root(self, run: int, wander: Wander) -> Array:
         """Matrix whose square is the covariance of all values at the nodes, shape (values, values)."""
         from scipy.linalg import block_diag
 
@@ -102,16 +100,16 @@ class Smoothing:
     columns : whitened responses of all channels after one another, shape (rows, values)
     """
 
-    def __init__(self, columns: Vector) -> None:
+    def __init__(self, columns: Array) -> None:
         self._left, size, _ = np.linalg.svd(columns, full_matrices=False)
         self._shrunk = 1 - 1 / np.sqrt(1 + size**2)
 
-    def __call__(self, columns: Vector) -> Vector:
+    def __call__(self, columns: Array) -> Array:
         """(I + F F')^(-1/2) times columns, shape (rows, ...)."""
         return columns - self._left @ (self._shrunk[:, None] * (self._left.T @ columns))
 
 
-def integrated_out(gram: Vector, across: Vector, inner: Vector, root: Vector) -> tuple[Vector, float]:
+def integrated_out(gram: Array, across: Array, inner: Array, root: Array) -> tuple[Array, float]:
     """Gram matrix of columns with what wanders integrated out, and minus twice the log-likelihood's constant.
 
     Parameters

@@ -13,10 +13,10 @@ from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.kernel import library
@@ -26,8 +26,6 @@ from warmlink.orchestration.master.slaves.slave import Names, SlaveError
 from warmlink.orchestration.studies.cores.local import without_main
 from warmlink.orchestration.system.description import Capabilities, Variable, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
-
-Vector = NDArray[np.float64]
 
 LOG = "measured log"
 """Name of the slave that plays the log."""
@@ -51,9 +49,9 @@ class Driven:
     """
 
     system: System
-    signals: Mapping[str, Vector]
+    signals: Mapping[str, Array]
     outputs: tuple[str, ...]
-    time: Vector
+    time: Array
 
     def halved(self) -> Driven:
         """The same with half of each step."""
@@ -61,12 +59,12 @@ class Driven:
         return replace(self, signals=signals, time=halved(self.time))
 
 
-def halved(time: Vector) -> Vector:
+def halved(time: Array) -> Array:
     """Times with another one in the middle of each step."""
     return np.interp(np.arange(2 * time.size - 1) / 2, np.arange(time.size), time)
 
 
-def courses(runs: Sequence[Driven]) -> list[Vector]:
+def courses(runs: Sequence[Driven]) -> list[Array]:
     """Outputs of each run in the variables' own units, shape (points, outputs) each, on all cores.
 
     Raises
@@ -94,7 +92,7 @@ def _pool() -> ProcessPoolExecutor:
     return ProcessPoolExecutor(os.cpu_count(), get_context("spawn"))
 
 
-def _course(run: Driven) -> Vector:
+def _course(run: Driven) -> Array:
     """What `courses` gives for one run, in a process of the pool."""
     unpacked = cache_folder() / "unpacked" / str(os.getpid())
     unpacked.mkdir(parents=True, exist_ok=True)

@@ -11,14 +11,11 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.component.wiring import part_of
 from warmlink.fmus.thermal_link.equations import sensor_positions
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
-
-Vector = NDArray[np.float64]
-
 
 _BESIDE = 1e-6
 """m from a node at which a sensor is placed: on the node itself the course has a kink."""
@@ -79,11 +76,11 @@ class Equations:
         )
 
     @cached_property
-    def parameter_values(self) -> Vector:
+    def parameter_values(self) -> Array:
         """Start values of all parameters, shape (parameters,)."""
         return np.asarray(self.rig.component.start_values()[0], dtype=float)
 
-    def begin(self, z: Vector, p: Vector, w: Vector) -> tuple[Vector, Vector]:
+    def begin(self, z: Array, p: Array, w: Array) -> tuple[Array, Array]:
         """States at the start, shape (n,), and their derivatives by the slots, shape (n, columns)."""
         x, by_slot = self._begin(z, p, w)
         return np.array(x).ravel(), np.array(by_slot).reshape(x.shape[0], self.columns)
@@ -92,9 +89,7 @@ class Equations:
         """Rates with their derivatives, fast, for one thread."""
         return Linearised(self._linear)
 
-    def observe(
-        self, x: Vector, z: Vector, p: Vector, w: Vector, time: Vector
-    ) -> tuple[Vector, Vector, Vector]:
+    def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.
 
         Parameters
@@ -157,8 +152,8 @@ class Linearised:
         self._buffer, self.evaluate = _bound(function, given, (self.rates, self.by_state, self.by_slot))
 
     def averaged(
-        self, x: Vector, time: float, acting: Sequence[tuple[Vector, float]]
-    ) -> tuple[Vector, Vector, Vector]:
+        self, x: Array, time: float, acting: Sequence[tuple[Array, float]]
+    ) -> tuple[Array, Array, Array]:
         """Rates and their derivatives by state and by slot, averaged over the inputs that act in a step.
 
         Parameters
@@ -187,7 +182,7 @@ class Linearised:
         return slopes, by_state, by_slot
 
 
-def _bound(function: Any, given: Sequence[Vector], found: Sequence[Vector]) -> tuple[Any, Any]:
+def _bound(function: Any, given: Sequence[Array], found: Sequence[Array]) -> tuple[Any, Any]:
     """Buffer of a CasADi function that reads from and writes to arrays in place, and the call that does so.
 
     Whoever calls it keeps the buffer and the arrays.

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite, inverse_of_step
-
-Vector = NDArray[np.float64]
 
 PAD_OFF = 0
 
@@ -41,9 +40,9 @@ class Trajectory:
     by_slot : derivatives, shape (times, outputs, slots), or (times, outputs, 0) where they were not requested
     """
 
-    values: Vector
-    slopes: Vector
-    by_slot: Vector
+    values: Array
+    slopes: Array
+    by_slot: Array
 
 
 @dataclass(frozen=True)
@@ -57,9 +56,9 @@ class Courses:
     """
 
     added_to: tuple[tuple[int, ...], ...]
-    nodes: Vector
+    nodes: Array
 
-    def __call__(self, by_slot: Vector, time: float) -> Vector:
+    def __call__(self, by_slot: Array, time: float) -> Array:
         """Derivatives by the values at the nodes, shape (n, courses * nodes), from those by slot."""
         at = np.zeros(self.nodes.size)
         k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
@@ -69,7 +68,7 @@ class Courses:
         return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
 
 
-Forcing = Callable[[Vector, float], Vector]
+Forcing = Callable[[Array, float], Array]
 """Derivatives of the rates by whatever is wanted, from those by slot, at a time in s."""
 
 
@@ -113,18 +112,18 @@ class Forward:
             self.steps = self._controlled(levels, grid)
 
     @property
-    def time(self) -> Vector:
+    def time(self) -> Array:
         """Points between steps in s."""
         return self.steps.time
 
-    def start_values(self) -> Vector:
+    def start_values(self) -> Array:
         """Values of the freed variables as the experiment has them, shape (slots,)."""
         return start_values(self.rig, self.slots, self._known, self._w)
 
-    def linearise(self, z: Vector) -> None:
+    def linearise(self, z: Array) -> None:
         """Nothing to do: the derivatives hold everywhere."""
 
-    def current(self, times: Vector) -> Vector:
+    def current(self, times: Array) -> Array:
         """Motor current in A as logged at times in s, shape (times,); 0 where the system has no motor."""
         rig = self.equations.rig
         if "motor.current" not in rig.externals:
@@ -139,7 +138,7 @@ class Forward:
         begun, _ = self.equations.begin(rates.z, self._p, self._w[:, 0])
         return controlled(rates, levels, begun, resolution)
 
-    def __call__(self, z: Vector, times: Vector) -> Trajectory:
+    def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate.
 
         Parameters
@@ -150,7 +149,7 @@ class Forward:
         values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
         return Trajectory(values, slopes, by_slot + direct)
 
-    def responses(self, z: Vector, times: Vector, courses: Courses) -> Vector:
+    def responses(self, z: Array, times: Array, courses: Courses) -> Array:
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
 
         The outputs follow the courses through the states alone.
@@ -159,13 +158,13 @@ class Forward:
         integrated = self._integrate(z, courses, np.zeros((len(self.equations.states), count)))
         return self._interpolated(z, *integrated, times)[2]
 
-    def _integrated(self, z: bytes) -> tuple[Vector, Vector, Vector]:
+    def _integrated(self, z: bytes) -> tuple[Array, Array, Array]:
         """States and sensitivities by the slots, as `_integrate` gives them."""
         values = np.frombuffer(z)
         _, begun = self.equations.begin(values, self._p, self._w[:, 0])
         return self._integrate(values, lambda by_slot, time: by_slot, begun)
 
-    def _integrate(self, z: Vector, forcing: Forcing, begun: Vector) -> tuple[Vector, Vector, Vector]:
+    def _integrate(self, z: Array, forcing: Forcing, begun: Array) -> tuple[Array, Array, Array]:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
         rates = self.equations.stepper()
         rates.z[:], rates.p[:] = z, self._p
@@ -196,25 +195,25 @@ class Forward:
         return states, left, right
 
     def _stepped(
-        self, rates: Linearised, joined: Vector, first: Vector, inverse: Vector, k: int, forcing: Forcing
-    ) -> Vector:
+        self, rates: Linearised, joined: Array, first: Array, inverse: Array, k: int, forcing: Forcing
+    ) -> Array:
         """States and sensitivities after a step that begins with the slopes `first`."""
         start, end = self.steps.time[k : k + 2]
 
-        def slope_ahead(ahead: Vector) -> Vector:
+        def slope_ahead(ahead: Array) -> Array:
             return self._slopes(rates, ahead, end, self.steps.shares[k], forcing)[0]
 
-        after: Vector = ros2(first, inverse.__matmul__, slope_ahead, joined, end - start)
+        after: Array = ros2(first, inverse.__matmul__, slope_ahead, joined, end - start)
         return after
 
     def _slopes(
         self,
         rates: Linearised,
-        joined: Vector,
+        joined: Array,
         time: float,
         shares: Sequence[tuple[int, float]],
         forcing: Forcing,
-    ) -> tuple[Vector, Vector]:
+    ) -> tuple[Array, Array]:
         """Slopes of states and sensitivities, shape as `joined`, and the Jacobian, averaged over inputs."""
         acting = [(self.steps.inputs[:, column], share) for column, share in shares]
         slopes, jacobian, by_slot = rates.averaged(joined[:, 0], time, acting)
@@ -224,8 +223,8 @@ class Forward:
         return result, jacobian
 
     def _interpolated(
-        self, z: Vector, states: Vector, left: Vector, right: Vector, times: Vector
-    ) -> tuple[Vector, Vector, Vector, Vector]:
+        self, z: Array, states: Array, left: Array, right: Array, times: Array
+    ) -> tuple[Array, Array, Array, Array]:
         """Outputs at times, their slopes, and derivatives through the states and directly by slot.
 
         Cubic Hermite in time, as the states' slopes are known at both ends.
@@ -255,19 +254,19 @@ class Forward:
         return value[:, :, 0], slope, value[:, :, 1:], direct_there
 
 
-def held_row(rows: Vector, times: Vector) -> NDArray[np.int64]:
+def held_row(rows: Array, times: Array) -> NDArray[np.int64]:
     """Rows whose values hold at times in s, shape (times,)."""
     return np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)
 
 
-def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], table: Vector) -> Vector:
+def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], table: Array) -> Array:
     """Values of what may be freed as an experiment has them, shape (slots,); see `input_table`."""
     held = {name: float(rig.variables[name].start or 0.0) for name in rig.parameters} | dict(known)
     held |= dict(zip(rig.externals, table[:, 0].tolist(), strict=True))
     return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in slots])
 
 
-def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Vector:
+def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
     """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows)."""
     begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
     table = np.repeat(begun[:, None], run.time.size, axis=1)
@@ -286,7 +285,7 @@ def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Vector:
     return table
 
 
-def _switch_pad(motor: str, table: Vector, index: Mapping[str, int], given_here: set[str]) -> None:
+def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: set[str]) -> None:
     """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
     pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
     temperature = table[index[pad]]
@@ -297,7 +296,7 @@ def _switch_pad(motor: str, table: Vector, index: Mapping[str, int], given_here:
     table[index[pad]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
 
 
-def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Vector]]:
+def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Array]]:
     """Signal by full input name for covariates, which are named without their instance."""
     return [
         (name, signal)

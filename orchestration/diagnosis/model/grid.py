@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
+
 Shares = tuple[tuple[int, float], ...]
 """Levels that act in a step, and their shares of its length."""
 
@@ -60,8 +61,8 @@ class Steps:
     shares : for each step the levels that act in it and their shares of its length
     """
 
-    time: Vector
-    inputs: Vector
+    time: Array
+    inputs: Array
     shares: tuple[Shares, ...]
 
 
@@ -81,7 +82,7 @@ class Levels:
     end : s at which the last one ends
     """
 
-    def __init__(self, time: Vector, inputs: Vector, discrete: NDArray[np.bool_]) -> None:
+    def __init__(self, time: Array, inputs: Array, discrete: NDArray[np.bool_]) -> None:
         rows = _changes(inputs, discrete)
         self.starts, self.values, self.end = time[rows], inputs[:, rows], float(time[-1])
         self._discrete = discrete
@@ -94,7 +95,7 @@ class Levels:
         shares = np.diff(edges) / (end - start)
         return tuple(zip(range(first, last), shares.tolist(), strict=True))
 
-    def mean(self, shares: Shares) -> Vector | None:
+    def mean(self, shares: Shares) -> Array | None:
         """One level in place of several; None where they differ in an input that has no mean."""
         columns, weights = zip(*shares, strict=True)
         values = self.values[:, list(columns)]
@@ -110,18 +111,18 @@ class Levels:
         middle = (start + end) / 2
         return float(inside[np.argmin(np.abs(inside - middle))]) if inside.size else middle
 
-    def events(self) -> Vector:
+    def events(self) -> Array:
         """Times in s at which an input that is not noisy changes by much, shape (events,)."""
         return self.starts[1:][_large(self.values)]
 
-    def halved(self, points: Vector) -> Steps:
+    def halved(self, points: Array) -> Steps:
         """Two steps for each between points in s, and every level as it is."""
         time = np.insert(points, np.arange(1, points.size), (points[:-1] + points[1:]) / 2)
         shares = tuple(self.within(a, b) for a, b in pairwise(time.tolist()))
         return Steps(time, self.values, shares)
 
 
-def layout(levels: Levels, resolution: Resolution) -> Vector:
+def layout(levels: Levels, resolution: Resolution) -> Array:
     """Points in s between steps that begin anew with each event, shape (steps + 1,)."""
     points = [0.0]
     events = levels.events()
@@ -133,7 +134,7 @@ def layout(levels: Levels, resolution: Resolution) -> Vector:
     return np.array(points)
 
 
-def _large(levels: Vector) -> NDArray[np.bool_]:
+def _large(levels: Array) -> NDArray[np.bool_]:
     """Whether the next level brings an event, shape (levels - 1,)."""
     span = np.ptp(levels, axis=1, keepdims=True)
     large = np.abs(np.diff(levels, axis=1)) > SIGNIFICANT * span
@@ -141,7 +142,7 @@ def _large(levels: Vector) -> NDArray[np.bool_]:
     return np.asarray(large.any(axis=0))
 
 
-def _changes(inputs: Vector, discrete: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _changes(inputs: Array, discrete: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Rows at which any input changes; thinned where there are too many to step through.
 
     An event, or another value of a discrete input, is kept with the row that it came in.

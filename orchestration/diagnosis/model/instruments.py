@@ -15,14 +15,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.model.forward import Forward, held_row
 from warmlink.orchestration.diagnosis.model.loop import Loop
 
-Vector = NDArray[np.float64]
-_Read = tuple[Vector, Vector, dict[str, Vector]]
+_Read = tuple[Array, Array, dict[str, Array]]
 
 CLOCK, DRIFT = "record.clock_offset", "record.clock_drift"
 """Not variables of any FMU: they belong to the recording. After a colon the logger, where it is only one."""
@@ -105,8 +104,8 @@ class Readings:
         forward: Forward | Loop,
         outputs: Sequence[str],
         slots: Sequence[str],
-        times: Vector,
-        ambient: tuple[Vector, Vector],
+        times: Array,
+        ambient: tuple[Array, Array],
     ) -> None:
         self.forward, self.times = forward, times
         self._outputs = outputs
@@ -117,7 +116,7 @@ class Readings:
         self._channels = [channel_of(rig, output) for output in outputs]
         self._clocks = [(f"{CLOCK}:{logger_of(rig, each)}", f"{CLOCK}:{each}") for each in outputs]
 
-    def __call__(self, z: Vector) -> tuple[Vector, Vector]:
+    def __call__(self, z: Array) -> tuple[Array, Array]:
         """Readings and derivatives.
 
         Parameters
@@ -157,7 +156,7 @@ class Readings:
                     by_slot[:, i, self._inner + self._slots[name]] = column
         return values, by_slot
 
-    def _read(self, faults: Mapping[str, float], joined: Vector, slope: Vector, times: Vector) -> _Read:
+    def _read(self, faults: Mapping[str, float], joined: Array, slope: Array, times: Array) -> _Read:
         """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
         stem, lag, scale = faults["stem_conduction"], faults["lag"], faults["scale"]
         rows, logged = self._ambient
@@ -187,7 +186,7 @@ class Readings:
         return joined, scale * slope + faults["drift_rate"], by_fault
 
 
-def _followed(signal: Vector, times: Vector, lag: float, from_rest: bool = False) -> Vector:
+def _followed(signal: Array, times: Array, lag: float, from_rest: bool = False) -> Array:
     """First-order lag of signals that are linear between times, shape (times, signals).
 
     Settled at the start, or from zero.

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.own.system import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
@@ -28,8 +29,7 @@ from warmlink.orchestration.diagnosis.model.forward import (
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import System, Value
 
-Vector = NDArray[np.float64]
-Bounds = Callable[[], tuple[Vector, Vector]]
+Bounds = Callable[[], tuple[Array, Array]]
 """Lower and upper bounds of an ordinary change of each slot, shape (slots,) each."""
 
 _DIFFERENCE = 5e-4
@@ -65,32 +65,32 @@ class Loop:
         self._infos = {name: read_description(part.fmu) for name, part in self._system.components.items()}
         uneven = all(info.capabilities.variable_step for info in self._infos.values())
         laid = _communication(run.time, rig.blueprint.step_size, uneven)
-        self.time: Vector = laid if finer_than is None else halved(finer_than.time)
+        self.time: Array = laid if finer_than is None else halved(finer_than.time)
         self._table = input_table(rig, run, known)
         middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
         self._acting = self._table[:, held_row(run.time, middle)]
         self._known = known
-        self._kept: dict[bytes, Vector] = {}
-        self._at: Vector | None = None
+        self._kept: dict[bytes, Array] = {}
+        self._at: Array | None = None
         self._columns = np.empty(0)
-        self._answers: dict[tuple[object, bytes], Vector] = {}
+        self._answers: dict[tuple[object, bytes], Array] = {}
 
-    def start_values(self) -> Vector:
+    def start_values(self) -> Array:
         """Values of the slots as the experiment has them, shape (slots,)."""
         return start_values(self.rig, self.slots, self._known, self._table)
 
-    def current(self, times: Vector) -> Vector:
+    def current(self, times: Array) -> Array:
         """Motor current, which no cause of such a system asks for: 0, shape (times,)."""
         return np.zeros(times.size)
 
-    def linearise(self, z: Vector) -> None:
+    def linearise(self, z: Array) -> None:
         """Take all derivatives anew at values of the slots."""
         self._at, every, self._answers = z.copy(), np.arange(z.size), {}
         self._columns = self._differences(z, every)
 
-    def __call__(self, z: Vector, times: Vector) -> Trajectory:
+    def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate; see `Forward`. Between communication points the outputs are interpolated."""
-        by_slot: Vector = np.empty((self.time.size, len(self._outputs), 0))
+        by_slot: Array = np.empty((self.time.size, len(self._outputs), 0))
         if self._bounds:
             if self._at is None:
                 self.linearise(z)
@@ -101,7 +101,7 @@ class Loop:
         slopes = np.gradient(values, self.time, axis=0)
         return Trajectory(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
 
-    def responses(self, z: Vector, times: Vector, given: Courses) -> Vector:
+    def responses(self, z: Array, times: Array, given: Courses) -> Array:
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
 
         They are those of the first point after a linearisation, as a run for each value is dear.
@@ -111,7 +111,7 @@ class Loop:
             self._answers[key] = self._responses(z, given)
         return self._interpolated(self._answers[key], times)
 
-    def _responses(self, z: Vector, given: Courses) -> Vector:
+    def _responses(self, z: Array, given: Courses) -> Array:
         """The same at the communication points."""
         runs, moves = [], []
         for slots in given.added_to:
@@ -127,13 +127,13 @@ class Loop:
         found = [(self._in_si(c) - base) / m for c, m in zip(courses(runs), moves, strict=True)]
         return np.stack(found, axis=2)
 
-    def _interpolated(self, values: Vector, times: Vector) -> Vector:
+    def _interpolated(self, values: Array, times: Array) -> Array:
         k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 2)
         share = (times - self.time[k]) / (self.time[k + 1] - self.time[k])
         share = share.reshape(-1, *(1,) * (values.ndim - 1))
         return np.asarray((1 - share) * values[k] + share * values[k + 1])
 
-    def _course(self, z: Vector) -> Vector:
+    def _course(self, z: Array) -> Array:
         """Outputs at the communication points in SI, shape (points, outputs)."""
         key = z.tobytes()
         if key not in self._kept:
@@ -146,7 +146,7 @@ class Loop:
                 self._kept = {key: 2 * fine[::2] - coarse}
         return self._kept[key]
 
-    def _differences(self, z: Vector, which: NDArray[np.int64]) -> Vector:
+    def _differences(self, z: Array, which: NDArray[np.int64]) -> Array:
         """Derivatives by some of the slots, shape (points, outputs, which)."""
         if not which.size or self._bounds is None:
             return np.empty((self.time.size, len(self._outputs), which.size))
@@ -160,12 +160,12 @@ class Loop:
             [self._in_si(c - base, 0.0) / move[i] for i, c in zip(which, moved, strict=True)], axis=2
         )
 
-    def _driven(self, z: Vector, added: Mapping[int, Vector] | None = None) -> Driven:
+    def _driven(self, z: Array, added: Mapping[int, Array] | None = None) -> Driven:
         """A run with values of the slots, and courses that are added to some of them."""
         index = {name: i for i, name in enumerate(self.rig.externals)}
         inputs = self._acting.copy()
         values = {n: v for n, v in self._known.items() if n not in index}
-        changing: dict[str, Vector] = {}
+        changing: dict[str, Array] = {}
         for i, slot in enumerate(self.slots):
             value = z[i] + (added[i] if added and i in added else np.zeros(1))
             if slot in index:
@@ -180,9 +180,9 @@ class Loop:
         signals = {name: inputs[i] for name, i in index.items()} | changing
         return self._in_own_units(values, signals)
 
-    def _in_own_units(self, values: Mapping[str, float], signals: Mapping[str, Vector]) -> Driven:
+    def _in_own_units(self, values: Mapping[str, float], signals: Mapping[str, Array]) -> Driven:
         starts: dict[str, dict[str, Value]] = {n: dict(c.values) for n, c in self._system.components.items()}
-        driven: dict[str, Vector] = {}
+        driven: dict[str, Array] = {}
         for name, value in (*values.items(), *((n, float(s[0])) for n, s in signals.items())):
             part = self.rig.part_of(name)
             if part in starts:
@@ -199,17 +199,17 @@ class Loop:
         part = self.rig.part_of(name)
         return self._infos[part], name[len(part) + 1 :]
 
-    def _in_si(self, values: Vector, zero: float = 1.0) -> Vector:
+    def _in_si(self, values: Array, zero: float = 1.0) -> Array:
         """Outputs in SI; with `zero` 0 differences of outputs."""
         return values * self._units[0] + zero * self._units[1]
 
     @cached_property
-    def _units(self) -> tuple[Vector, Vector]:
+    def _units(self) -> tuple[Array, Array]:
         own = [to_si(*self._named(name)) for name in self._outputs]
         return np.array([each.factor for each in own]), np.array([each.offset for each in own])
 
 
-def _communication(rows: Vector, longest: float, uneven: bool) -> Vector:
+def _communication(rows: Array, longest: float, uneven: bool) -> Array:
     """Times in s at which FMUs communicate: at the rows, and evenly between them in steps up to the longest.
 
     Where an FMU allows no steps that differ, they are even, and what acts in one is logged for its middle.

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.component.integrator import GAMMA, ros2
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.model.equations import Linearised
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Shares, Steps, layout
-
-Vector = NDArray[np.float64]
 
 _CUTS = 5
 """How often a step may be cut in two."""
@@ -28,7 +26,7 @@ _MEMORY = 600.0
 """s over which the error of a mean adds up, for it leans to one side in step after step."""
 
 
-def controlled(rates: Linearised, levels: Levels, x: Vector, resolution: Resolution) -> Steps:
+def controlled(rates: Linearised, levels: Levels, x: Array, resolution: Resolution) -> Steps:
     """Steps over a run that meet their tolerance wherever cutting them reaches it.
 
     Parameters
@@ -45,14 +43,14 @@ def controlled(rates: Linearised, levels: Levels, x: Vector, resolution: Resolut
 
 
 def hermite(
-    s: float | Vector, length: float | Vector, first: Vector, last: Vector, slope: Vector, last_slope: Vector
-) -> Vector:
+    s: float | Array, length: float | Array, first: Array, last: Array, slope: Array, last_slope: Array
+) -> Array:
     """Cubic in time through values and slopes at both ends of a step, at the share `s` of its length in s."""
     value = (1 + 2 * s) * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * last
     return value + length * (s * (1 - s) ** 2 * slope - s**2 * (1 - s) * last_slope)
 
 
-def inverse_of_step(scaled: Vector) -> Vector:
+def inverse_of_step(scaled: Array) -> Array:
     """Inverse of the method's matrix, of the Jacobian times the step and the method's gamma, shape (n, n)."""
     from scipy.linalg.lapack import dgetrf, dgetri  # half the time of `numpy.linalg.inv` at twenty states
 
@@ -66,25 +64,25 @@ class _Step:
 
     start: float
     end: float
-    x: Vector
-    reached: Vector
-    first: Vector
-    last: Vector
-    inverse: Vector
+    x: Array
+    reached: Array
+    first: Array
+    last: Array
+    inverse: Array
 
     @property
-    def bend(self) -> Vector:
+    def bend(self) -> Array:
         """Difference from the trapezoidal rule: about the error of the step, at no cost."""
         return self.settled(self.reached - self.x - (self.end - self.start) / 2 * (self.first + self.last))
 
-    def settled(self, error: Vector) -> Vector:
+    def settled(self, error: Array) -> Array:
         """An error without what settles within the step, where slopes are rounding and say nothing.
 
         E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, Springer 1996, eq. (IV.8.20).
         """
         return np.asarray(self.inverse @ error)
 
-    def at(self, time: float) -> Vector:
+    def at(self, time: float) -> Array:
         """States within the step, interpolated as for the rows of a run."""
         length = self.end - self.start
         s = (time - self.start) / length
@@ -95,7 +93,7 @@ class _Control:
     def __init__(self, rates: Linearised, levels: Levels, tolerance: float) -> None:
         self._rates, self._levels, self._tolerance = rates, levels, tolerance
         self._time = [0.0]
-        self._means: list[Vector] = []
+        self._means: list[Array] = []
         self._shares: list[Shares] = []
 
     def steps(self) -> Steps:
@@ -103,7 +101,7 @@ class _Control:
         inputs = np.column_stack([self._levels.values, *self._means])
         return Steps(np.array(self._time), inputs, tuple(self._shares))
 
-    def settle(self, step: _Step, cuts: int) -> Vector:
+    def settle(self, step: _Step, cuts: int) -> Array:
         """Add a step, or several shorter ones in its place; gives the states at its end."""
         x, start, end = step.x, step.start, step.end
         shares = self._levels.within(start, end)
@@ -125,10 +123,10 @@ class _Control:
         self._shares.append(shares)
         return step.reached
 
-    def _small(self, error: Vector, x: Vector) -> bool:
+    def _small(self, error: Array, x: Array) -> bool:
         return bool(np.all(np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)))
 
-    def step(self, x: Vector, start: float, end: float, mean: Vector | None = None) -> _Step:
+    def step(self, x: Array, start: float, end: float, mean: Array | None = None) -> _Step:
         """A step on the inputs as they were logged, or on their mean."""
         if mean is None:
             acting = [(self._levels.values[:, i], share) for i, share in self._levels.within(start, end)]
@@ -138,7 +136,7 @@ class _Control:
         first, jacobian, _ = self._rates.averaged(x, start, acting)
         inverse = inverse_of_step((GAMMA * step) * jacobian)
 
-        def slope_ahead(ahead: Vector) -> Vector:
+        def slope_ahead(ahead: Array) -> Array:
             return self._rates.averaged(ahead, end, acting)[0]
 
         reached = ros2(first, inverse.__matmul__, slope_ahead, x, step)

@@ -7,14 +7,12 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Truth
-
-Vector = NDArray[np.float64]
 
 CHANNELS = (
     "shaft_temperature",
@@ -25,7 +23,7 @@ CHANNELS = (
 )
 """Temperature columns of a made-up run, as the fields of `Course` in order; the elongation follows."""
 
-Readings = dict[str, Vector]
+Readings = dict[str, Array]
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class Effect:
 
     size: float
     on_truth: Callable[[Truth, float, float], Truth] | None = None
-    on_readings: Callable[[Vector, Readings, float, str], None] | None = None
+    on_readings: Callable[[Array, Readings, float, str], None] | None = None
     both_signs: bool = False
     neutral: float = 0.0
     known: bool = True
@@ -77,48 +75,48 @@ def _waves(truth: Truth, size: float, duration: float) -> Truth:
     return replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0))
 
 
-def _offset(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _offset(time: Array, readings: Readings, size: float, channel: str) -> None:
     readings[channel] = readings[channel] + (size * 1e-5 if channel == "elongation" else size)
 
 
-def _scale(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _scale(time: Array, readings: Readings, size: float, channel: str) -> None:
     readings["elongation"] = size * readings["elongation"]
 
 
-def _camera_drift(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _camera_drift(time: Array, readings: Readings, size: float, channel: str) -> None:
     readings["elongation"] = readings["elongation"] + size * time
 
 
-def _lag(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _lag(time: Array, readings: Readings, size: float, channel: str) -> None:
     readings[channel] = _followed(time, readings[channel], size)
 
 
-def _stem(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _stem(time: Array, readings: Readings, size: float, channel: str) -> None:
     readings[channel] = readings[channel] - size * (readings[channel] - readings["ambient"])
 
 
-def _creep(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _creep(time: Array, readings: Readings, size: float, channel: str) -> None:
     late = _followed(time, readings["elongation"], 1500.0)
     readings["elongation"] = readings["elongation"] + size * (late - readings["elongation"])
 
 
-def _bending(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _bending(time: Array, readings: Readings, size: float, channel: str) -> None:
     gradient = readings["base_temperature"] - readings["tip_temperature"]
     readings["elongation"] = readings["elongation"] + size * gradient * np.abs(gradient)
 
 
-def _jump(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _jump(time: Array, readings: Readings, size: float, channel: str) -> None:
     readings[channel] = readings[channel] + size * (time > 0.4 * time[-1])
 
 
-def _stick(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _stick(time: Array, readings: Readings, size: float, channel: str) -> None:
     values = readings[channel].copy()
     held = (time > 0.25 * time[-1]) & (time < (0.25 + size) * time[-1])
     values[held] = values[held][0]
     readings[channel] = values
 
 
-def _curved(time: Vector, readings: Readings, size: float, channel: str) -> None:
+def _curved(time: Array, readings: Readings, size: float, channel: str) -> None:
     rise = readings[channel] - COLD
     readings[channel] = readings[channel] + size * rise * (15.0 - rise)
 
@@ -215,7 +213,7 @@ EFFECTS: Mapping[str, Effect] = {
 }
 
 
-def _followed(times: Vector, signal: Vector, lag: float) -> Vector:
+def _followed(times: Array, signal: Array, lag: float) -> Array:
     """First-order lag by small exact steps over a dense signal."""
     result = np.empty_like(signal)
     result[0] = state = signal[0]

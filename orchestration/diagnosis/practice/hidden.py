@@ -10,11 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.duties.duty import Segment
-
-Vector = NDArray[np.float64]
 
 COLD = 295.15
 """K, at which every made-up run begins."""
@@ -85,24 +83,24 @@ class Mesh:
         parts = [(0.0, BASE), (BASE, TIP), (TIP, LENGTH)]
         counts = [max(3, round(elements * (b - a) / LENGTH)) for a, b in parts]
         pieces = [np.linspace(a, b, n + 1)[:-1] for (a, b), n in zip(parts, counts, strict=True)]
-        self.x: Vector = np.append(np.concatenate(pieces), LENGTH)
+        self.x: Array = np.append(np.concatenate(pieces), LENGTH)
         self.size = np.diff(self.x)
         self.base, self.tip = counts[0], counts[0] + counts[1]
-        self.share: Vector = np.zeros(self.x.size)
+        self.share: Array = np.zeros(self.x.size)
         self.share[:-1] += self.size / 2
         self.share[1:] += self.size / 2
         self.area = PERIMETER * self.share
         self.area[[0, -1]] += SECTION
         self.middle = int(np.argmin(np.abs(self.x - (BASE + TIP) / 2)))
 
-    def rise_integral(self, rise: Vector) -> Vector:
+    def rise_integral(self, rise: Array) -> Array:
         """Integral from base to tip by Simpson's rule, shape (times,), of shape (times, nodes)."""
         from scipy.integrate import simpson
 
         span = slice(self.base, self.tip + 1)
         return np.asarray(simpson(rise[:, span], x=self.x[span], axis=1))
 
-    def at(self, place: float, values: Vector) -> Vector:
+    def at(self, place: float, values: Array) -> Array:
         """Values at a place, linear between nodes, shape (times,)."""
         i = int(np.clip(np.searchsorted(self.x, place) - 1, 0, self.size.size - 1))
         s = (place - self.x[i]) / self.size[i]
@@ -113,16 +111,16 @@ class Mesh:
 class Course:
     """What truly happened, at times in s: temperatures in K and elongation in m, shape (times,) each."""
 
-    time: Vector
-    shaft: Vector
-    winding: Vector
-    base: Vector
-    middle: Vector
-    tip: Vector
-    elongation: Vector
+    time: Array
+    shaft: Array
+    winding: Array
+    base: Array
+    middle: Array
+    tip: Array
+    elongation: Array
 
 
-def simulate(truth: Truth, duty: list[Segment], times: Vector, elements: int = 120) -> Course:
+def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 120) -> Course:
     """Integrate the cell through a duty cycle and give its true course at times in s."""
     from scipy.integrate import solve_ivp
 
@@ -171,7 +169,7 @@ def convection(truth: Truth, duty: Segment) -> float:
     return truth.still + truth.per_speed * duty.speed * (TIP - BASE) / 2
 
 
-def combined(truth: Truth, duty: Segment, rise: Vector) -> Vector:
+def combined(truth: Truth, duty: Segment, rise: Array) -> Array:
     """The same at rises in K, shape (nodes,), as free and forced convection combine."""
     free = truth.still * (np.abs(rise) / 10) ** truth.free_exponent
     forced = convection(truth, duty) - truth.still
@@ -197,14 +195,14 @@ def motor_rates(
     return ((copper + iron - inward) / 200, (warming - 1.0 * (shaft - air) - into_link) / 1500), into_link
 
 
-def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Vector], Vector]:
+def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Array], Array]:
     """Right-hand side for one segment; winding and shaft stand before the base node, to keep it banded."""
     b = mesh.base
     stored = truth.capacity * SECTION * mesh.share
     stored[mesh.tip] += truth.tip_capacity
     stored[b] += truth.hub_capacity
 
-    def rates(time: float, state: Vector) -> Vector:
+    def rates(time: float, state: Array) -> Array:
         winding, shaft = state[b], state[b + 1]
         rod = np.concatenate([state[:b], state[b + 2 :]])
         air = surroundings(truth, duty, time)

@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import (
     BASE,
@@ -34,8 +34,6 @@ from warmlink.orchestration.paper.fea.drive import JUST_BEFORE, Drive
 from warmlink.orchestration.paper.fea.mesh import Body, bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
 from warmlink.orchestration.scenarios.duties.duty import Segment
-
-Vector = NDArray[np.float64]
 
 CARRIED = frozenset(
     {
@@ -61,7 +59,7 @@ def hide_with_fea(
     noise: Noise = WHITE,
     interval: float = 10.0,
     seed: int = 0,
-) -> dict[str, Vector]:
+) -> dict[str, Array]:
     """Make a run that hides effects, by 3-D finite elements; arguments and result as of `hide`.
 
     Raises
@@ -96,7 +94,7 @@ def carried(name: str) -> bool:
 
 
 def simulate(
-    truth: Truth, duty: list[Segment], times: Vector, refinement: int = 2, longest: float = LONGEST
+    truth: Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
 ) -> Course:
     """Integrate the cell through a duty cycle and give its true course at times in s.
 
@@ -180,7 +178,7 @@ class _Cell:
         )
         self._stepper = HeatStepper(self._model, drive)
 
-    def seen(self) -> Vector:
+    def seen(self) -> Array:
         """Shaft, winding, base, middle and tip temperature in K, elongation in m, shape (6,)."""
         *temperatures, _ = self._observed @ self._field
         elongation = self._observed[3] @ (self._field - COLD)
@@ -208,16 +206,16 @@ class _Cell:
             raise InputError(f"joint: link and motor do not agree at {time:g} s; take shorter steps")
         self._field, self._motor = field, motor
 
-    def _flow(self, time: float, motor: Vector, base: float) -> float:
+    def _flow(self, time: float, motor: Array, base: float) -> float:
         """Heat flow in W into the link at its base, what the hub loses there taken off."""
         air = surroundings(self._truth, self._segment, time)
         _, through = motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
         return through - self._truth.hub_loss * (base - air)
 
-    def _motor_after(self, time: float, size: float, first: float, last: float) -> Vector:
+    def _motor_after(self, time: float, size: float, first: float, last: float) -> Array:
         """Winding and shaft after a step in which the base warms from `first` to `last` K: Runge-Kutta 4."""
 
-        def rates(fraction: float, state: Vector) -> Vector:
+        def rates(fraction: float, state: Array) -> Array:
             now = time + min(fraction, JUST_BEFORE) * size
             air = surroundings(self._truth, self._segment, now)
             base = first + fraction * (last - first)

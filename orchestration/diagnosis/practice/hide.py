@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.clock import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
@@ -22,8 +22,6 @@ from warmlink.orchestration.scenarios.duties.duty import (
     demands_at,
     length,
 )
-
-Vector = NDArray[np.float64]
 
 KELVIN_ZERO = 273.15
 
@@ -95,8 +93,8 @@ def hide(
     noise: Noise = WHITE,
     interval: float = 10.0,
     seed: int = 0,
-    solver: Callable[[Truth, list[Segment], Vector], Course] = simulate,
-) -> dict[str, Vector]:
+    solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
+) -> dict[str, Array]:
     """Make a run that hides effects.
 
     Parameters
@@ -141,7 +139,7 @@ def hide(
     return _columns(rows, duty, noisy(rows, picked, noise, np.random.default_rng(seed)))
 
 
-def write_csv(columns: Mapping[str, Vector], path: Path) -> None:
+def write_csv(columns: Mapping[str, Array], path: Path) -> None:
     """Write a run, whole or not at all; raises InputError where it cannot be written."""
     import pandas as pd
 
@@ -157,7 +155,7 @@ def _true_readings(course: Course, duty: Sequence[Segment]) -> Readings:
     return {**dict(zip(CHANNELS, true, strict=True)), "elongation": course.elongation, "ambient": ambient}
 
 
-def noisy(rows: Vector, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
+def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
     """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each."""
     result = {}
     step = float(rows[1] - rows[0])
@@ -179,7 +177,7 @@ def noisy(rows: Vector, readings: Readings, noise: Noise, random: np.random.Gene
     return result
 
 
-def _correlated(count: int, decay: float, random: np.random.Generator) -> Vector:
+def _correlated(count: int, decay: float, random: np.random.Generator) -> Array:
     from scipy.linalg import solve_banded
 
     start = random.standard_normal()
@@ -189,7 +187,7 @@ def _correlated(count: int, decay: float, random: np.random.Generator) -> Vector
     return np.asarray(solve_banded((1, 0), [np.ones(count), np.full(count, -decay)], drive))
 
 
-def _columns(rows: Vector, duty: Sequence[Segment], readings: Readings) -> dict[str, Vector]:
+def _columns(rows: Array, duty: Sequence[Segment], readings: Readings) -> dict[str, Array]:
     demands = demands_at(duty, rows)
     columns = {
         "time [s]": rows,

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.data import Geometry
 from warmlink.orchestration.paper.fea.library import scikit_fem
-
-Array = NDArray[np.float64]
 
 #: Nodes nearer to each other than this are one node [m].
 MERGE_DISTANCE = 1e-8

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from warmlink.fmus.errors import InputError
-
-Array = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
 
 Course = float | Callable[[float], float]
 """A constant, or a function of time [s]; where it jumps, a time step must end."""

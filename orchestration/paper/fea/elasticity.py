@@ -18,10 +18,10 @@ from scipy.sparse import bmat, csc_matrix, vstack
 from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.fea.library import scikit_fem
 from warmlink.orchestration.paper.fea.mesh import Body, Probe, Support, per_element, vertices_at
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

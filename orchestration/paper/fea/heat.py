@@ -16,10 +16,9 @@ from scipy.sparse import csc_matrix, csr_matrix, diags
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.fea.library import scikit_fem
 from warmlink.orchestration.paper.fea.mesh import Body, Probe, per_element, vertices_at
-
-Array = NDArray[np.float64]
 
 STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m2.K4)
 

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.data import Geometry, Material, Materials
 from warmlink.orchestration.paper.fea.blocks import MERGE_DISTANCE, hexahedra, lines, plan
 from warmlink.orchestration.paper.fea.library import scikit_fem
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,18 +12,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.paper.fea.drive import Drive, within
 from warmlink.orchestration.paper.fea.elasticity import ThermoElasticity
 from warmlink.orchestration.paper.fea.heat import HeatModel
 from warmlink.orchestration.paper.fea.mesh import Body
-
-Array = NDArray[np.float64]
-
 
 GAMMA = 1 - 1 / np.sqrt(2)
 #: Radiation is iterated until no node changes by more than this [K].

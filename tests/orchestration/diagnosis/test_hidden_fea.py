@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
@@ -31,7 +32,7 @@ def far_apart(a: Course, b: Course) -> tuple[float, float]:
     return kelvin, 100 * float(growth)
 
 
-def rows(duty: list[Segment]) -> hidden.Vector:
+def rows(duty: list[Segment]) -> Array:
     return np.arange(0.0, length(duty) + 5.0, 10.0)
 
 

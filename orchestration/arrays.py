@@ -1,0 +1,7 @@
+"""The type of arrays of numbers."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+"""Floats in any shape; a docstring says which."""
