@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from warmlink.fmus.component import Parameter
 
 Values = Mapping[str, float | Sequence[float]]
 """A parameter set: values by name, a sequence where the parameter is a vector."""
+
+
+def design_file(law: str) -> Path:
+    """File with the parameter set that ships for a law, by its folder's name; there is none for some laws."""
+    return Path(__file__).parent / law / "designed.json"
+
+
+def shipped_design(law: str) -> dict[str, float | list[float]]:
+    """Parameter set that ships for a law, which `python -m warmlink.controllers.design` writes."""
+    values: dict[str, float | list[float]] = json.loads(design_file(law).read_text("utf-8"))
+    return values
 
 
 def with_values(parameters: Sequence[Parameter], values: Values) -> tuple[Parameter, ...]:

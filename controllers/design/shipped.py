@@ -1,7 +1,8 @@
-"""The parameter sets that the laws' components ship with, as modules that are written, not edited."""
+"""The parameter sets that the laws' components ship with."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -10,15 +11,7 @@ from warmlink.controllers.design.plant import Plant, plant_model
 from warmlink.controllers.design.reduction import reduce_plant
 from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.observer.model import MODES
-from warmlink.controllers.start_values import Values
-
-_CONTROLLERS = Path(__file__).resolve().parent.parent
-
-_HEAD = '''"""The parameter set that ships, written by `python -m warmlink.controllers.design`."""
-
-from __future__ import annotations
-
-'''
+from warmlink.controllers.start_values import Values, design_file
 
 
 def observer_facts(plant: Plant) -> Values:
@@ -46,27 +39,24 @@ def shipped_values() -> dict[str, Values]:
     }
 
 
-def write_all(folder: Path = _CONTROLLERS) -> list[Path]:
-    """Write every law's `designed.py` below a folder, and return their paths."""
+def write_all() -> list[Path]:
+    """Write every law's `designed.json`, and return their paths."""
     written = []
     for law, values in shipped_values().items():
-        path = folder / law / "designed.py"
-        path.write_text(as_module(values), encoding="utf-8")
-        written.append(path)
+        written.append(design_file(law))
+        written[-1].write_text(as_json(values), encoding="utf-8")
     return written
 
 
-def as_module(values: Values) -> str:
-    """Source of a module that holds the values as `DESIGNED`."""
-    lines = ["DESIGNED: dict[str, float | tuple[float, ...]] = {"]
-    for name, value in values.items():
-        if isinstance(value, Sequence):
-            lines += [f'    "{name}": (', *(f"        {_shown(each)}," for each in value), "    ),"]
-        else:
-            lines.append(f'    "{name}": {_shown(value)},')
-    return _HEAD + "\n".join([*lines, "}"]) + "\n"
+def as_json(values: Values) -> str:
+    """Text of the file that holds a parameter set."""
+    rounded = {
+        name: [_rounded(each) for each in value] if isinstance(value, Sequence) else _rounded(value)
+        for name, value in values.items()
+    }
+    return json.dumps(rounded, indent=1) + "\n"
 
 
-def _shown(value: float) -> str:
+def _rounded(value: float) -> float:
     """A number with the digits that matter: twelve are more than any plant is known to."""
-    return repr(float(f"{value:.12g}"))
+    return float(f"{value:.12g}")

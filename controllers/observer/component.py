@@ -6,9 +6,8 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TERMINALS, TOLERANCE
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.observer import law, model, retained, told, witnesses
-from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer.filters import filter_states
-from warmlink.controllers.start_values import with_values
+from warmlink.controllers.start_values import shipped_design, with_values
 from warmlink.fmus.component import Check, Component, Derived, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -213,7 +212,7 @@ COMPONENT = Component(
     description="Growth by a Kalman filter on a reduced model of motor and link",
     inputs=INPUTS,
     terminals=TERMINALS,
-    parameters=with_values(observer_parameters(model.HEATS), DESIGNED),
+    parameters=with_values(observer_parameters(model.HEATS), shipped_design("observer")),
     states=observer_states(model.STATES),
     outputs=(*OUTPUTS, *retained.outputs(model.STATES)),
     derived=observer_derived(model.HEATS),

@@ -10,11 +10,9 @@ from warmlink.controllers.observer.component import (
     observer_parameters,
     observer_states,
 )
-from warmlink.controllers.observer.designed import DESIGNED
 from warmlink.controllers.observer.law import derive
 from warmlink.controllers.observer_drift import law
-from warmlink.controllers.observer_drift.designed import DESIGNED as BEYOND
-from warmlink.controllers.start_values import with_values
+from warmlink.controllers.start_values import shipped_design, with_values
 from warmlink.fmus.component import Component, Parameter, State
 
 _CAMERA = (
@@ -66,7 +64,10 @@ COMPONENT = Component(
     description="Growth by a Kalman filter on motor and link, made offset-free by the camera",
     inputs=INPUTS,
     terminals=TERMINALS,
-    parameters=with_values((*observer_parameters(law.DISTURBANCES), *_CAMERA), DESIGNED | BEYOND),
+    parameters=with_values(
+        (*observer_parameters(law.DISTURBANCES), *_CAMERA),
+        shipped_design("observer") | shipped_design("observer_drift"),
+    ),
     states=(
         *observer_states(law.STATES),
         State("camera_last", "m"),

@@ -6,8 +6,7 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TERMINALS, TOLERANCE
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.regression import law
-from warmlink.controllers.regression.designed import DESIGNED
-from warmlink.controllers.start_values import with_values
+from warmlink.controllers.start_values import shipped_design, with_values
 from warmlink.fmus.component import Check, Component, Parameter, State
 from warmlink.fmus.component.quantities import temperature_parameter
 
@@ -43,7 +42,7 @@ COMPONENT = Component(
     description="Growth as a linear function of the temperatures, fitted from a run",
     inputs=INPUTS,
     terminals=TERMINALS,
-    parameters=with_values(_PARAMETERS, DESIGNED),
+    parameters=with_values(_PARAMETERS, shipped_design("regression")),
     states=(
         State("estimate", "1", size=law.STATES),
         State("spread", "1", size=packed_size(law.STATES)),

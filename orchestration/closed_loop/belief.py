@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 
-from warmlink.controllers.start_values import by_scalar
+from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.component import Component
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -71,7 +70,7 @@ def advice(
 
 def has_design(controller: str) -> bool:
     """Whether a shipped law's parameters come from a design; this is found out without loading the design."""
-    return find_spec(f"warmlink.controllers.{controller}.designed") is not None
+    return design_file(controller).is_file()
 
 
 def knows(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:

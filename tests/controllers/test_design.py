@@ -17,14 +17,11 @@ from warmlink.controllers.design.plant import (
 )
 from warmlink.controllers.design.reduction import balanced, reduce_plant
 from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
-from warmlink.controllers.design.shipped import as_module, shipped_values
+from warmlink.controllers.design.shipped import as_json, shipped_values
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
-from warmlink.controllers.observer.designed import DESIGNED as OBSERVER_DESIGNED
 from warmlink.controllers.observer.filters import filters_of
-from warmlink.controllers.observer_drift.designed import DESIGNED as DRIFT_DESIGNED
-from warmlink.controllers.regression.designed import DESIGNED as REGRESSION_DESIGNED
-from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.controllers.start_values import Values, by_scalar, design_file, shipped_design
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.reference import integrate
 from warmlink.fmus.errors import InputError
@@ -34,9 +31,7 @@ from warmlink.fmus.plant import demand
 from warmlink.fmus.plant import plant as motor_and_link
 
 SHIPPED: Mapping[str, Values] = {
-    "observer": OBSERVER_DESIGNED,
-    "observer_drift": DRIFT_DESIGNED,
-    "regression": REGRESSION_DESIGNED,
+    law: shipped_design(law) for law in ("observer", "observer_drift", "regression")
 }
 
 
@@ -147,7 +142,7 @@ def test_the_shipped_parameter_sets_are_reproduced(name: str, designed_now: Mapp
     for key, value in now.items():
         scale = np.abs(np.atleast_1d(np.array(value))).max()
         assert np.array(SHIPPED[name][key]) == pytest.approx(np.array(value), rel=1e-6, abs=1e-8 * scale), key
-    assert as_module(now).startswith('"""The parameter set')
+    assert as_json(SHIPPED[name]) == design_file(name).read_text("utf-8"), "as `write_all` writes it"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The Python modules that an FMU carries, under a package name that no other FMU has.
+"""The Python modules that an FMU carries, and the data beside them, in a package that no other FMU has.
 
 Modules of equal names in one process run each other's code. So the modules that a component needs, found
 by walking imports, are written below one package named after their contents, and their imports of each
@@ -55,7 +55,7 @@ class _Module:
 
 
 def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
-    """Collect modules and everything of ours, and of pythonfmu, that they import.
+    """Collect modules, everything of ours and of pythonfmu that they import, and our data (JSON) beside them.
 
     Parameters
     ----------
@@ -80,13 +80,23 @@ def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
             waiting += _imported(module)
         waiting += [name.rpartition(".")[0]] if "." in name else []
 
+    contents = {name: module.source for name, module in modules.items()}
+    data = {
+        (name.rpartition(".")[0], file.name): file.read_bytes().replace(b"\r\n", b"\n")
+        for name, module in modules.items()
+        for file in module.path.parent.glob("*.json")
+        if name.startswith(_PREFIX) and not module.is_package
+    }
+    contents |= {f"{home}/{name}": content for (home, name), content in data.items()}
     digest = hashlib.sha256()
-    for name in sorted(modules):
-        digest.update(f"{name}\0{len(modules[name].source)}\0".encode() + modules[name].source)
+    for name, content in sorted(contents.items()):
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
     package = f"{stem}_{digest.hexdigest()[:12]}"
     files = {f"{package}/__init__.py": b""}
     for name, module in modules.items():
         files[_path(_renamed(name, package), module.is_package)] = _rewritten(module, package, own)
+    for (home, name), content in data.items():
+        files[f"{_renamed(home, package).replace('.', '/')}/{name}"] = content
     return Bundle(package, files, {name: _renamed(name, package) for name in sorted(modules)})
 
 

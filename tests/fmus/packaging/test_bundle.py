@@ -31,3 +31,9 @@ def test_a_finaliser_that_parses_does_not_make_sound_source_fail() -> None:
     assert "warmlink.fmus.thermal_link.equations" in carried.modules
     text = "link.elongation * (1 + " * 12 + "motor.speed" + ")" * 12
     assert Expression(text, "score").variables == ("link.elongation", "motor.speed")
+
+
+def test_the_data_beside_a_module_is_carried() -> None:
+    carried = bundle(("warmlink.controllers.observer_drift.component",), "law")
+    homes = [path.split("/")[1:-1] for path in carried.files if path.endswith(".json")]
+    assert sorted(homes) == [["controllers", "observer"], ["controllers", "observer_drift"]]
