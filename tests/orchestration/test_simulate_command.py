@@ -16,9 +16,9 @@ import pandas as pd
 import pytest
 
 from benchmarks.trivial_fmu import build_trivial_fmu
+from tests.orchestration.master.streamed import read_folder
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.master.recording.stores import read_folder
 from warmlink.orchestration.system.model import (
     Component,
     Connection,

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import fresh_file, write_all
-from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.line import Line
 from warmlink.orchestration.master.recording.table import Table
 
@@ -197,27 +196,6 @@ class Folder(Store):
         stream, shape = BytesIO(), (rows, self._columns)
         np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": shape})
         return stream.getvalue()
-
-
-def read_folder(folder: Path) -> Table:
-    """Read what a run wrote into a folder, finished or not; the values stay on disk.
-
-    Raises
-    ------
-    InputError
-        Where there are no results.
-    """
-    try:
-        about = json.loads((folder / COLUMNS).read_text(encoding="utf-8"))
-        values = _map(folder / VALUES)
-        names = tuple(column["name"] for column in about["columns"])
-        units = {column["name"]: column["unit"] for column in about["columns"]}
-        points = CommunicationPoints(about["start_time_s"], about["step_size_s"], about["steps"])
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            f"{folder}: holds no results that can be read ({error}); give a run's folder"
-        ) from error
-    return Table(names, units, points, values)
 
 
 def _map(path: Path) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.orchestration.master.streamed import read_folder
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
@@ -27,7 +28,6 @@ from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
 from warmlink.orchestration.master.pacing import Pacing
 from warmlink.orchestration.master.recording.checkpoint import LongRun
-from warmlink.orchestration.master.recording.stores import read_folder
 from warmlink.orchestration.master.recording.table import Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
