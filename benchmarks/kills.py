@@ -73,6 +73,10 @@ class Row:
     differ: int = 0
     faults: int = 0
 
+    def __str__(self) -> str:
+        figures = f"{self.kills:>6}{self.busy:>6}{self.ended:>9}{self.differ:>8}{self.faults:>8}"
+        return f"{self.study:<9}{self.kind:<11}{figures}"
+
 
 def begin(log: Path, module: str, arguments: list[str]) -> Process:
     """Begin a command in a process of its own, which has the libraries that take long to import already."""
@@ -240,13 +244,7 @@ def results(folder: Path) -> Results:
     return found
 
 
-def table(rows: list[Row]) -> str:
-    """The rows as text."""
-    lines = [f"{'study':<9}{'killed':<11}{'kills':>6}{'busy':>6}{'studies':>9}{'differ':>8}{'faults':>8}"]
-    for each in rows:
-        figures = f"{each.kills:>6}{each.busy:>6}{each.ended:>9}{each.differ:>8}{each.faults:>8}"
-        lines.append(f"{each.study:<9}{each.kind:<11}{figures}")
-    return "\n".join(lines)
+HEADINGS = f"{'study':<9}{'killed':<11}{'kills':>6}{'busy':>6}{'studies':>9}{'differ':>8}{'faults':>8}"
 
 
 def main(
@@ -275,6 +273,7 @@ def main(
     multiprocessing.set_forkserver_preload([*PRELOADED])
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     rows = []
+    answer(f"seed {seed}\n{HEADINGS}")
     with tempfile.TemporaryDirectory(prefix="warmlink-") as home:
         cluster = Cluster(Path(home) / "cluster.log")
         try:
@@ -290,9 +289,9 @@ def main(
                     rows.append(Row(study, kind))
                     draw = random.Random(f"{seed} {study} {kind}")
                     Trial(rows[-1], cluster, draw, Path(home) / "part", undisturbed).carry_out(count)
+                    print(rows[-1], flush=True)
         finally:
             cluster.end()
-    answer(f"seed {seed}\n{table(rows)}")
     raise SystemExit(any(row.differ or row.faults for row in rows))
 
 
