@@ -12,7 +12,6 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest, wanted_cache_folder
-from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]
@@ -51,6 +50,8 @@ class FmuStore:
 
     def _build(self, missing: list[Entry]) -> None:
         if self.kind == "python":
+            from warmlink.fmus.packaging.python.fmu import build_python_fmus
+
             build_python_fmus(missing, self.folder.parent)
             return
         from warmlink.fmus.packaging.native.fmu import build_native_fmus

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component, Input, Parameter, Scalar, Variable
 from warmlink.fmus.component.quantities import is_difference, quantity
+
+VENDOR = "warmlink"
+"""Name under which this project annotates a model description."""
 
 
 def identity(scalar: Scalar) -> dict[str, str]:
@@ -95,6 +99,15 @@ def set_within_step(scalar: Scalar) -> bool:
 def accepting_nan(component: Component) -> list[str]:
     """Names of the inputs that cope with a missing value."""
     return [s.name for s in component.scalars() if isinstance(s.variable, Input) and s.variable.accepts_nan]
+
+
+def inputs_accepting_nan(root: Any) -> frozenset[str]:
+    """Names of the inputs that a model description of ours, of FMI 2.0 or 3.0, declares to cope with NaN."""
+    names: list[str] = []
+    for path in (f"VendorAnnotations/Tool[@name='{VENDOR}']", f"Annotations/Annotation[@type='{VENDOR}']"):
+        for element in root.findall(f"{path}/acceptsNaN"):
+            names += element.get("variables", "").split()
+    return frozenset(names)
 
 
 def document(root: ET.Element) -> bytes:

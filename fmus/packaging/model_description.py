@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import uuid
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.dependencies import TIME, Dependencies
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
+    VENDOR,
     accepting_nan,
     array_attributes,
     causality,
@@ -32,9 +32,6 @@ from warmlink.fmus.packaging.exchange import (
     local_identity,
     unknowns_by_kind,
 )
-
-VENDOR = "warmlink"
-"""Name under which this project annotates a model description."""
 
 LOG_CATEGORIES = {
     "logStatusWarning": "What a user should know of",
@@ -225,27 +222,6 @@ def fmi3_model_description(
 def time_reference(component: Component) -> int:
     """Value reference of the independent variable in FMI 3.0."""
     return component.p.size + component.u.size + component.y.size
-
-
-@lru_cache(maxsize=64)
-def inputs_accepting_nan(model_description: bytes) -> frozenset[str]:
-    """Names of the inputs that a model description of ours declares to cope with NaN.
-
-    Parameters
-    ----------
-    model_description : contents of a modelDescription.xml of FMI 2.0 or 3.0, trusted
-
-    Returns
-    -------
-    frozenset of str
-        Empty for a description that does not say.
-    """
-    root = ET.fromstring(model_description)
-    names: list[str] = []
-    for path in (f"VendorAnnotations/Tool[@name='{VENDOR}']", f"Annotations/Annotation[@type='{VENDOR}']"):
-        for element in root.findall(f"{path}/acceptsNaN"):
-            names += element.get("variables", "").split()
-    return frozenset(names)
 
 
 def _origin(component: Component) -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,12 +80,12 @@ class ClosedLoop(Answer):
         """Error of the tool point in m at the communication points, without a controller."""
         return np.asarray(self.scenario.setup.roles.uncompensated.value(self.result.__getitem__))
 
-    @property
+    @cached_property
     def uncompensated(self) -> ErrorMetrics:
         """Figures without a controller."""
         return error_metrics(self.time, self.uncompensated_error, self.scenario.tolerance)
 
-    @property
+    @cached_property
     def metrics(self) -> ErrorMetrics:
         """Figures with the controller."""
         return error_metrics(self.time, self.error, self.scenario.tolerance)

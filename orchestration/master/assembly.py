@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from warmlink.fmus.packaging.model_description import inputs_accepting_nan
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
 from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
@@ -102,7 +101,5 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
-    # The description was read before, and refused if it declared entities.
-    accepting = inputs_accepting_nan((folder / "modelDescription.xml").read_bytes())
     made = Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave
-    return made(name, info, folder, accepting)
+    return made(name, info, folder)

@@ -7,6 +7,7 @@ the recorded values are in memory that both processes share, and this process co
 
 from __future__ import annotations
 
+import gc
 import mmap
 import os
 import signal
@@ -69,10 +70,12 @@ def guarded(
     status = mmap.mmap(-1, under_way.SIZE)
     memory = os.memfd_create("warmlink-values")
     parent = os.getpid()
+    gc.freeze()  # else the other process' first collection copies every page that holds an object
     child = os.fork()
     if child == 0:
         ours.close()
         serve(work, theirs, memory, status, parent)
+    gc.unfreeze()
     theirs.close()
     with suppress(OSError):  # both processes do this; the second one fails
         os.setpgid(child, child)

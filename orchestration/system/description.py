@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.attributes import inputs_accepting_nan
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
 from warmlink.orchestration.system.model_info import TYPES, Capabilities, ModelInfo, Variable
@@ -100,6 +101,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         units=definitions_of_units(root.find("UnitDefinitions"), where),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),
         arrays=arrays,
+        accepts_nan=inputs_accepting_nan(root),
     )
 
 
@@ -137,7 +139,8 @@ def _read_variables(
         variable = _variable(element, types, major, lengths, where)
         names = [variable.name, *(required(a, "name", where) for a in element.iterfind("Alias"))]
         for name in names:
-            scalars = _scalars(replace(variable, name=name), element, where, _MOST_ELEMENTS - len(variables))
+            named = variable if name == variable.name else replace(variable, name=name)
+            scalars = _scalars(named, element, where, _MOST_ELEMENTS - len(variables))
             for scalar in scalars:
                 if scalar.name in variables:
                     raise InputError(

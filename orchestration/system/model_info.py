@@ -118,6 +118,8 @@ class ModelInfo:
         For each output the names it depends on; None where the FMU declares nothing, which means all.
     log_categories
         What it may be asked to log; empty where it declares nothing.
+    accepts_nan
+        Inputs for which NaN is a proper value, as our own FMUs declare it.
     """
 
     path: Path
@@ -134,6 +136,7 @@ class ModelInfo:
     units: dict[str, Unit]
     arrays: dict[str, tuple[str, ...]] = field(default_factory=dict)
     log_categories: tuple[str, ...] = ()
+    accepts_nan: frozenset[str] = frozenset()
 
     def with_causality(self, causality: str) -> tuple[str, ...]:
         """Give the names of the variables of one causality, in the FMU's order."""

@@ -42,8 +42,6 @@ class FmiSlave(ABC):
         The FMU's description.
     folder : Path
         Where the FMU was unpacked.
-    accepts_nan : frozenset of str
-        Variables for which NaN is a proper value.
 
     Attributes
     ----------
@@ -68,15 +66,13 @@ class FmiSlave(ABC):
     prefix: ClassVar[str]
     spelling: ClassVar[dict[str, str]]
 
-    def __init__(
-        self, name: str, info: ModelInfo, folder: Path, accepts_nan: frozenset[str] = frozenset()
-    ) -> None:
+    def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
         self.info = info
         self.variables = info.variables
         self.capabilities = info.capabilities
         self.dependencies = {output: info.feedthrough(output) for output in info.outputs}
-        self.accepts_nan = accepts_nan
+        self.accepts_nan = info.accepts_nan
         self.time = 0.0
         self.log = FmuLog()
         self._sorted: dict[Names, tuple[list[Batch], list[int] | None]] = {}

@@ -18,12 +18,12 @@ from warmlink.fmus.component import Component, Scalar
 from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging import release
+from warmlink.fmus.packaging.attributes import inputs_accepting_nan
 from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.exchange import exchanged_states, opened
 from warmlink.fmus.packaging.model_description import (
     fmi2_model_description,
     fmi3_model_description,
-    inputs_accepting_nan,
     instantiation_token,
     time_reference,
 )
@@ -178,8 +178,8 @@ def test_inputs_that_cope_with_nan_are_told_in_both_versions() -> None:
     expected = {s.name for s in law.scalars() if getattr(s.variable, "accepts_nan", False)}
     assert "tip_temperature" in expected
     for write in WRITERS.values():
-        assert inputs_accepting_nan(write(law, "x", Capabilities())) == expected
-        assert inputs_accepting_nan(write(MOTOR, "x", Capabilities())) == frozenset()
+        assert inputs_accepting_nan(ET.fromstring(write(law, "x", Capabilities()))) == expected
+        assert inputs_accepting_nan(ET.fromstring(write(MOTOR, "x", Capabilities()))) == frozenset()
 
 
 def test_the_token_follows_interface_and_implementation() -> None:
