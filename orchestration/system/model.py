@@ -6,8 +6,7 @@ flattened on reading; a component then bears its full dotted name.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -99,9 +98,3 @@ class System(Answer):
     def summary(self) -> str:
         """Name, components and number of connections."""
         return f"{self.name}: {', '.join(self.components)}; {len(self.connections)} connections"
-
-    def with_values(self, component: str, values: Mapping[str, Value]) -> System:
-        """Give the same system with some start values of one component replaced."""
-        old = self.components[component]
-        changed = replace(old, values={**old.values, **values})
-        return replace(self, components={**self.components, component: changed})

@@ -65,10 +65,6 @@ class Table:
         """Give the same columns with other values."""
         return replace(self, values=values)
 
-    def head(self, rows: int) -> Table:
-        """Give the first rows."""
-        return self.holding(self.values[:rows])
-
     def heading(self, name: str) -> str:
         """Give a column's heading, as `link.elongation [m]`."""
         return f"{name} [{self.units[name] or '1'}]"

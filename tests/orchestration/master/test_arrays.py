@@ -119,7 +119,8 @@ def written(folder: Path, fmu: Path, second: str, size: int) -> System:
 def test_an_array_is_connected_as_a_whole_in_ssp_2(arrays: Path, tmp_path: Path) -> None:
     read = written(tmp_path, arrays, "u", 3)
     assert [link.target for link in read.connections] == ["b.u[1]", "b.u[2]", "b.u[3]"]
-    run = simulate(read.with_values("a", {"gain[3,1]": 4.0}), 1.0, 1.0, GaussSeidel(("a", "b")))
+    read.components["a"].values["gain[3,1]"] = 4.0
+    run = simulate(read, 1.0, 1.0, GaussSeidel(("a", "b")))
     assert [run[f"b.y[{i}]"][-1] for i in (1, 2, 3)] == [1.0, 2.0, 7.0]
 
 

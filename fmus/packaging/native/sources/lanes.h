@@ -1,0 +1,103 @@
+/* What CasADi's C needs where each number is a vector of LANES runs; lanes.py rewrites the C itself. */
+#include <math.h>
+#include <string.h>
+typedef double lanes __attribute__((vector_size(8 * LANES)));
+typedef long long masks __attribute__((vector_size(8 * LANES)));
+#define casadi_real lanes
+#define casadi_nan EACH(NAN)
+#define casadi_inf EACH(INFINITY)
+#define EACH(number) ((lanes){0} + (number))
+#define TRUTH(condition) __builtin_convertvector(-(condition), lanes)
+#define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
+/* Rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
+static inline lanes lanes_floor(lanes x)
+{
+    const masks sign = (masks){0} + (-0x7fffffffffffffffLL - 1);
+    lanes whole = (x + 0x1.8p52) - 0x1.8p52, size = (lanes)((masks)x & ~sign);
+    masks small = size < 0x1p51;
+    whole -= (lanes)((whole > x) & (masks)EACH(1));
+    return (lanes)((((masks)whole | ((masks)x & sign)) & small) | ((masks)x & ~small));
+}
+#define LANE_BY_LANE(name) \
+    static inline lanes lanes_##name(lanes x) \
+    { double *each = (double *)&x; for (int i = 0; i < LANES; i++) each[i] = name(each[i]); return x; }
+#define LANE_BY_LANE_2(name) \
+    static inline lanes lanes_##name(lanes x, lanes y) \
+    { for (int i = 0; i < LANES; i++) x[i] = name(x[i], y[i]); return x; }
+#define floor lanes_floor
+LANE_BY_LANE(fabs)
+#define fabs lanes_fabs
+LANE_BY_LANE(sqrt)
+#define sqrt lanes_sqrt
+LANE_BY_LANE(ceil)
+#define ceil lanes_ceil
+LANE_BY_LANE(exp)
+#define exp lanes_exp
+LANE_BY_LANE(log)
+#define log lanes_log
+LANE_BY_LANE(sin)
+#define sin lanes_sin
+LANE_BY_LANE(cos)
+#define cos lanes_cos
+LANE_BY_LANE(tan)
+#define tan lanes_tan
+LANE_BY_LANE(tanh)
+#define tanh lanes_tanh
+LANE_BY_LANE(erf)
+#define erf lanes_erf
+LANE_BY_LANE(atan)
+#define atan lanes_atan
+LANE_BY_LANE_2(pow)
+#define pow lanes_pow
+LANE_BY_LANE_2(fmod)
+#define fmod lanes_fmod
+LANE_BY_LANE_2(atan2)
+#define atan2 lanes_atan2
+LANE_BY_LANE_2(copysign)
+#define copysign lanes_copysign
+LANE_BY_LANE_2(fmin)
+#define fmin lanes_fmin
+LANE_BY_LANE_2(fmax)
+#define fmax lanes_fmax
+
+/* The two functions that noise needs for each reading; what they are not made for is done lane by lane. */
+static int all_between(lanes x, double low, double high)
+{
+    int well = 1;
+    for (int i = 0; i < LANES; i++)
+        well &= x[i] >= low && x[i] <= high;
+    return well;
+}
+/* x = 2^n m with m about 1, and log m = 2 artanh((m - 1) / (m + 1)) by its series. */
+static lanes quick_log(lanes x)
+{
+    if (!all_between(x, 1e-300, 1e300))
+        return lanes_log(x);
+    masks n = ((masks)x - 0x3fe6a09e667f3bcdLL) >> 52;
+    lanes m = (lanes)((masks)x - (n << 52)), s = (m - 1.0) / (m + 1.0), z = s * s, sum = EACH(1.0 / 25);
+#pragma GCC unroll 16
+    for (int k = 23; k > 1; k -= 2)
+        sum = 1.0 / k + z * sum;
+    lanes whole = __builtin_convertvector(n, lanes);
+    return whole * 0x1.62e42feep-1 + (2.0 * s + (2.0 * s * z * sum + whole * 0x1.a39ef35793c76p-33));
+}
+/* x = n pi / 2 + r, and the series of the cosine or the sine of r. */
+static lanes quick_cos(lanes x)
+{
+    if (!all_between(x, -1e3, 1e3))
+        return lanes_cos(x);
+    lanes whole = floor(x * 0x1.45f306dc9c883p-1 + 0.5);
+    lanes r = x - whole * 0x1.921fb544p+0 - whole * 0x1.0b4611a626331p-34, z = r * r;
+    lanes c = EACH(1), s = EACH(1);
+#pragma GCC unroll 16
+    for (int k = 18; k > 0; k -= 2) {
+        c = 1.0 - z * (1.0 / (k * (k - 1))) * c;
+        s = 1.0 - z * (1.0 / (k * (k + 1))) * s;
+    }
+    masks n = __builtin_convertvector(whole, masks), odd = -(n & 1);
+    return (lanes)((((masks)c & ~odd) | ((masks)(r * s) & odd)) ^ (((n + 1) & 2) << 62));
+}
+#undef log
+#undef cos
+#define log quick_log
+#define cos quick_cos
