@@ -9,6 +9,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.fit.carried import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
@@ -42,11 +43,11 @@ class Scores:
 
     def predict(self, fit: Fit) -> Predicted:
         """Readings of every run by a model fitted elsewhere."""
-        freed, theta = self.carry(self.problem, fit)
-        values = [self.problem.values(i, freed, theta) for i in range(len(self.problem.data))]
+        carried = Carried(self.problem, fit)
+        values = carried.values
         for run, measured in enumerate(self.problem.experiment.runs):
             if measured.heldout and measured.adapt > 0:
-                values[run] = self._adapted(run, values[run], freed, fit, measured.adapt)
+                values[run] = self._adapted(run, values[run], carried.freed, fit, measured.adapt)
         readings = tuple(self.problem.finest(i, z) for i, z in enumerate(values))
         return Predicted(fit.name, readings)
 
@@ -82,21 +83,6 @@ class Scores:
                 }
             )
         return result
-
-    @staticmethod
-    def carry(problem: Problem, fit: Fit) -> tuple[list[Freed], Array]:
-        """Carry a fit's numbers over to a problem with other runs.
-
-        A group that was never fitted takes the mean of those that were.
-        """
-        fitted = {f.key: v for f, v in zip(fit.freed, fit.theta, strict=True)}
-        items = [i for i in problem.items if i.title in fit.key]
-        freed = [*problem.calibrated, *(f for item in items for f in item.freed)]
-        theta = []
-        for f in freed:
-            like = [v for (name, _, free), v in fitted.items() if (name, free) == (f.variable, f.calibrated)]
-            theta.append(fitted.get(f.key, float(np.mean(like)) if like else f.start))
-        return freed, np.array(theta)
 
     def _adapted(self, run: int, z: Array, freed: Sequence[Freed], fit: Fit, until: float) -> Array:
         """Fit the numbers that belong to a held-out run alone to the first part of that run."""

@@ -45,8 +45,7 @@ class MissingHeat:
 def missing_heat(assessment: Assessment) -> tuple[MissingHeat, ...]:
     """The course by fitted run, in the model as it stands; none in a system without a motor."""
     problem, fit = assessment.problem, assessment.null
-    values = [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
-    responses = Responses(problem, values)
+    responses = Responses(problem, problem.values_by_run(fit.freed, fit.theta))
     if "heat" not in responses.signals:
         return ()
     seen = Integrated(assessment.search, fit, responses)

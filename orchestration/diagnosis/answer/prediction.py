@@ -16,10 +16,10 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.fit.algebra import root_of
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
+from warmlink.orchestration.diagnosis.fit.carried import Carried
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
-from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
+from warmlink.orchestration.diagnosis.fit.wandering import Wander
 
 Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
 
@@ -72,10 +72,7 @@ class HeldOut:
 def held_out(scores: Scores, predicted: Predicted, fit: Fit, wander: Wander) -> HeldOut | None:
     """Errors of a model on held-out rows; None where there are too few."""
     problem = scores.problem
-    freed, theta = scores.carry(problem, fit)
-    here = {f.key: f for f in freed}
-    values = [problem.values(i, freed, theta) for i in range(len(problem.data))]
-    responses = None if wander.still else Responses(problem, values)
+    carried = Carried(problem, fit)
     over_band: dict[str, float] = {}
     squares = []
     for run, data in enumerate(problem.data):
@@ -83,12 +80,7 @@ def held_out(scores: Scores, predicted: Predicted, fit: Fit, wander: Wander) -> 
         if rows.sum() < _FEWEST:
             continue
         error, scale = (data.readings - predicted.readings[run])[rows], scores.scales[run]
-        columns = by_number(
-            problem.predict(run, values[run])[1][rows], [here[f.key] for f in fit.freed], run, freed
-        )
-        variance = scale**2 + np.sum((columns @ root_of(fit.covariance())) ** 2, axis=-1)
-        if responses is not None:
-            variance += np.sum((responses.columns[run][rows] @ responses.root(run, wander)) ** 2, axis=-1)
+        variance = scale**2 + carried.variance(run)[rows] + carried.wandering(run, wander)[rows]
         for i, variable in enumerate(problem.variables):
             there = np.isfinite(error[:, i])
             if there.sum() >= _FEWEST:

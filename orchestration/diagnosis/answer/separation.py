@@ -9,14 +9,13 @@ twice the separation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.gain import Scores
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
+from warmlink.orchestration.diagnosis.fit.carried import Carried
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 
@@ -86,11 +85,7 @@ def chances(separations: Array, needed: Array) -> Array:
 
 def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Array, Array]:
     """Readings, shape (rows,), and their derivatives by the fit's numbers, all channels after one another."""
-    freed, theta = Scores.carry(problem, fit)
-    values, by_slot = problem.predict(run, problem.values(run, freed, theta))
-    here = {f.key: f for f in freed}
-    wanted = [here.get(f.key, replace(f, runs=())) for f in fit.freed]
-    columns = by_number(by_slot, wanted, run, freed)
-    joined = np.concatenate([values[:, :, None], columns], axis=2)
+    carried = Carried(problem, fit)
+    joined = np.concatenate([carried.predict(run)[0][:, :, None], carried.by(run, fit.freed)], axis=2)
     together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
     return together[:, 0], together[:, 1:]

@@ -31,7 +31,7 @@ def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
     problem = fitter.problem
     tried: list[tuple[float, Wander, Responses]] = []
     for fit in fits:
-        values = [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
+        values = problem.values_by_run(fit.freed, fit.theta)
         seen = Integrated(search, fit, Responses(problem, values))
         tried += [(seen.misfit(wander), wander, seen.responses) for wander in seen.candidates()]
     least = min(misfit for misfit, _, _ in tried)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -104,6 +104,10 @@ class Problem(Predictions):
                 slots = list(parameter.slots)
                 z[slots] = z[slots] + value if parameter.added else value
         return z
+
+    def values_by_run(self, freed: Sequence[Freed], theta: Sequence[float] | Array) -> list[Array]:
+        """Slots of every run for fitted values."""
+        return [self.values(run, freed, theta) for run in range(len(self.data))]
 
     @cached_property
     def calibrated(self) -> tuple[Freed, ...]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
-from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
@@ -43,7 +42,6 @@ class Assessment:
     best : the chosen model; the uncorrected one for `adequate`
     rivals : models that fit as well, best first
     left : what the chosen model leaves unexplained
-    left_before : what the uncorrected model leaves
     grid_error : largest error of the grid taken out, in units of 1 mK or 10 nm
     artefact : error of the simulation's own steps and cells, in standard deviations of all readings
     """
@@ -55,7 +53,6 @@ class Assessment:
     best: Fit
     rivals: tuple[Fit, ...]
     left: LackOfFit
-    left_before: LackOfFit
     grid_error: float
     artefact: float
 
@@ -82,14 +79,14 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     refuse_too_short(problem)
     progress("simulating as it stands")
     start = [f.start for f in problem.calibrated]
-    begun = [problem.values(i, problem.calibrated, start) for i in range(len(problem.data))]
+    begun = problem.values_by_run(problem.calibrated, start)
     problem.refine(begun)
     noise = _noise(problem, None)
     # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
     artefact = problem.artefact(begun, noise)
     if problem.calibrated:
         calibrated = Fitter(problem, noise).fit(())
-        problem.refine(_values(problem, calibrated))
+        problem.refine(problem.values_by_run(calibrated.freed, calibrated.theta))
         noise = _noise(problem, calibrated)
     search = _search(problem, noise, (), progress)
     best = search.run()
@@ -105,10 +102,10 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
         if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
             search, best = _searched_again(search, best, progress, liked=TOLERATED)
-    left, before = search.left(best), search.left(search.null)
+    left = search.left(best)
     word, rivals = _judge(search, best)
-    grid_error = problem.refine(_values(problem, best))
-    return Assessment(word, problem, search.fitter, search, best, rivals, left, before, grid_error, artefact)
+    grid_error = problem.refine(problem.values_by_run(best.freed, best.theta))
+    return Assessment(word, problem, search.fitter, search, best, rivals, left, grid_error, artefact)
 
 
 def _search(
@@ -132,8 +129,8 @@ def _searched_again(
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
-    problem.resolve(_values(problem, best))
-    problem.refine(_values(problem, best))
+    problem.resolve(problem.values_by_run(best.freed, best.theta))
+    problem.refine(problem.values_by_run(best.freed, best.theta))
     seeds = [best, *search.rivals(best)] if best.items else []
     known = (best,) if best.items else ()
     fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
@@ -187,10 +184,6 @@ def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[
         return ()
     beside = (first, *search.rivals(first))
     return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)
-
-
-def _values(problem: Problem, fit: Fit) -> list[Array]:
-    return [problem.values(i, fit.freed, fit.theta) for i in range(len(problem.data))]
 
 
 def fitted_part(experiment: Experiment) -> Experiment:
