@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""
 
-KNOWN = tuple(name for name, effect in EFFECTS.items() if effect.known)
+KNOWN = tuple(name for name, effect in EFFECTS.items() if not effect.about)
 """Effects that a cause of the catalogue explains."""
 
 
@@ -74,7 +74,7 @@ KINDS: dict[str, Kind] = {
 
 def drawn(kind: Kind, random: np.random.Generator) -> dict[str, float]:
     """Draw hidden effects with their strengths in SI."""
-    pool = [name for name, effect in EFFECTS.items() if effect.known == kind.known]
+    pool = [name for name in EFFECTS if (name in KNOWN) == kind.known]
     effects: dict[str, float] = {}
     while len(effects) < kind.effects:
         name = str(random.choice(pool))

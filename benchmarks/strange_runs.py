@@ -62,7 +62,7 @@ def _changed(name: str, change: Callable[[Vector], Vector]) -> Callable[[Table],
 
 def _known(random: np.random.Generator, count: int, weakest: float = 0.3) -> Hidden:
     """Effects of the catalogue, each of a strength drawn over about a decade."""
-    pool = [n for n, e in EFFECTS.items() if e.known]
+    pool = [n for n, e in EFFECTS.items() if not e.about]
     names = list(random.choice(pool, count, replace=False))
     if set(TWINS) <= set(names):
         names.remove(TWINS[0])

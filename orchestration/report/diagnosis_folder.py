@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
-from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of, write_ssv_of
+from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
 from warmlink.orchestration.diagnosis.next_files import DUTY, SCENARIO, write_next
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.report.diagnosis import write_report
+from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
@@ -36,7 +37,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
     """
     values = extended_values(diagnosis.assessment.problem, diagnosis.chosen())
     with fresh_folder(folder) as work:
-        write_ssv_of(values, work / SSV)
+        write_ssv(values, work / SSV, name="extended")
         if store is not None:
             write_ssp_of(diagnosis.experiment.rig, values, work / SSP, store)
         _write_json(json_content(diagnosis, SSV, SSP if store is not None else None), work / JSON)

@@ -42,13 +42,6 @@ def _is_ours(problem: Problem, name: str) -> bool:
     )
 
 
-def write_ssv_of(values: Mapping[str, float], path: Path) -> None:
-    """Write a parameter set for the whole system: names with their instance, SI units."""
-    from warmlink.orchestration.system.ssp.parameter_values import write_ssv
-
-    write_ssv(dict(values), path, name="extended")
-
-
 def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
     """Write the system with the extended values bound, and the heat paths that were found wired in."""
     from warmlink.orchestration.catalogue import controller

@@ -45,7 +45,6 @@ def hide_in_arm(
     effects: Mapping[str, float],
     number: int,
     store: FmuStore,
-    program: str = PROGRAM,
     noise: Noise = WHITE,
     seed: int = 0,
 ) -> dict[str, Array]:
@@ -57,7 +56,6 @@ def hide_in_arm(
         the axis's motor or link can be
     number : of the axis, from 1
     store : the arm's FMUs
-    program : scenario of the arm
     noise, seed : what the instruments add
 
     Returns
@@ -68,11 +66,11 @@ def hide_in_arm(
     Raises
     ------
     InputError
-        There is no such axis or program, or an effect cannot be hidden in an axis.
+        There is no such axis, or an effect cannot be hidden in an axis.
     """
     if not 1 <= number <= AXES:
         raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
-    scenario = load_scenario(program)
+    scenario = load_scenario(PROGRAM)
     scenario = _hidden(number, effects).applied(scenario)
     return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
 

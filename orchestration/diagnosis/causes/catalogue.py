@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Literal, get_args
 
-from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.entries import Flag, Names, Number, OneOf, Text
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml
 
 Kind = Literal[
@@ -46,25 +47,27 @@ class Cause:
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
 
-    name: str
-    sentence: str
-    frees: tuple[str, ...]
-    lower: float
-    upper: float
-    looks_like: str
-    check: str
-    neutral: float | None = None
-    shown_unit: str = ""
-    relative: bool = False
-    added: bool = False
-    grouped: bool = False
-    material: bool = False
-    covariate: str | None = None
-    declared: bool = False
-    kind: Kind = "plant"
+    __pydantic_config__ = TABLE
+
+    name: Annotated[str, Text("radiation")]
+    sentence: Annotated[str, Text("The link's surface radiates heat.")]
+    frees: Annotated[tuple[str, ...], Names("link.emissivity")]
+    lower: Annotated[float, Number("bound")]
+    upper: Annotated[float, Number("bound")]
+    looks_like: Annotated[str, Text("the link is cooler than simulated")]
+    check: Annotated[str, Text("Look at the surface.")]
+    neutral: Annotated[float | None, Number("neutral value")] = None
+    shown_unit: Annotated[str, Text("W/K")] = ""
+    relative: Annotated[bool, Flag()] = False
+    added: Annotated[bool, Flag()] = False
+    grouped: Annotated[bool, Flag()] = False
+    material: Annotated[bool, Flag()] = False
+    covariate: Annotated[str | None, Text("neighbour_temperature")] = None
+    declared: Annotated[bool, Flag()] = False
+    kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"
 
 
-@lru_cache(maxsize=1)
+@cache
 def catalogue() -> tuple[Cause, ...]:
     """Every cause declared in this folder, by name."""
     return tuple(read_cause(path) for path in sorted(Path(__file__).parent.glob("*.toml")))
@@ -78,18 +81,4 @@ def read_cause(path: Path) -> Cause:
     InputError
         An entry is missing, not known, or of the wrong type.
     """
-    from pydantic import ValidationError
-
-    try:
-        return _form().validate_python({**read_toml(path), "name": path.stem})
-    except ValidationError as fault:
-        first = fault.errors()[0]
-        entry = ".".join(map(str, first["loc"]))
-        raise InputError(f"{path.name}: {entry}: {first['msg']}; see the other files in causes/") from None
-
-
-@cache
-def _form() -> Any:
-    from pydantic import ConfigDict, TypeAdapter, with_config
-
-    return TypeAdapter(with_config(ConfigDict(extra="forbid"))(Cause))
+    return read_table(Cause, {**read_toml(path), "name": path.stem}, path.name)

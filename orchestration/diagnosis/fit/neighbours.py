@@ -187,7 +187,7 @@ def prior_shares(items: Sequence[Item]) -> dict[str, float]:
     return {name: 1 / count for name, count in counts.items()}
 
 
-def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> float:
+def family_wise_level(null: Neighbours, false_alarms: float) -> float:
     """Probability level of one cause at which `false_alarms` of runs with nothing wrong would stop.
 
     Drawn from the joint normal distribution of all candidates' gradients, bounds included.
@@ -201,7 +201,7 @@ def family_wise_level(null: Neighbours, false_alarms: float, seed: int = 0) -> f
     sizes = [null.spans[i].stop - null.spans[i].start for i in usable]
     columns = np.concatenate([np.arange(null.spans[i].start, null.spans[i].stop) for i in usable])
     correlation, _ = correlation_of(null.gram[np.ix_(columns, columns)])
-    draws = root_of(correlation) @ np.random.default_rng(seed).standard_normal((columns.size, _DRAWS))
+    draws = root_of(correlation) @ np.random.default_rng(0).standard_normal((columns.size, _DRAWS))
     share = prior_shares(null.candidates)
     # Among candidates of equal weight and number of values the largest gain is the least probable.
     largest: dict[tuple[int, float], Array] = {}

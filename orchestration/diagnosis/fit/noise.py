@@ -105,10 +105,10 @@ class Whitener:
         return self._scale * columns if self._matrix is None else self._matrix @ columns
 
 
-def slow_courses(times: Array, period: float = SLOW) -> Array:
-    """Cosines of a period longer than given, the constant included, shape (times, courses)."""
+def slow_courses(times: Array) -> Array:
+    """Cosines of a period longer than `SLOW`, the constant included, shape (times, courses)."""
     span = float(times[-1] - times[0]) if times.size > 1 else 0.0
-    count = int(2 * span / period) + 1
+    count = int(2 * span / SLOW) + 1
     phase = np.pi * (times - times[0]) / max(span, 1e-9)
     return np.cos(np.outer(phase, np.arange(count)))
 

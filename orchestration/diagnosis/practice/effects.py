@@ -36,8 +36,7 @@ class Effect:
     both_signs : whether it may act either way
     on_truth : changes the cell, given the strength and the duration of the run in s
     on_readings : changes what was recorded, given time, readings, strength and channel
-    known : whether the catalogue has a cause for it
-    about : what it is, where no cause of the catalogue says so
+    about : what it is, where no cause of the catalogue explains it
     """
 
     size: float
@@ -45,7 +44,6 @@ class Effect:
     on_readings: Callable[[Array, Readings, float, str], None] | None = None
     both_signs: bool = False
     neutral: float = 0.0
-    known: bool = True
     per_channel: bool = False
     about: str = ""
 
@@ -149,64 +147,41 @@ EFFECTS: Mapping[str, Effect] = {
     "camera_drift": Effect(2e-6 / 3600, on_readings=_camera_drift, both_signs=True),
     "clock_offset": Effect(30.0, both_signs=True),
     # From here on what no cause of the catalogue can explain.
-    "draught": Effect(
-        2.0, _window("draught", 0.28, 0.5), known=False, about="A draught cools the link for a while."
-    ),
+    "draught": Effect(2.0, _window("draught", 0.28, 0.5), about="A draught cools the link for a while."),
     "open_door": Effect(
-        -4.0,
-        _window("room", 0.2, 0.33),
-        known=False,
-        about="The room is colder for a while than its thermometer says.",
+        -4.0, _window("room", 0.2, 0.33), about="The room is colder for a while than its thermometer says."
     ),
     "air_conditioning": Effect(
-        2.0,
-        _waves,
-        known=False,
-        about="The room's temperature goes up and down every 25 minutes beside its thermometer.",
+        2.0, _waves, about="The room's temperature goes up and down every 25 minutes beside its thermometer."
     ),
     "loosening_joint": Effect(
-        0.5,
-        _window("loosening", 0.35, 2.0),
-        known=False,
-        about="The joint conducts less from some moment on.",
+        0.5, _window("loosening", 0.35, 2.0), about="The joint conducts less from some moment on."
     ),
     "brake_heat": Effect(
-        12.0, _window("shaft_heat", 0.3, 0.42), known=False, about="A brake warms the shaft for a while."
+        12.0, _window("shaft_heat", 0.3, 0.42), about="A brake warms the shaft for a while."
     ),
     "bracket": Effect(
         1.5,
         _window("bracket", 0.25, 0.55),
-        known=False,
         about="Something clamped to the link takes heat from its middle for a while.",
     ),
-    "churning": Effect(
-        0.25, _field("drag"), known=False, about="Grease heats the shaft with the cube of the speed."
-    ),
-    "creep": Effect(0.12, on_readings=_creep, known=False, about="The elongation follows its cause late."),
+    "churning": Effect(0.25, _field("drag"), about="Grease heats the shaft with the cube of the speed."),
+    "creep": Effect(0.12, on_readings=_creep, about="The elongation follows its cause late."),
     "bending": Effect(
-        0.08e-6,
-        on_readings=_bending,
-        known=False,
-        about="The link bends, and the camera sees it as elongation.",
+        0.08e-6, on_readings=_bending, about="The link bends, and the camera sees it as elongation."
     ),
     "slipped_sensor": Effect(
         -1.0,
         on_readings=_jump,
-        known=False,
         per_channel=True,
         about="A thermometer slips and reads otherwise from some moment on.",
     ),
     "stuck_sensor": Effect(
-        0.15,
-        on_readings=_stick,
-        known=False,
-        per_channel=True,
-        about="A thermometer stands still for a while.",
+        0.15, on_readings=_stick, per_channel=True, about="A thermometer stands still for a while."
     ),
     "curved_sensor": Effect(
         0.008,
         on_readings=_curved,
-        known=False,
         per_channel=True,
         about="A thermometer's error grows and falls with the temperature.",
     ),

@@ -55,7 +55,6 @@ class Truth:
     joint: float = 0.0
     ambient_offset: float = 0.0
     ambient_drift: float = 0.0
-    buoyancy: float = 0.0
     draught: Callable[[float], float] = _none
     room: Callable[[float], float] = _none
     bracket: Callable[[float], float] = _none
@@ -211,9 +210,7 @@ def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Array], 
         flow = (
             truth.conductivity * (1 + truth.conductivity_slope * middle) * SECTION * np.diff(rod) / mesh.size
         )
-        coefficient = (
-            combined(truth, duty, rise) * (1 + truth.draught(time)) + truth.buoyancy * np.abs(rise) ** 0.25
-        )
+        coefficient = combined(truth, duty, rise) * (1 + truth.draught(time))
         gain = -mesh.area * (
             coefficient * rise
             + truth.emissivity * RADIATION * (rod**4 - (air + truth.air_gap) ** 4)

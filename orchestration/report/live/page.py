@@ -11,9 +11,11 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.cache import kept, source_digest
+from warmlink.fmus.packaging.native.browser import browser_module
 from warmlink.orchestration.catalogue import Controller
 from warmlink.orchestration.report.live.content import Asked, Whole, content
-from warmlink.orchestration.report.live.module import module
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
@@ -40,7 +42,7 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
     each = [replace(scenario, controller=law) for law in controllers]
     systems = [Whole(one, one.joined({})) for one in each]
     known = content(systems, asked)
-    modules = {one.scenario.controller.name: _packed(module(one.scenario, one.component)) for one in systems}
+    modules = {one.scenario.controller.name: _packed(_module(one.scenario, one.component)) for one in systems}
     page = rendered(
         "live/live.html.j2",
         title=scenario.title,
@@ -51,6 +53,15 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
         script=script(),
     )
     path.write_text(page, encoding="utf-8")
+
+
+def _module(scenario: Scenario, whole: Component) -> bytes:
+    """The WebAssembly module of a scenario's system, compiled once for all scenarios that share the system.
+
+    `whole` is the system as one component with the start values that the parts declare; those of the scenario
+    are set when it runs.
+    """
+    return kept("modules", (source_digest(), *scenario.made_from), lambda: browser_module(whole))
 
 
 def script() -> str:

@@ -106,5 +106,5 @@ def test_a_file_that_is_not_a_cause_is_refused_with_its_entry(tmp_path: Path) ->
     path.write_text(entries + 'frees = ["link.hub_conductance"]\n', "utf-8")
     assert read_cause(path).frees == ("link.hub_conductance",)
     path.write_text(entries + 'free = ["link.hub_conductance"]\n', "utf-8")
-    with pytest.raises(InputError, match=r"leak\.toml: frees: Field required"):
+    with pytest.raises(InputError, match=r"leak\.toml: free is not known; did you mean frees\?"):
         read_cause(path)

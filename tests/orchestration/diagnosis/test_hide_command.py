@@ -138,7 +138,7 @@ def test_a_folder_that_is_not_there_is_a_sentence() -> None:
     "where",
     [
         "warmlink.orchestration.files.tempfile.mkdtemp",
-        f"{FOLDER}.write_ssv_of",
+        f"{FOLDER}.write_ssv",
         f"{FOLDER}.write_ssp_of",
         "pathlib.Path.write_text",
         "pathlib.Path.replace",

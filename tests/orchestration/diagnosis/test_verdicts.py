@@ -135,7 +135,7 @@ def test_dense_rows_are_compared_by_their_means(tmp_path: Path) -> None:
     assert found.best.key == {"joint_resistance"}
 
 
-UNKNOWN = [name for name, effect in EFFECTS.items() if not effect.known]
+UNKNOWN = [name for name, effect in EFFECTS.items() if effect.about]
 
 
 def test_at_least_eight_effects_lie_outside_the_catalogue() -> None:
