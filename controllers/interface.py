@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warmlink.fmus.component import Input, Output, Parameter
+from warmlink.fmus.component import Input, Output, Parameter, Record
+from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.quantities import (
     AMBIENT_TEMPERATURE,
     bus,
@@ -13,15 +14,6 @@ from warmlink.fmus.component.quantities import (
     thermometers,
 )
 
-SENSED = (
-    "shaft_temperature",
-    "winding_temperature",
-    "base_temperature",
-    "middle_temperature",
-    "tip_temperature",
-)
-"""Temperatures that a cell may measure, in the order of the sensors' channels 1 to 5."""
-
 _PLACES = {
     "shaft_temperature": "motor's shaft",
     "winding_temperature": "motor's winding",
@@ -29,6 +21,9 @@ _PLACES = {
     "middle_temperature": "link half-way between base and tip position",
     "tip_temperature": "link at tip position",
 }
+
+SENSED = tuple(_PLACES)
+"""Temperatures that a cell may measure, in the order of the sensors' channels 1 to 5."""
 
 INPUTS = (
     *(
@@ -81,3 +76,8 @@ TOLERANCE = Parameter(
     nominal=5e-6,
     tunable=True,
 )
+
+
+def sensed(u: Record) -> Number:
+    """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
+    return stack(*(getattr(u, name) for name in SENSED))

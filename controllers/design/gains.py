@@ -21,6 +21,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.model import LOSSES, MODES
 from warmlink.fmus.component import limits
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -140,7 +141,7 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
     sensors = reduced.C[[OUTPUTS.index(name) for name in SENSED]]
     return {
         **{name: float(getattr(motor, name)) for name in LOSSES},
-        "linearisation_temperature": reduced.temperature,
+        "linearisation_temperature": ROOM_TEMPERATURE,
         "mode_rate": _listed(reduced.rate),
         "convection": _listed(reduced.M.ravel()),
         "winding_heat_gain": _listed(reduced.B[:, column["winding_heat"]]),

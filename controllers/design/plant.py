@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.design.linearise import Point, outputs_by, rates_by, start
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.observer.model import LOSSES
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -32,14 +33,7 @@ NOMINAL: Mapping[str, float] = MappingProxyType({})
 INPUTS = ("winding_heat", "shaft_heat", "link_heat", "ambient_temperature")
 """Heat in W into winding, shaft and (spread over its surface) link, and the ambient temperature in K."""
 
-OUTPUTS = (
-    "shaft_temperature",
-    "winding_temperature",
-    "base_temperature",
-    "middle_temperature",
-    "tip_temperature",
-    "elongation",
-)
+OUTPUTS = (*SENSED, "elongation")
 
 _READ = (
     "motor.shaft_temperature",
@@ -119,10 +113,10 @@ class LinearPlant:
 
         dx/dt = (A + |speed| A_speed) x + (B + |speed| B_speed) u,    y = C x
 
-    with x the temperatures of winding, shaft and link nodes in K above `temperature` (of a reduced link the
-    amplitudes of its patterns), u the `INPUTS` and y the `OUTPUTS` (K, and m for the elongation). Convection
-    grows with the speed, so the term in speed times state is kept; the losses of the motor are inputs,
-    computed from duty and winding temperature elsewhere.
+    with x the temperatures of winding, shaft and link nodes in K above room temperature, about which the
+    plant is linear (of a reduced link the amplitudes of its patterns), u the `INPUTS` and y the `OUTPUTS` (K,
+    and m for the elongation). Convection grows with the speed, so the term in speed times state is kept; the
+    losses of the motor are inputs, computed from duty and winding temperature elsewhere.
 
     Attributes
     ----------
@@ -131,7 +125,6 @@ class LinearPlant:
     C : shape (6, n)
     heat_capacity : heat capacity in J/K of each state, shape (n,)
     uniform : states of everything being 1 K warmer, to which surroundings 1 K warmer lead, shape (n,)
-    temperature : temperature in K about which the plant is linear
     link_states : which of the states are the links'
     """
 
@@ -142,7 +135,6 @@ class LinearPlant:
     C: Array
     heat_capacity: Array
     uniform: Array
-    temperature: float
     link_states: tuple[int, ...]
 
     def at(self, speed: float) -> tuple[Array, Array]:
@@ -173,13 +165,12 @@ USUAL_SPEED = 3.43
 
 
 @lru_cache(maxsize=64)
-def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATURE) -> LinearPlant:
+def plant_model(given: Plant | None = None) -> LinearPlant:
     """Linear state space of motors and links; kept, as it takes a tenth of a second.
 
     Parameters
     ----------
     given : motors and links; those of the nominal warm-up cell by default
-    temperature : temperature in K, of everything, about which to linearise
 
     Returns
     -------
@@ -193,7 +184,7 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
     """
     plant = given or cell_plant()
     joined = plant.component
-    still, moving = (_at_rest(plant, temperature, speed) for speed in (0.0, USUAL_SPEED))
+    still, moving = (_at_rest(plant, speed) for speed in (0.0, USUAL_SPEED))
     states = [name for name in joined.continuous.names if "temperature" in name]
     kept = [joined.continuous.index[name] for name in states]
     heat_capacity = _heat_capacity(plant, still)
@@ -230,7 +221,6 @@ def plant_model(given: Plant | None = None, temperature: float = ROOM_TEMPERATUR
         C=_outputs(plant, outputs_by(joined, still, states)),
         heat_capacity=heat_capacity,
         uniform=uniform,
-        temperature=temperature,
         link_states=tuple(i for i, name in enumerate(states) if name.rpartition(".")[0] in plant.links),
     )
 
@@ -259,15 +249,15 @@ def _heat_capacity(plant: Plant, at: Point) -> Array:
     return np.array(found)
 
 
-def _at_rest(plant: Plant, temperature: float, speed: float) -> Point:
-    """Everything at one temperature in K, nothing heated."""
+def _at_rest(plant: Plant, speed: float) -> Point:
+    """Everything at room temperature, nothing heated."""
     joined = plant.component
     parts = ("initial_winding_temperature", "initial_shaft_temperature")
-    starts = {f"{each}.{part}": temperature for each in plant.motors for part in parts}
-    starts |= {f"{each}.initial_temperature": temperature for each in plant.links}
-    inputs = dict.fromkeys(plant.surroundings, temperature)
+    starts = {f"{each}.{part}": ROOM_TEMPERATURE for each in plant.motors for part in parts}
+    starts |= {f"{each}.initial_temperature": ROOM_TEMPERATURE for each in plant.links}
+    inputs = dict.fromkeys(plant.surroundings, ROOM_TEMPERATURE)
     neighbours = [n for n in joined.u.names if n.endswith(".neighbour_temperature")]
-    inputs |= dict.fromkeys(neighbours, temperature)
+    inputs |= dict.fromkeys(neighbours, ROOM_TEMPERATURE)
     inputs |= {f"{each}.speed": speed for each in (*plant.motors, *plant.links)}
     inputs |= {f"{each}.pad_mode": PAD_POWER for each in plant.motors}
     return start(joined, {**starts, **plant.given, **inputs})

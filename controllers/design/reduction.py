@@ -89,7 +89,6 @@ class ReducedPlant:
     elongation_per_kelvin: float
     link_loss: float
     link_loss_per_speed: float
-    temperature: float
     error: ReductionError
 
     @property
@@ -186,7 +185,6 @@ def reduce_plant(plant: LinearPlant, order: int) -> ReducedPlant:
         elongation_per_kelvin=plant.elongation_per_kelvin,
         link_loss=plant.link_loss(plant.B),
         link_loss_per_speed=plant.link_loss(plant.B_speed),
-        temperature=plant.temperature,
         error=ReductionError(np.nan, np.nan),
     )
     return replace(reduced, error=reduction_error(plant, reduced))

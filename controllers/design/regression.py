@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from warmlink.controllers.design.plant import (
     plant_model,
 )
 from warmlink.controllers.matrices import upper
+from warmlink.controllers.observer.model import Duty
 from warmlink.controllers.regression.law import LENGTH
 from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -33,12 +33,6 @@ PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
 
 MEMORY_TIME = 600.0
 """s; shorter than any mode that matters, so that the law goes by the readings rather than by its memory."""
-
-
-class _Duty(NamedTuple):
-    speed: float
-    torque: float
-    current: float
 
 
 @dataclass(frozen=True)
@@ -99,10 +93,10 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     temperature, elongation = [], []
     for speed, torque, duration in PHASES:
         transition, reach = _held(model, speed, step)
-        duty = _Duty(speed, torque, 0.0)
+        duty = Duty(speed, torque, 0.0)
         for _ in range(round(duration / step)):
             seen = model.C @ state
-            temperature.append(seen[:-1] + model.temperature)
+            temperature.append(seen[:-1] + ROOM_TEMPERATURE)
             elongation.append(seen[-1])
             shaft, winding = temperature[-1][:2]
             heat = np.zeros(len(INPUTS))

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.interface import SENSED
+from warmlink.controllers.interface import sensed
 from warmlink.controllers.kalman import Belief, carried, variance_along
 from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric, upper
 from warmlink.controllers.observer import retained, witnesses
@@ -190,11 +190,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     """Correction and its uncertainty in m."""
     row = stack(p.elongation_row, *[0.0] * HEATS)
     return reported(x, filters_of(x), row, p)
-
-
-def sensed(u: Record) -> Number:
-    """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
-    return stack(*(getattr(u, name) for name in SENSED))
 
 
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:

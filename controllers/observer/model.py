@@ -44,7 +44,7 @@ _WINDING = SENSED.index("winding_temperature")
 _SHAFT = SENSED.index("shaft_temperature")
 
 
-class _Duty(NamedTuple):
+class Duty(NamedTuple):
     """What the motor's loss equations ask of the inputs."""
 
     speed: Number
@@ -89,7 +89,7 @@ def known_heat(modes: Number, u: Record, p: Record) -> Number:
 
 def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
     """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
-    duty = _Duty(u.speed, u.torque, 0.0)
+    duty = Duty(u.speed, u.torque, 0.0)
     winding = copper_loss(temperature(_WINDING, modes, p), duty, p) + iron_loss(duty, p)
     return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.interface import SENSED
+from warmlink.controllers.interface import SENSED, sensed
 from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, upper_diagonal
 from warmlink.fmus.component import Record
@@ -69,11 +69,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     doubt = maximum(x.distrusted, x.wild)
     told = fail_safe.reported(x, (variance + p.residual_std**2) ** 0.5, p, doubt)
     return told | {"ready": told["ready"] * (1.0 - doubt), "warning": maximum(told["warning"], x.wild)}
-
-
-def sensed(u: Record) -> Number:
-    """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
-    return stack(*(getattr(u, name) for name in SENSED))
 
 
 def sense(

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.dependencies import TIME, Dependencies
+from warmlink.fmus.component.dependencies import TIME
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
     VENDOR,
@@ -67,7 +67,6 @@ def fmi2_model_description(
     *,
     implementation: str = "",
     sources: Sequence[str] = (),
-    found: Dependencies | None = None,
 ) -> bytes:
     """Write modelDescription.xml for FMI 2.0 co-simulation.
 
@@ -78,10 +77,9 @@ def fmi2_model_description(
     capabilities : what this form of the FMU can do
     implementation : text that differs between implementations, see `instantiation_token`
     sources : names of the files in `sources/` to compile, where there are any
-    found : dependencies, where they are known already
     """
     states = exchanged_states(component) if capabilities.model_exchange else []
-    found = found or found_dependencies(component, states)
+    found = found_dependencies(component, states)
     root = ET.Element(
         "fmiModelDescription",
         {
@@ -145,7 +143,6 @@ def fmi3_model_description(
     capabilities: Capabilities,
     *,
     implementation: str = "",
-    found: Dependencies | None = None,
     arrays: bool = False,
 ) -> bytes:
     """Write modelDescription.xml for FMI 3.0 co-simulation; the parameters as for FMI 2.0.
@@ -154,7 +151,7 @@ def fmi3_model_description(
     `arrays` each vector is one variable, with the value reference of its first element.
     """
     states = exchanged_states(component) if capabilities.model_exchange else []
-    found = found or found_dependencies(component, states)
+    found = found_dependencies(component, states)
     root = ET.Element(
         "fmiModelDescription",
         {

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch
-from warmlink.orchestration.scenarios.entries import Entry, Names, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors
 from warmlink.orchestration.text_files import read_toml
@@ -25,17 +25,6 @@ def materials() -> dict[str, dict[str, str]]:
     return read_toml(MATERIALS)
 
 
-@dataclass(frozen=True)
-class Material(Entry):
-    """The name of a material."""
-
-    def _read(self, value: Any) -> str:
-        return OneOf(list(materials()))._read(value)
-
-    def _schema(self) -> dict[str, Any]:
-        return OneOf(list(materials()))._schema()
-
-
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """What any scenario file may say."""
@@ -48,7 +37,7 @@ class Settings:
     controller: Annotated[str | None, Text("observer")] = None
     tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
     coupling_tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
-    materials: Mapping[str, Annotated[str, Material()]] = field(default_factory=dict)
+    materials: Mapping[str, Annotated[str, OneOf(tuple(materials()))]] = field(default_factory=dict)
     parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
     mismatches: Annotated[tuple[str, ...], Names("draw_1")] = ()
     sensors: Sensors = AS_THEY_ARE

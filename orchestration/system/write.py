@@ -285,7 +285,7 @@ def _ssv(held: Component, system: System) -> Any:
             values[name] = Parameter(name, "Enumeration", _item(variable, value))
         else:
             values[name] = value
-    return parameter_set_element(PARAMETER_SET, values, {})
+    return parameter_set_element(PARAMETER_SET, values)
 
 
 def _item(variable: Variable, value: Value) -> str:

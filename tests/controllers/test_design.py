@@ -30,6 +30,7 @@ from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.start_values import Values, by_scalar, design_file, shipped_design
 from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.component.reference import integrate
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -69,7 +70,7 @@ def test_the_linear_plant_follows_the_components(mixing: float) -> None:
         y = dict(zip(OUTPUTS, plant.C @ state, strict=True))
         assert y["elongation"] == pytest.approx(run.values["link.elongation"][k], abs=2e-11)
         for name, key in (("tip_temperature", "link"), ("winding_temperature", "motor")):
-            assert y[name] + plant.temperature == pytest.approx(run.values[f"{key}.{name}"][k], abs=2e-5)
+            assert y[name] + ROOM_TEMPERATURE == pytest.approx(run.values[f"{key}.{name}"][k], abs=2e-5)
 
 
 def test_heat_goes_where_it_is_said_to_go(plant: LinearPlant) -> None:

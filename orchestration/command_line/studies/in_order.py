@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ from types import FrameType
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import INTERRUPTED, remark
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.master.pacing import on_ctrl_c
 
 
 @contextmanager
@@ -25,16 +25,12 @@ def interruptible() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         raise KeyboardInterrupt
 
-    in_main = threading.current_thread() is threading.main_thread()
-    before = signal.signal(signal.SIGINT, first) if in_main else None
     try:
-        yield
+        with on_ctrl_c(first):
+            yield
     except KeyboardInterrupt:
         remark("interrupted; finished runs are kept, and the same command continues")
         raise SystemExit(INTERRUPTED) from None
-    finally:
-        if in_main:
-            signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from warmlink.orchestration.system.ssp.elements import (
     to_bytes,
     unit_elements,
 )
-from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units, parse_unit
+from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units
 from warmlink.orchestration.system.xml import boolean, integer, local, number, optional_number, required
 
 # Names of SSP 1.0 and 2.0 for values of each kind.
@@ -81,7 +81,6 @@ def write_ssv(
     values: Mapping[str, Value | Parameter],
     path: Path,
     name: str = "parameters",
-    units: Mapping[str, Unit] | None = None,
 ) -> None:
     """Write an SSV file, whole or not at all.
 
@@ -93,12 +92,10 @@ def write_ssv(
         Where to write.
     name
         Name of the parameter set.
-    units
-        Definitions of units that are named without exponents; others are read from their names.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:
-        scratch.write_bytes(to_bytes(parameter_set_element(name, values, units or {})))
+        scratch.write_bytes(to_bytes(parameter_set_element(name, values)))
 
 
 def parameter_set(root: Any, where: str) -> tuple[Parameter, ...]:
@@ -164,9 +161,7 @@ def transformation(entry: Any, where: str) -> Conversion | None:
     return Conversion(1.0 if factor is None else factor, optional_number(linear, "offset", where) or 0.0)
 
 
-def parameter_set_element(
-    name: str, values: Mapping[str, Value | Parameter], units: Mapping[str, Unit]
-) -> Any:
+def parameter_set_element(name: str, values: Mapping[str, Value | Parameter]) -> Any:
     """Give an `ssv:ParameterSet` element that holds the values and the definitions of their units."""
     root = element("ssv", "ParameterSet", version="1.0", name=name)
     held = sub_element(root, "ssv", "Parameters")
@@ -176,11 +171,8 @@ def parameter_set_element(
         entry = sub_element(held, "ssv", "Parameter", name=key)
         typed = sub_element(entry, "ssv", parameter.type, value=_text(parameter.value))
         if parameter.unit is not None:
-            unit = parameter.unit
-            typed.set("unit", unit.name)
-            used[unit.name] = (
-                unit if unit.exponents is not None else units.get(unit.name) or parse_unit(unit.name)
-            )
+            typed.set("unit", parameter.unit.name)
+            used[parameter.unit.name] = parameter.unit
     unit_elements(root, "ssv", used.values())
     return root
 
