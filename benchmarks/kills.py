@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import random
 import shutil
+import signal
 import socket
 import sys
 import tempfile
@@ -60,7 +61,7 @@ class Row:
     Attributes
     ----------
     kills : while some of its runs were finished and others were not
-    busy : those of them at which the cluster had tasks to do; for a worker, that one
+    busy : those of them just before which the cluster had tasks to do; for a worker, that one
     ended, differ : studies that came to their end, and those of them whose results differ
     faults : commands that ended in another way than in order or with a sentence
     """
@@ -173,8 +174,13 @@ class Trial:
         with begun(self.row.study, self.cluster, self.folder) as client:
             while self.row.kills < count and self._waited(client):
                 busy = self.cluster.busy()
+                if not self._at_work(client):  # it ended while the cluster was asked
+                    break
                 if self.row.kind == CLIENT:
                     client.kill()
+                    client.join()
+                    if client.exitcode != -signal.SIGKILL:
+                        break
                 else:
                     victim = self.draw.choice(busy or WORKERS) if self.row.kind == WORKER else SCHEDULER
                     self.cluster.kill(victim)
@@ -193,10 +199,14 @@ class Trial:
         if done + 2 > total:
             return False
         moment = self.draw.randint(done + 1, min(done + total // PARTS, total - 1))
-        while finished_runs(self.folder) < moment and client.is_alive():
+        give_up = time.monotonic() + PATIENCE_S
+        while finished_runs(self.folder) < moment and client.is_alive() and time.monotonic() < give_up:
             time.sleep(0.005)
         time.sleep(self.draw.uniform(0.0, 0.1))
-        return finished_runs(self.folder) < total and client.is_alive()
+        return finished_runs(self.folder) >= moment
+
+    def _at_work(self, client: Process) -> bool:
+        return client.is_alive() and finished_runs(self.folder) < len(self.undisturbed[FILE])
 
     def _check(self, client: Process) -> None:
         """Count a command that ended badly; only the loss of its scheduler may end one, in a sentence."""
