@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, EFFECTS
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Truth, simulate
-from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 Vector = NDArray[np.float64]
 Table = dict[str, Vector]
@@ -279,10 +279,10 @@ def _as_columns(table: Table) -> Table:
         "time [s]": table["time"],
         "speed [rad/s]": table["speed"],
         "torque [N.m]": table["torque"],
-        "pad_temperature [degC]": table["pad_temperature"] - KELVIN_ZERO,
-        "ambient_temperature [degC]": np.round(table["ambient_temperature"] - KELVIN_ZERO, 3),
+        "pad_temperature [degC]": table["pad_temperature"] - ZERO_CELSIUS,
+        "ambient_temperature [degC]": np.round(table["ambient_temperature"] - ZERO_CELSIUS, 3),
     }
     if np.isnan(columns["pad_temperature [degC]"]).all():
         del columns["pad_temperature [degC]"]
-    columns |= {f"{name} [degC]": table[name] - KELVIN_ZERO for name in CHANNELS}
+    columns |= {f"{name} [degC]": table[name] - ZERO_CELSIUS for name in CHANNELS}
     return columns | {"elongation [um]": table["elongation"] * 1e6}

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
     from warmlink.orchestration.diagnosis.data.rig import Rig
 
 SCENARIO, DUTY = "next_experiment.toml", "next_experiment.csv"
-
-_ZERO = 273.15
 
 
 def write_next(proposed: Proposed, rig: Rig, known: Mapping[str, float], folder: Path) -> None:
@@ -52,11 +51,11 @@ def _scenario(proposed: Proposed, rig: Rig, known: Mapping[str, float]) -> str:
 
 
 def _segment(segment: Segment) -> str:
-    pad = "" if np.isnan(segment.pad) else f'\npad_temperature = "{segment.pad - _ZERO:.10g} degC"'
+    pad = "" if np.isnan(segment.pad) else f'\npad_temperature = "{segment.pad - ZERO_CELSIUS:.10g} degC"'
     return (
         f'\n[[segment]]\nduration = "{segment.duration:.10g} s"\nspeed = "{segment.speed:.10g} rad/s"\n'
         f'torque = "{segment.torque:.10g} N.m"\n'
-        f'ambient_temperature = "{segment.ambient_temperature - _ZERO:.10g} degC"{pad}'
+        f'ambient_temperature = "{segment.ambient_temperature - ZERO_CELSIUS:.10g} degC"{pad}'
     )
 
 
@@ -68,7 +67,7 @@ def _rows(duty: tuple[Segment, ...]) -> str:
     names = ("speed", "torque", "pad_temperature", "ambient_temperature")
     lines = ["time [s],speed [rad/s],torque [N.m],pad_temperature [degC],ambient_temperature [degC]"]
     for i, time in enumerate(begins):
-        values = [float(demands[n][i]) - (_ZERO if n.endswith("temperature") else 0.0) for n in names]
+        values = [float(demands[n][i]) - (ZERO_CELSIUS if n.endswith("temperature") else 0.0) for n in names]
         cells = ["" if np.isnan(value) else f"{value:.10g}" for value in values]
         lines.append(",".join([f"{time:.10g}", *cells]))
     return "\n".join(lines) + "\n"

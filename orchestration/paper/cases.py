@@ -13,8 +13,7 @@ from warmlink.orchestration.paper.data import load_geometry, load_materials, loa
 from warmlink.orchestration.paper.fea.drive import Drive, graded
 from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea
-
-ZERO_CELSIUS = 273.15
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 @dataclass(frozen=True)

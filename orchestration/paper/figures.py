@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.results import CaseResult, Reproduction
 from warmlink.orchestration.paper.statements import front_profile
 from warmlink.orchestration.report.figures import Line, styled, time_plot
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

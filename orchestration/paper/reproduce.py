@@ -14,7 +14,7 @@ from warmlink.controllers.analytic import law
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.orchestration.paper.agreement import agreements
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Case, fea
+from warmlink.orchestration.paper.cases import Case, fea
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import Drive
 from warmlink.orchestration.paper.fea.mesh import Assembly, bare_link
@@ -24,6 +24,7 @@ from warmlink.orchestration.paper.results import CaseResult, Refinement, Reprodu
 from warmlink.orchestration.paper.rows import paper_rows
 from warmlink.orchestration.paper.statements import findings, paper_statements
 from warmlink.orchestration.paper.tried import consistency, try_everything
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 #: The paper's mesh with every element divided in two each way.
 FINE = Assembly(refinement=2)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, steady_time
+from warmlink.orchestration.paper.cases import steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.results import CaseResult, Row
 from warmlink.orchestration.paper.tried import Attempt, camera_warming
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 def paper_rows(cases: dict[str, CaseResult], attempts: list[Attempt]) -> list[Row]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, steady_time
+from warmlink.orchestration.paper.cases import steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.link_model import run_link
 from warmlink.orchestration.paper.results import CaseResult, Statement
 from warmlink.orchestration.paper.tried import Attempt, Consistency
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 def paper_statements(cases: dict[str, CaseResult]) -> list[Statement]:

@@ -13,10 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from warmlink.orchestration.paper.cases import ZERO_CELSIUS, Case, fea, steady_time
+from warmlink.orchestration.paper.cases import Case, fea, steady_time
 from warmlink.orchestration.paper.data import Geometry, load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
 from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 #: "Several minutes" ([1] III.A) taken as the time constant of the heating pad [s]; assumed.
 HEATER_LAG = 180.0

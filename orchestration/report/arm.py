@@ -15,8 +15,7 @@ from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.report.figures import Line, styled, time_plot
 from warmlink.orchestration.report.page import Section, Table
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-
-ZERO_CELSIUS = 273.15
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 def sections(outcome: ClosedLoop) -> list[Section]:

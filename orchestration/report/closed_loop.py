@@ -15,8 +15,7 @@ from warmlink.orchestration.report.figures import Band, Line, time_plot
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import CELL
-
-ZERO_CELSIUS = 273.15
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 QUANTITIES = {
     "m": ("length [µm]", 1e6, 0.0),

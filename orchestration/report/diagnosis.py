@@ -22,6 +22,7 @@ from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
@@ -174,7 +175,7 @@ def _next(proposed: Proposed | None) -> list[Section]:
             f"{stage.duration / 60:.0f}",
             f"{stage.speed:.2f}",
             f"{stage.torque:.1f}",
-            "-" if np.isnan(stage.pad) else f"{stage.pad - 273.15:.0f}",
+            "-" if np.isnan(stage.pad) else f"{stage.pad - ZERO_CELSIUS:.0f}",
         )
         for stage in cycle
     ]

@@ -14,6 +14,7 @@ from warmlink.orchestration.diagnosis.answer.missing import MissingHeat
 from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.report.figures import DASHES, styled
 from warmlink.orchestration.report.page import Section
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 _MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
 
@@ -61,7 +62,7 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
     for row, i in enumerate(channels, start=1):
         name = problem.names[problem.variables[i]]
         unit = diagnosis.units()[name]
-        factor, zero = (per_si(shown(unit)), 273.15 if shown(unit) == "K" else 0.0)
+        factor, zero = (per_si(shown(unit)), ZERO_CELSIUS if shown(unit) == "K" else 0.0)
         measured = data.readings[:, i]
         _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
         for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):

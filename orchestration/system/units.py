@@ -19,6 +19,9 @@ from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.xml import local, optional_integer, optional_number, required
 
+ZERO_CELSIUS = 273.15
+"""0 degC in K."""
+
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.
 _SPELLINGS = {

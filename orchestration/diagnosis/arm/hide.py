@@ -25,7 +25,7 @@ from warmlink.orchestration.diagnosis.arm.measured import (
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
-from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, WHITE, Noise, noisy
+from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
 from warmlink.orchestration.master.guard import guarded
@@ -33,6 +33,7 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 PROGRAM = "six_axis_random_jobs"
 INTERVAL = 10.0
@@ -124,7 +125,7 @@ def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[
     time = np.asarray(result.times)[rows]
     columns = {
         "time [s]": time,
-        AMBIENT: result[f"{axis_name(1)}.duty.ambient_temperature"][rows] - KELVIN_ZERO,
+        AMBIENT: result[f"{axis_name(1)}.duty.ambient_temperature"][rows] - ZERO_CELSIUS,
     }
     for i in range(1, AXES + 1):
         for header, name in DEMANDS.items():
@@ -136,7 +137,7 @@ def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[
             for header, name in measured.items()
         }
         for header, values in zip(measured, noisy(time, true, noise, random).values(), strict=True):
-            columns[header_of(i, header)] = 1e6 * values if header in ELONGATIONS else values - KELVIN_ZERO
+            columns[header_of(i, header)] = 1e6 * values if header in ELONGATIONS else values - ZERO_CELSIUS
     return columns
 
 

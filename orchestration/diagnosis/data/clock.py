@@ -85,15 +85,15 @@ def _seconds(cells: Any) -> Array:
 
 
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
-    found = numbers(sheet, column)
-    if found.lost.size:
-        row = int(found.lost[0])
+    values, lost = numbers(sheet, column)
+    if lost.size:
+        row = int(lost[0])
         raise InputError(
             f"{sheet.at(row, column)}: {cell_shown(sheet, row, column)} is no time; "
             "correct it or remove the row"
         )
     if unit is None:
-        middle = float(np.nanmedian(found.values)) if np.isfinite(found.values).any() else 0.0
+        middle = float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
         unit = next((u for u, (low, high) in _EPOCHS.items() if low <= middle <= high), None)
         if unit is None:
             name = sheet.headers[column]
@@ -101,9 +101,9 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
                 f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit \"{name}=s\""
             )
         factor = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[unit]
-        return found.values * factor, f"{unit} since 1970"
+        return values * factor, f"{unit} since 1970"
     conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)
-    return conversion.factor * found.values, unit
+    return conversion.factor * values, unit
 
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:

@@ -13,6 +13,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
 """What a pad that is not there is assumed to be."""
@@ -115,7 +116,7 @@ def _neutral(rig: Rig, name: str) -> tuple[str, str]:
     scalar = rig.variables[rig.columns.get(name, name)]
     start = float(scalar.start or 0.0)
     if scalar.is_temperature:
-        return f"{start - 273.15:g} degC", f'"{start - 273.15:g} degC"'
+        return f"{start - ZERO_CELSIUS:g} degC", f'"{start - ZERO_CELSIUS:g} degC"'
     unit = "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
     return f"{start:g}{unit}", f"{start:g}"
 

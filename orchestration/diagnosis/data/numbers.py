@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,25 +26,17 @@ _FEWEST_CHANGES = 5
 """Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
 
 _LEAP, _LASTING = 4.0, 3
-"""Change from row to row, in those that noise makes, that is a jump; rows that a level takes to be one."""
+"""Change from row to row that is a jump, as a multiple of those that noise makes; rows that make a level."""
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """Numbers of a column in its own unit, NaN where a cell is empty or holds none.
+def numbers(sheet: Sheet, column: int) -> tuple[Array, NDArray[np.intp]]:
+    """Numbers of a column in its own unit, without the words and numbers that stand for "no reading".
 
-    Attributes
-    ----------
-    values : shape (rows,)
-    lost : rows of cells that hold something that is no reading
-    """
-
-    values: Array
-    lost: NDArray[np.intp]
-
-
-def numbers(sheet: Sheet, column: int) -> Numbers:
-    """Numbers of a column, without the words and numbers that stand for "no reading".
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Values, NaN where a cell is empty or holds none, shape (rows,), and the rows of cells that hold
+        something that is no reading.
 
     Raises
     ------
@@ -62,7 +53,7 @@ def numbers(sheet: Sheet, column: int) -> Numbers:
     usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
     none = np.flatnonzero((size >= OVERRANGE) | (marks & (size > _FAR * usual)))
     values[none] = np.nan
-    return Numbers(values, np.union1d(words, none))
+    return values, np.union1d(words, none)
 
 
 def cell_shown(sheet: Sheet, row: int, column: int) -> str:

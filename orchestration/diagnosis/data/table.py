@@ -71,14 +71,13 @@ def signal(sheet: Sheet, place: Place, si_unit: str, temperature: bool, growth: 
             f'or give --unit "{shorter}={_usual(si_unit, temperature)}"'
         )
     conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
-    found = numbers(sheet, place.column)
-    values = conversion.factor * found.values + conversion.offset
-    lost = found.lost
+    read, lost = numbers(sheet, place.column)
+    values = conversion.factor * read + conversion.offset
     if temperature or growth:
         beyond = _implausible(sheet, place.column, values, si_unit)
         lost = np.union1d(lost, beyond)
         values[beyond] = np.nan
-    own = np.where(np.isfinite(values), found.values, np.nan)
+    own = np.where(np.isfinite(values), read, np.nan)
     seen = own[np.isfinite(own)]
     column = Column(
         place.name,

@@ -22,16 +22,11 @@ _DRAWS = 6000
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A set of causes not fitted yet, the chi-square expected of it, and what gives values to start from."""
+    """A set of causes not fitted yet, the chi-square expected of it, and what computes its start in SI."""
 
     items: tuple[Item, ...]
     chi2: float
-    starting: Callable[[], dict[Freed, float]]
-
-    @property
-    def start(self) -> dict[Freed, float]:
-        """Values in SI to start a fit from."""
-        return self.starting()
+    start: Callable[[], dict[Freed, float]]
 
     @cached_property
     def key(self) -> frozenset[str]:

@@ -153,7 +153,7 @@ class Search:
                 self._progress(" + ".join(sorted(proposal.key)))
                 worth = bar + self._excess(proposal, best) if len(proposal.items) > 1 else np.inf
                 before = self._before.get(proposal.key)
-                start = before.values if before else proposal.start
+                start = before.values if before else proposal.start()
                 self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
 

@@ -22,8 +22,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
     demands_at,
     length,
 )
-
-KELVIN_ZERO = 273.15
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 @dataclass(frozen=True)
@@ -64,8 +63,8 @@ INFORMATIVE: tuple[Segment, ...] = (
 )
 """Two hours in which every cause shows: rest, pad, torque without speed, speed without torque."""
 
-STILL: tuple[Segment, ...] = (Segment.with_pad(3600, 36 + KELVIN_ZERO),)
-MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + KELVIN_ZERO, 3.43, 2.5),)
+STILL: tuple[Segment, ...] = (Segment.with_pad(3600, 36 + ZERO_CELSIUS),)
+MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + ZERO_CELSIUS, 3.43, 2.5),)
 """The paper's hours, which show little apart."""
 
 
@@ -171,7 +170,7 @@ def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Gener
         noisy = values + sigma * added
         if noise.quantum:
             quantum = noise.quantum * (1e-6 if length else 1.0)
-            zero = 0.0 if length else KELVIN_ZERO
+            zero = 0.0 if length else ZERO_CELSIUS
             noisy = np.round((noisy - zero) / quantum) * quantum + zero
         result[channel] = noisy
     return result
@@ -193,8 +192,8 @@ def _columns(rows: Array, duty: Sequence[Segment], readings: Readings) -> dict[s
         "time [s]": rows,
         "speed [rad/s]": demands["speed"],
         "torque [N.m]": demands["torque"],
-        "pad_temperature [degC]": demands["pad_temperature"] - KELVIN_ZERO,
-        "ambient_temperature [degC]": demands["ambient_temperature"] - KELVIN_ZERO,
+        "pad_temperature [degC]": demands["pad_temperature"] - ZERO_CELSIUS,
+        "ambient_temperature [degC]": demands["ambient_temperature"] - ZERO_CELSIUS,
     }
-    columns |= {f"{channel} [degC]": readings[channel] - KELVIN_ZERO for channel in CHANNELS}
+    columns |= {f"{channel} [degC]": readings[channel] - ZERO_CELSIUS for channel in CHANNELS}
     return columns | {"elongation [um]": readings["elongation"] * 1e6}

@@ -12,8 +12,9 @@ import numpy as np
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Truth, simulate
-from warmlink.orchestration.diagnosis.practice.hide import KELVIN_ZERO, write_csv
+from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 Columns = dict[str, np.ndarray]
 
@@ -57,13 +58,13 @@ def logged_inputs(logger: Logger, seed: int) -> tuple[Columns, Truth]:
         return logger.room * float(np.sin(2 * np.pi * time / 3000 + phase) - np.sin(phase))
 
     at = [PADDED[i] for i in np.clip(np.searchsorted(ends, rows, side="right"), 0, len(PADDED) - 1)]
-    pad = np.array([s.pad for s in at]) - KELVIN_ZERO
+    pad = np.array([s.pad for s in at]) - ZERO_CELSIUS
     columns = {
         "time [s]": rows,
         "speed [rad/s]": np.array([s.speed for s in at]),
         "torque [N.m]": np.array([s.torque for s in at]),
         "pad_temperature [degC]": pad + logger.pad_noise * random.standard_normal(rows.size),
-        "ambient_temperature [degC]": np.array([COLD - KELVIN_ZERO + room(t) for t in rows]),
+        "ambient_temperature [degC]": np.array([COLD - ZERO_CELSIUS + room(t) for t in rows]),
     }
     return columns, Truth(room=room)
 
@@ -76,7 +77,7 @@ def logged_file(folder: Path, effect: Mapping[str, Any], logger: Logger, seed: i
     random = np.random.default_rng(seed)
     true = (course.shaft, course.winding, course.base, course.middle, course.tip)
     for name, values in zip(CHANNELS, true, strict=True):
-        columns[f"{name} [degC]"] = values - KELVIN_ZERO + 0.08 * random.standard_normal(rows.size)
+        columns[f"{name} [degC]"] = values - ZERO_CELSIUS + 0.08 * random.standard_normal(rows.size)
     columns["elongation [um]"] = 1e6 * course.elongation + 0.4 * random.standard_normal(rows.size)
     path = folder / "logged.csv"
     write_csv(columns, path)
@@ -90,8 +91,8 @@ def logged_run(logger: Logger, seed: int) -> Run:
     inputs = {
         "motor.speed": speed,
         "motor.torque": torque,
-        "motor.pad_temperature": pad + KELVIN_ZERO,
-        "motor.ambient_temperature": ambient + KELVIN_ZERO,
+        "motor.pad_temperature": pad + ZERO_CELSIUS,
+        "motor.ambient_temperature": ambient + ZERO_CELSIUS,
     }
     return Run("logged", time, inputs, {})
 
