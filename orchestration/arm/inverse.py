@@ -9,12 +9,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.orchestration.arm.geometry import axes
-
-Array = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
 
 
 @cache

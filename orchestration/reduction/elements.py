@@ -15,14 +15,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import block_diag, bmat, csc_matrix, csr_matrix, vstack
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.equilibrium import Equilibrium, linear_to_quadratic
 from warmlink.orchestration.reduction.simplices import nearest
 from warmlink.orchestration.reduction.solid import Face, Solid
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

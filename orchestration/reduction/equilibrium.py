@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse import block_diag, csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator, cg, eigsh, splu
 
 from warmlink.fmus.errors import InputError
-
-Array = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
 
 SYMMETRIC: dict[str, Any] = {
     "permc_spec": "MMD_AT_PLUS_A",

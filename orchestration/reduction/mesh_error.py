@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.subspace import DenseHeat, Range
-
-Array = NDArray[np.float64]
 
 TIMES = (60.0, 600.0, 3600.0)
 """s after a step of heat flow, at which elongations are compared."""

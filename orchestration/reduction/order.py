@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.stats.qmc import LatinHypercube
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.subspace import DenseHeat, Range
-
-Array = NDArray[np.float64]
 
 SAFETY = 1.5
 """Factor on errors found at sampled parameters, which are not all that there are."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import SENSORS
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.elements import Elements, HeatMatrices, Task, linear_temperatures
 from warmlink.orchestration.reduction.mesh_error import MeshError, mesh_error
 from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Responses, choose_order, separated
@@ -22,8 +22,6 @@ from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_so
 from warmlink.orchestration.reduction.subspace import Range, projected
 from warmlink.orchestration.scenarios.quantity import in_si
 from warmlink.orchestration.scenarios.settings import materials
-
-Array = NDArray[np.float64]
 
 PROPERTIES = {
     "conductivity": "W/(m.K)",

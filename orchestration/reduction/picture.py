@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.elements import Elements
 from warmlink.orchestration.reduction.mesh_error import warmed
 from warmlink.orchestration.reduction.simplices import coarsened
 from warmlink.orchestration.reduction.subspace import DenseHeat, Range
-
-Array = NDArray[np.float64]
 
 MOST_CORNERS = 3000
 """Of a drawn surface, so that a page stays small."""

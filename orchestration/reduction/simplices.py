@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
+
 Integers = NDArray[np.int64]
 
 EDGE_ANGLE = 30.0

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.simplices import boundary_patches, facet_centres, nearest
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.text_files import is_file
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 MESHES = (".msh", ".inp")

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.elements import HeatMatrices
 from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
-
-Array = NDArray[np.float64]
 
 RATES = np.geomspace(2e-5, 16.0, 9)
 """1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
 from warmlink.controllers.design.gains import Unknown
@@ -19,8 +18,7 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.plant import WIRES
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.model import ReducedModel
-
-Array = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
 
 NOISE, SAMPLE_TIME = 0.1, 1.0
 """K (1 sigma) and s, of a reading."""

@@ -7,8 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.studies.case import Outcome
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.objective import METRICS, Gathered
@@ -17,8 +17,6 @@ from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
-
-Vector = NDArray[np.float64]
 
 DIFFERENCE = 1e-4
 """Of the way between a parameter's bounds: small beside what matters, large beside rounding."""
@@ -43,21 +41,21 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
         limits.append(study.second.limited(winner.second))
     cases = study.cases(winner.point, "")
     bounded = len(cases) if study.objective.over == "worst" else 1
-    found, known = [winner], dict[bytes, tuple[Vector, Vector]]()
+    found, known = [winner], dict[bytes, tuple[Array, Array]]()
 
     def figures(asked: Gathered, outcomes: Sequence[Outcome]) -> list[float]:
         if asked.over != "worst":
             return [asked.value(outcomes, cases)]
         return [METRICS[asked.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
 
-    def margins(judged: Judged) -> Vector:
+    def margins(judged: Judged) -> Array:
         rows = [-np.array(figures(study.objective, judged.outcomes)) / winner.objective]
         for limit in limits:
             over = limit.at_most - np.array(figures(limit, judged.outcomes))
             rows.append(over / (abs(limit.at_most) or 1.0))
         return np.concatenate(rows)
 
-    def linear(place: Vector) -> tuple[Vector, Vector]:
+    def linear(place: Array) -> tuple[Array, Array]:
         """Margins and their derivatives; ArithmeticError where a run gives none."""
         key = place.tobytes()
         if key not in known:

@@ -283,7 +283,7 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
         )
         problem = Problem(replace(experiment, runs=(*runs, like)))
         foreseen = Foreseen(problem, problem.noise_in(len(runs), assessment.noise), members)
-        told = np.array([foreseen.pooled_separation(0, j) for j in range(1, len(members))])
+        told = np.array([foreseen.pooled_separation(j) for j in range(1, len(members))])
         clear = told[told >= ALIKE]
         found.append((clear.size, float(clear.min(initial=np.inf)), labels, told))
     if not found or max(found)[0] == 0:

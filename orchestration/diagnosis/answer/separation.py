@@ -56,10 +56,10 @@ class Foreseen:
                     table[i, j] = np.linalg.norm(apart - taken @ (taken.T @ apart))
         return table
 
-    def pooled_separation(self, truth: int, rival: int) -> float:
-        """Separation of two models whose numbers are known from the fitted runs as well."""
-        apart = self._readings[truth] - self._readings[rival]
-        columns = [self._columns[i] @ root_of(self.models[i].covariance()) for i in (truth, rival)]
+    def pooled_separation(self, rival: int) -> float:
+        """Separation of a model from the first, where both models' numbers are known from fitted runs too."""
+        apart = self._readings[0] - self._readings[rival]
+        columns = [self._columns[i] @ root_of(self.models[i].covariance()) for i in (0, rival)]
         free = np.column_stack(columns)
         # (I + F F')^-1 by Woodbury's identity
         part = free.T @ apart

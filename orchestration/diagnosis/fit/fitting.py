@@ -165,7 +165,6 @@ class Fitter:
             self.rows.append(rows)
             self._whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
         self.count = sum(r.size for rows in self.rows for r in rows)
-        self.evaluations = 0
         if responses is not None and not wander.still:
             white = [self.whiten(i, self.by_channel(i, c)) for i, c in enumerate(responses.columns)]
             self._smoothing = [
@@ -186,7 +185,6 @@ class Fitter:
 
     def whitened(self, freed: Sequence[Freed], theta: Array) -> list[list[Array]]:
         """Whitened residual, beside it the derivatives by slot, by run and channel."""
-        self.evaluations += 1
         result = []
         for run, data in enumerate(self.problem.data):
             values, by_slot = self.problem.predict(run, self.problem.values(run, freed, theta))

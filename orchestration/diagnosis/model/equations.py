@@ -47,7 +47,6 @@ class Equations:
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
         self.columns = len(self.slots) if derivatives else 0
-        self._ca = ca
         joined = _Symbols(rig, self.slots)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
         needed = _needed_states(ca, joined.x, rates, observed)

@@ -50,16 +50,16 @@ class Drive:
             raise InputError("drive: give either temperature or heat_flow at the heated boundary, not both")
 
 
-def graded(breakpoints: Sequence[float], steps: Sequence[float] = (2.0, 10.0, 60.0), each: int = 20) -> Array:
+def graded(breakpoints: Sequence[float]) -> Array:
     """Times [s] from the first breakpoint to the last that meet each, with steps that grow after it.
 
-    So many steps (`each`) of every size [s] follow each other; the last size shrinks to fill the rest.
+    Twenty steps of 2 s and of 10 s follow each other; the others are alike, and of a minute at most.
     """
     times = [np.array(breakpoints[:1])]
     for start, end in pairwise(breakpoints):
-        for step in steps[:-1]:
-            if end - start > 2 * each * step:
-                times.append(start + step * np.arange(1, each + 1))
+        for step in (2.0, 10.0):
+            if end - start > 40 * step:
+                times.append(start + step * np.arange(1, 21))
                 start = float(times[-1][-1])
-        times.append(np.linspace(start, end, int(np.ceil((end - start) / steps[-1])) + 1)[1:])
+        times.append(np.linspace(start, end, int(np.ceil((end - start) / 60.0)) + 1)[1:])
     return np.concatenate(times)
