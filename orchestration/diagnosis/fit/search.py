@@ -42,8 +42,8 @@ _ALIKE = 0.1
 _SLACK, _WINS = 6.0, 4.0
 """What a prediction may be off by, for a set of as many causes and for a larger one."""
 
-_MOST_FITS = 45
-_PER_ROUND = 4
+MOST_FITS, _PER_ROUND = 45, 4
+"""Fits that a search may take, and those between two looks at what is most promising."""
 
 _ALONE, _MOST_ALONE = 0.3, 12
 """Share of the best set's gain that is expected of a cause for it to be fitted alone, and number of those."""
@@ -138,10 +138,10 @@ class Search:
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
-    def run(self) -> Fit:
-        """Search until no proposal may be better or as good, or the fits are used up."""
+    def run(self, most: int = MOST_FITS) -> Fit:
+        """Search until no proposal may be better or as good, or so many fits were made."""
         alone: list[Proposal] = []
-        while len(self.fits) < _MOST_FITS:
+        while len(self.fits) < most:
             best, bar = self.best, self.score(self.best)
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]

@@ -19,13 +19,16 @@ from warmlink.orchestration.diagnosis.fit.lack_of_fit import (
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.fit.search import Search
+from warmlink.orchestration.diagnosis.fit.search import MOST_FITS, Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
 
 _SEEDS = 4
 """Models that a second search begins from."""
+
+_HOPELESS, _FEW_FITS = 1e-30, 12
+"""Probability of what is left below which no second search explained it in trials; the fits it then takes."""
 
 _LIKE_STATED = 0.7
 """Scatter over stated noise above which the stated figure is no news."""
@@ -95,7 +98,8 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
-        search, best = _searched_again(search, best, progress)
+        fits = MOST_FITS if search.left(best).p > _HOPELESS else _FEW_FITS
+        search, best = _searched_again(search, best, progress, fits=fits)
     unexplained = search.left(best).p < UNEXPLAINED
     if unexplained and not lasting and any(n.slow for n in search.fitter.noise):
         # What noise correlated as strongly as is just credible would explain is not called unknown.
@@ -124,7 +128,12 @@ def _search(
 
 
 def _searched_again(
-    search: Search, best: Fit, progress: Callable[[str], None], inflation: float = 1.0, liked: float = LIKED
+    search: Search,
+    best: Fit,
+    progress: Callable[[str], None],
+    inflation: float = 1.0,
+    liked: float = LIKED,
+    fits: int = MOST_FITS,
 ) -> tuple[Search, Fit]:
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
@@ -136,7 +145,7 @@ def _searched_again(
     fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
-    return fresh, fresh.run()
+    return fresh, fresh.run(fits)
 
 
 def _noise(

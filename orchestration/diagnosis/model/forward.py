@@ -238,20 +238,26 @@ class Forward:
         # (points, outputs, 1 + slots): value and sensitivity through the states
         through = by_state @ states
         through[:, :, 0] = y
-        slope_left, slope_right = by_state[:-1] @ left, by_state[1:] @ right
+        known = np.concatenate([through, by_state[:-1] @ left, by_state[1:] @ right])
         k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(self.steps.shares) - 1)
-        length = (time[k + 1] - time[k])[:, None, None]
-        s = np.clip((times - time[k]) / (time[k + 1] - time[k]), 0.0, 1.0)[:, None, None]
-        value = hermite(s, length, through[k], through[k + 1], slope_left[k], slope_right[k])
-        y, left_y, right_y = through[:, :, 0], slope_left[:, :, 0], slope_right[:, :, 0]
-        h, s = length[:, :, 0], s[:, :, 0]
-        slope = (
-            6 * s * (1 - s) * (y[k + 1] - y[k]) / h
-            + (1 - s) * (1 - 3 * s) * left_y[k]
-            + s * (3 * s - 2) * right_y[k]
-        )
-        direct_there = (1 - s)[:, :, None] * direct[k] + s[:, :, None] * direct[k + 1]
-        return value[:, :, 0], slope, value[:, :, 1:], direct_there
+        length = time[k + 1] - time[k]
+        s = np.clip((times - time[k]) / length, 0.0, 1.0)
+        ends = np.stack([k, k + 1, time.size + k, time.size + len(self.steps.shares) + k], axis=1)
+        inside = 6 * s * (1 - s) / length
+        rates = -inside, inside, (1 - s) * (1 - 3 * s), s * (3 * s - 2)
+        value = _weighted(hermite(s, length), ends, known)
+        slope = _weighted(rates, ends, known[:, :, 0])
+        return value[:, :, 0], slope, value[:, :, 1:], _weighted((1 - s, s), ends[:, :2], direct)
+
+
+def _weighted(weights: Sequence[Array], places: NDArray[np.int64], table: Array) -> Array:
+    """Sums of a table's rows at places, shape (sums, terms), with a weight for each term, shape (sums,)."""
+    from scipy.sparse import csr_array
+
+    sums, terms = places.shape
+    begins = np.arange(0, sums * terms + 1, terms)
+    matrix = csr_array((np.stack(weights, axis=1).ravel(), places.ravel(), begins), shape=(sums, len(table)))
+    return np.asarray(matrix @ table.reshape(len(table), -1)).reshape(sums, *table.shape[1:])
 
 
 def held_row(rows: Array, times: Array) -> NDArray[np.int64]:

@@ -42,12 +42,16 @@ def controlled(rates: Linearised, levels: Levels, x: Array, resolution: Resoluti
     return control.steps()
 
 
-def hermite(
-    s: float | Array, length: float | Array, first: Array, last: Array, slope: Array, last_slope: Array
-) -> Array:
-    """Cubic in time through values and slopes at both ends of a step, at the share `s` of its length in s."""
-    value = (1 + 2 * s) * (1 - s) ** 2 * first + s**2 * (3 - 2 * s) * last
-    return value + length * (s * (1 - s) ** 2 * slope - s**2 * (1 - s) * last_slope)
+Weights = tuple[Array, Array, Array, Array]
+
+
+def hermite(s: Array, length: Array) -> Weights:
+    """Weights of a cubic in time at the share `s` of a step's length in s.
+
+    They are those of the first value, the last one, the first slope and the last one.
+    """
+    outside, inside = (1 + 2 * s) * (1 - s) ** 2, s**2 * (3 - 2 * s)
+    return outside, inside, length * s * (1 - s) ** 2, -length * s**2 * (1 - s)
 
 
 def inverse_of_step(scaled: Array) -> Array:
@@ -84,9 +88,9 @@ class _Step:
 
     def at(self, time: float) -> Array:
         """States within the step, interpolated as for the rows of a run."""
-        length = self.end - self.start
-        s = (time - self.start) / length
-        return hermite(s, length, self.x, self.reached, self.first, self.last)
+        length = np.array(self.end - self.start)
+        known = np.stack([self.x, self.reached, self.first, self.last])
+        return np.stack(hermite((time - self.start) / length, length)) @ known
 
 
 class _Control:
