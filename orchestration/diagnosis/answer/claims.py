@@ -72,7 +72,7 @@ class Claim:
 def claims(
     experiment: Experiment, assessment: Assessment, models: Sequence[Fit], left: Wrong | None
 ) -> tuple[Claim, ...]:
-    """Foresee the standard duty cycles; of a warm-up cell whose elongation was read.
+    """Foresee the standard duty cycles; none but for a warm-up cell whose elongation was read.
 
     The band adds up what is uncertain in the numbers, what wanders, the one further cause below the noise
     that would matter most, how far models that explain the data alike are apart, and the share of the

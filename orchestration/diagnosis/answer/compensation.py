@@ -28,8 +28,8 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
 
 LAW = "observer"
-GOES_BY = ("base_temperature", "tip_temperature")
-"""Thermometers of the observer that ships, as far as they were measured."""
+READ_BY_LAW = ("base_temperature", "tip_temperature")
+"""Thermometers that the shipped observer reads, as far as they were measured."""
 
 AVERAGED = 120.0
 """s over which an error is averaged before its largest value is taken, against the camera's noise."""
@@ -140,7 +140,7 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
     spacing = min(float(np.median(np.diff(run.time))) for run in problem.experiment.runs)
     return design_controller(
         LAW,
-        [name for name in GOES_BY if problem.experiment.rig.columns[name] in problem.variables],
+        [name for name in READ_BY_LAW if problem.experiment.rig.columns[name] in problem.variables],
         sample_time=max(spacing, _STEP),
         plant=cell_plant(of("motor."), of("link.")),
     ).parameters
@@ -201,7 +201,7 @@ def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Array
     signals: dict[str, Array] = {}
     for name in SENSED:
         variable = rig.columns[name]
-        if variable in run.readings and name in GOES_BY:
+        if variable in run.readings and name in READ_BY_LAW:
             signals[name] = _reading(rig, run, variable, values)
         else:
             signals[name] = np.full(run.time.size, np.nan)

@@ -30,8 +30,8 @@ _GROWN, _HALVED = 1.1, 0.5
 """Ratio to the error before from which a model is worse, and much better."""
 
 _EXCESS, _LEFT = 0.44, 1 / 3
-"""Mean square of the errors beyond that of the noise, in its own units, that chance may leave, and the share
-of what it was before that a right cause may: one that is wrong fits the fitted rows alone."""
+"""Mean square of the errors beyond that of the noise, in units of the noise: what chance may leave, and what
+a right cause may leave as a share of what it was before. A wrong cause fits the fitted rows alone."""
 
 _FAR = 10.0
 """Error over noise beyond which a model predicts nothing, however much better it is than another."""

@@ -31,7 +31,8 @@ class Said:
 
     Attributes
     ----------
-    units : unit by header or name of a column; under "" those for every column of that quantity without one
+    units : unit by header or name of a column
+    common : units, each for every column of its quantity that has none
     names : name of a column or variable by header; "" leaves the column out
     decimal : "point", "comma", or "" for what the file shows
     replaced : FMUs in place of parts of the system

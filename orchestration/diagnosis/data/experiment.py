@@ -36,7 +36,7 @@ HELD_OUT_SHARE = 0.3
 
 
 @dataclass(frozen=True)
-class Calibrated:
+class Calibration:
     """A variable that every model may fit: bounds and start in SI; `per` a label, "run" or None."""
 
     variable: str
@@ -67,7 +67,7 @@ class Experiment:
     runs: tuple[Run, ...]
     columns: tuple[Column, ...]
     known: Mapping[str, float] = field(default_factory=dict)
-    calibrated: tuple[Calibrated, ...] = ()
+    calibrated: tuple[Calibration, ...] = ()
     cause_labels: tuple[str, ...] = ()
     noise: Mapping[str, float] = field(default_factory=dict)
     initial_measured: bool = False
@@ -233,7 +233,7 @@ class _Reader:
             known[variable] = to_si(text, scalar, place)
         return known
 
-    def _calibrated(self, variable: str, table: CalibrateTable, runs: list[Run]) -> Calibrated:
+    def _calibrated(self, variable: str, table: CalibrateTable, runs: list[Run]) -> Calibration:
         place = f"{self.name}: calibrate.{variable}"
         scalar = self.rig.scalar(variable, place)
         lower, upper = to_si(table.min, scalar, f"{place}.min"), to_si(table.max, scalar, f"{place}.max")
@@ -244,7 +244,7 @@ class _Reader:
             raise InputError(f"{place}: start {start:g} lies outside {lower:g} to {upper:g}")
         if table.per is not None and table.per != PER_RUN:
             self._check_label(table.per, runs, f"calibrate.{variable}.per")
-        return Calibrated(variable, lower, upper, start, table.per)
+        return Calibration(variable, lower, upper, start, table.per)
 
     def _noise(self, variable: str, text: str | float) -> float:
         place = f"{self.name}: noise.{variable}"

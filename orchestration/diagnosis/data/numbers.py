@@ -128,7 +128,7 @@ def quantum(values: Array) -> float:
 
 
 def repeats(values: Array) -> NDArray[np.intp]:
-    """Rows that say again what the row before says, where most do and readings lie on no lattice.
+    """Rows that repeat the reading before, where most rows do and readings lie on no lattice.
 
     A sensor that sticks reads so, and a logger that writes a value anew only once it has changed by enough,
     or more often than it samples.
@@ -142,7 +142,7 @@ def repeats(values: Array) -> NDArray[np.intp]:
 
 
 def between_jumps(values: Array) -> NDArray[np.intp]:
-    """Rows that a sensor which sticks reads from one jump to the next, with noise; none of one that follows.
+    """Rows between the jumps of a sensor that sticks; none where the sensor follows its temperature.
 
     Such a sensor is right when it has just jumped. Between its jumps its readings scatter about one level by
     no more than from row to row, which those of a sensor that follows do not.

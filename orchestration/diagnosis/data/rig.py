@@ -151,7 +151,7 @@ class Rig:
 
     @cached_property
     def wandering(self) -> dict[str, tuple[str, ...]]:
-        """What may be freed to which a room, or heat, that wanders beside its log would add, by either."""
+        """Slots to which a room that wanders beside its log adds, and those to which heat adds, by signal."""
         found = {
             signal: [name for name in self.parameters if name.endswith(f".{parameter}")]
             for signal, parameter in _WANDERING.items()
@@ -192,7 +192,7 @@ class Rig:
         return None if at is None or instance not in self.called("link") else (instance, at)
 
     def measured_at(self, variables: Iterable[str]) -> Rig:
-        """The same with logged inputs, whatever feeds them."""
+        """The same rig with these inputs taken from the log, whatever feeds them in the system."""
         wanted = set(variables)
         cut = {source for source, target in self._wires(inside=True) if target in wanted and self.own}
         return replace(self, cut=self.cut | cut) if cut else self

@@ -77,7 +77,10 @@ def _logged(covariate: str, experiment: Experiment) -> bool:
 
 
 def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
-    """Logged inputs; the ambient has causes of its own, a temperature has no scale, a switch neither."""
+    """Logged inputs that a cause scales or shifts.
+
+    No switch is; nor is the ambient temperature, which has causes of its own; and no temperature is scaled.
+    """
     rig, scales = experiment.rig, cause.frees[0] == SCALE
     for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
         unit = rig.unit(name)

@@ -22,7 +22,8 @@ from warmlink.orchestration.diagnosis.fit.wandering import (
 )
 
 _WORTH, _LIKED, _HOPELESS = 6.0, 3.0, 10.0
-"""Gain in twice the log-likelihood that each wandering signal must bring, loss that is likely, and not."""
+"""Of twice the log-likelihood: the gain that each wandering signal must bring, the loss up to which an
+amplitude is likely, and the loss beyond which it is not tried."""
 
 
 def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:

@@ -123,7 +123,7 @@ class Neighbours:
         return np.where(feasible, gain, -np.inf), change
 
     def unnoticed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
-        """Each single number that may be off by a standard deviation, and by how much all then are, in SI."""
+        """Each candidate of one number, and by how much all numbers are off, in SI, if it is by one sigma."""
         for (i,) in self.singles():
             span = self.spans[i]
             if span.stop - span.start == 1:

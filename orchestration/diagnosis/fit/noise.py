@@ -32,7 +32,7 @@ _WORTH = 8.0
 """Gain in twice the log-likelihood that a correlated part must bring."""
 
 _APART = 14.0
-"""The same for a channel whose noise is unlike that of the others."""
+"""Gain in twice the log-likelihood from which a channel has another form of noise than the others."""
 
 LIKED, TOLERATED = 4.0, 14.0
 """Loss of twice the log-likelihood within which a form of the noise is likely, and just credible."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
-from warmlink.orchestration.diagnosis.data.experiment import Calibrated, Experiment
+from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.fit.candidates import INNER, freed_by
@@ -127,7 +127,7 @@ class Problem(Predictions):
             unlike.setdefault((frees, item.label), item)
         return tuple(unlike.values())
 
-    def _calibration(self, each: Calibrated) -> Iterable[Freed]:
+    def _calibration(self, each: Calibration) -> Iterable[Freed]:
         slot = (self.slots.index(each.variable),)
         for group, runs in self._groups(each.per):
             yield Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, True)

@@ -37,7 +37,7 @@ NEAR = 7.0
 """Chi-square by which a set must be worse to be told apart from the best."""
 
 _ALIKE = 0.1
-"""Chi-square by which sets differ as computers do: then the order of the catalogue decides."""
+"""Chi-square up to which sets differ by rounding alone; then the order of the catalogue decides."""
 
 _SLACK, _WINS = 6.0, 4.0
 """What a prediction may be off by, for a set of as many causes and for a larger one."""

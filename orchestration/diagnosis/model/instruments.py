@@ -24,7 +24,7 @@ from warmlink.orchestration.diagnosis.model.loop import Loop
 _Read = tuple[Array, Array, dict[str, Array]]
 
 CLOCK, DRIFT = "record.clock_offset", "record.clock_drift"
-"""Not variables of any FMU: they belong to the recording. After a colon the logger, where it is only one."""
+"""Not variables of any FMU: they belong to the recording. A logger after a colon: they hold for it alone."""
 
 _SHORTEST_LAG = 1e-3
 
@@ -96,7 +96,7 @@ class Readings:
     outputs : outputs that were read, in the order of the equations
     slots : variables of instruments that may be freed; they follow the equations' own
     times : s, rising, shape (times,)
-    ambient : logged temperature of the surroundings in K at those times' rows, as (times, values) to hold
+    ambient : times in s and logged temperatures of the surroundings in K, each held until the next
     """
 
     def __init__(

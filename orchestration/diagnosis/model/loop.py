@@ -1,8 +1,8 @@
 """Simulation of a measured run by FMUs in a loop, with derivatives by differences of whole runs.
 
-Stands where `Forward` stands for systems with parts whose equations nobody knows. Of all that may be freed,
-the derivatives are those at the point of the last linearisation, but for what has another value there: that
-is differenced anew. So a fit costs a few runs a step, and its own derivatives are right wherever it goes.
+Stands where `Forward` stands for systems with parts whose equations nobody knows. The derivatives by what may
+be freed are those of the last linearisation, except by what has changed its value since: these are taken
+anew. So a step of a fit costs a few runs, and its own derivatives are right wherever it goes.
 """
 
 from __future__ import annotations
