@@ -14,10 +14,10 @@ import typer
 from benchmarks.command import positive_share, start
 from benchmarks.fault_kinds import Kind, kinds
 from benchmarks.law_trials import mismatched
+from benchmarks.rollout import demand_table, library
 from benchmarks.told import Rig, Told, bare_cell, truth
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import answer, answer_json, progress_bar
-from warmlink.orchestration.scenarios.duties.duty_files import library
 
 LAWS = ("observer", "observer_drift")
 LONGEST = 4 * 3600
@@ -127,7 +127,7 @@ def truth_of(duty: str, plant: int) -> Told:
     length = cycle.stop_time if "overnight" in duty else min(cycle.stop_time, LONGEST)
     off = mismatched(plant)
     values = {name: off.given_of(name) for name in ("motor", "link")}
-    return truth(_cell(), cycle.table(1.0, length), values, 0.1, plant + 1)
+    return truth(_cell(), demand_table(cycle, 1.0, length), values, 0.1, plant + 1)
 
 
 def faults_table(trials: Sequence[FaultTrial], full: bool = False) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.rollout import DEMANDS, Cell, Record
+from benchmarks.rollout import DEMANDS, Cell, Record, demand_table, library
 from warmlink.controllers.design.plant import Plant, cell_plant
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus import faults
@@ -15,7 +15,6 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.temperature_sensors.component import CHANNELS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.scenarios.duties.duty import Duty
-from warmlink.orchestration.scenarios.duties.duty_files import library
 
 THERMAL: Mapping[str, tuple[str, ...]] = {
     "motor": (
@@ -43,7 +42,7 @@ Values = dict[str, dict[str, float]]
 def told_of_their_heat() -> list[Duty]:
     """Duty cycles whose heat the laws are told of; with a pad they are not, and say less on purpose."""
     pad = DEMANDS.index("pad_mode")
-    return [duty for duty in library() if not duty.table(60.0)[:, pad].any()]
+    return [duty for duty in library() if not demand_table(duty, 60.0)[:, pad].any()]
 
 
 def mismatched(seed: int, share: float = 0.2, expansion_share: float = 0.03) -> Plant:
@@ -158,7 +157,7 @@ def fault_runs(
         duty = duties[int(np.random.default_rng([seed, 0]).integers(len(duties)))]
         duration = min(duty.stop_time, LONGEST)
         fault = random_fault(seed, duration, used)
-        record = cell.run(duty.table(cell.step, duration), fault.applied(instruments(seed + 1)))
+        record = cell.run(demand_table(duty, cell.step, duration), fault.applied(instruments(seed + 1)))
         said = np.flatnonzero(record["distrusted"][round(fault.time / cell.step) :] > 0)
         delay = float(said[0] * cell.step) if said.size else None
         yield FaultRun(seed, duty.name, fault, worse_by(record), delay)

@@ -15,12 +15,11 @@ from benchmarks.command import positive_share, start
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import answer, answer_json, progress_bar
-from warmlink.orchestration.scenarios.duties.duty_files import library
 
 if TYPE_CHECKING:
     from benchmarks.innovations import Whiteness
     from benchmarks.law_trials import FaultRun
-    from benchmarks.rollout import Cell
+    from benchmarks.rollout import Cell, demand_table, library
     from warmlink.orchestration.scenarios.duties.duty import Duty
 
 WITH_CAMERA: Mapping[str, bool] = {"observer": False, "observer_drift": True}
@@ -123,7 +122,7 @@ def _trial(task: tuple[str, str, int, int]) -> Trial:
     duty = duties[place % len(duties)]
     if kind == "whiteness":
         return Trial(name, kind, seed, duty.name, white=_white(cell, duty, seed))
-    record = cell.run(duty.table(cell.step), {**instruments(seed), **_plant(kind, seed)})
+    record = cell.run(demand_table(duty, cell.step), {**instruments(seed), **_plant(kind, seed)})
     return Trial(
         name,
         kind,
@@ -148,7 +147,7 @@ def _white(cell: Cell, duty: Duty, seed: int) -> tuple[Whiteness, ...]:
     from benchmarks.innovations import innovations, whiteness
     from benchmarks.law_trials import instruments
 
-    demands = duty.table(cell.step, WHITENESS_SECONDS)
+    demands = demand_table(duty, cell.step, WHITENESS_SECONDS)
     series = innovations(cell.run(demands, instruments(seed)))
     return tuple(whiteness(each) for each in series.values())
 

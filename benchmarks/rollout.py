@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
+from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.packaging.native.codegen import micro_step
 from warmlink.fmus.packaging.native.symbols import Symbols
+from warmlink.orchestration.scenarios.duties import duty_files
+from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 Array = NDArray[np.float64]
-
-DEMANDS = ("speed", "torque", "ambient_temperature", "pad_mode", "pad_temperature", "pad_power")
-"""What the duty cycle gives at each step, in this order."""
 
 _TRUE = (
     "motor.shaft_temperature",
@@ -44,6 +44,34 @@ RECORDED = {
     **{f"sensed_{name}": f"sensors.reading[{i}]" for i, name in enumerate(SENSED, 1)},
 }
 """What a run records, in this order, by the cell's outputs; `sensed_` temperatures are those read."""
+
+
+def library() -> list[Duty]:
+    """Every duty cycle that warmlink ships."""
+    return [duty_files.load(name) for name in duty_files.names()]
+
+
+def demand_table(duty: Duty, step: float, stop_time: float | None = None) -> Array:
+    """Demands at the communication points, as the DutyCycle component gives them.
+
+    Parameters
+    ----------
+    duty : the duty cycle
+    step : communication step size in s
+    stop_time : in s, that of the duty cycle by default
+
+    Returns
+    -------
+    numpy.ndarray
+        One row of `DEMANDS` a communication point, the start included, shape (n + 1, 6).
+    """
+    count = round((duty.stop_time if stop_time is None else stop_time) / step)
+    time = step * np.arange(count + 1) + EARLY
+    ends = np.cumsum([segment.duration for segment in duty.segments])
+    if duty.repeat:
+        time = time % ends[-1]
+    which = np.minimum(np.searchsorted(ends, time, side="right"), len(duty.segments) - 1)
+    return np.array([segment.demands for segment in duty.segments])[which]
 
 
 @dataclass(frozen=True)

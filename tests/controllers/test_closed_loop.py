@@ -20,7 +20,7 @@ from benchmarks.law_trials import (
     told_of_their_heat,
     worse_by,
 )
-from benchmarks.rollout import RECORDED, Cell, Record
+from benchmarks.rollout import RECORDED, Cell, Record, demand_table, library
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.observer import model
@@ -34,7 +34,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.plant import plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration.scenarios.duties.duty_files import library, load
+from warmlink.orchestration.scenarios.duties.duty_files import load
 
 TOLERANCE = 5e-6
 
@@ -63,7 +63,7 @@ def of_part(plant: Plant, part: str) -> dict[str, float]:
 def run(cell: Cell, duty: str, seed: int = 1, plant_seed: int = 0, stop_time: float | None = None) -> Record:
     plant = mismatched(plant_seed)
     values = {**instruments(seed), **{part: of_part(plant, part) for part in ("motor", "link")}}
-    return cell.run(load(duty).table(cell.step, stop_time), values)
+    return cell.run(demand_table(load(duty), cell.step, stop_time), values)
 
 
 pytestmark = pytest.mark.xdist_group("closed_loop")
@@ -124,7 +124,7 @@ def test_thermometers_better_than_the_model_leave_its_error(cell_of: CellOf) -> 
     shares = []
     for place, duty in enumerate(("continuous", "heavy_payload", "stop_and_go")):
         values = {**instruments(place + 1, noise=0.02), "compensator": by_scalar(design)}
-        shares.append(coverage(cell_of(OBSERVER).run(load(duty).table(1.0), values)))
+        shares.append(coverage(cell_of(OBSERVER).run(demand_table(load(duty), 1.0), values)))
     assert np.mean(shares) > 0.87
     assert min(shares) > 0.75
 
@@ -138,7 +138,7 @@ def test_innovations_are_white_and_of_the_size_stated(cell_of: CellOf) -> None:
     told = told_of_their_heat()
     found = []
     for seed in range(5 * len(told)):
-        demands = told[seed % len(told)].table(1.0, 3000.0)
+        demands = demand_table(told[seed % len(told)], 1.0, 3000.0)
         record = cell_of(OBSERVER).run(demands, instruments(seed + 1))
         found += [whiteness(series) for series in innovations(record).values()]
     assert len(found) == 10 * len(told)
@@ -150,7 +150,7 @@ def test_innovations_are_white_and_of_the_size_stated(cell_of: CellOf) -> None:
 
 def test_the_alert_filter_leads_while_heat_is_about_that_nothing_tells_of(cell_of: CellOf) -> None:
     """A pad of 20 W for 20 minutes: the quiet filter leads until then, and again when it is long gone."""
-    plain = load("windshield_wiper").table(1.0, 7000.0)
+    plain = demand_table(load("windshield_wiper"), 1.0, 7000.0)
     demands = plain.copy()
     padded = slice(1500, 2700)
     demands[padded, 3], demands[padded, 5] = PAD_POWER, 20.0
@@ -174,7 +174,7 @@ def test_an_expansion_error_is_no_heat(cell_of: CellOf) -> None:
     """What the camera teaches of a coefficient that is off leaves the quiet filter in the lead."""
     expansion = 1.03 * float(next(v.start for v in LINK.parameters if v.name == "expansion_coefficient"))
     values = {**instruments(1), "link": {"expansion_coefficient": expansion}}
-    record = cell_of(DRIFT).run(load("stop_and_go").table(1.0), values)
+    record = cell_of(DRIFT).run(demand_table(load("stop_and_go"), 1.0), values)
     assert led_by_alert(record, DRIFT).mean() < 0.02
     scale = DRIFT.x.index[f"quiet_estimate[{model.STATES + 1}]"]
     assert record.values[-1, len(RECORDED) + scale] == pytest.approx(0.03, abs=0.01)
@@ -202,7 +202,7 @@ def test_no_fault_makes_it_worse_than_no_compensation(cell_of: CellOf, component
 def test_a_drifting_sensor_is_found_by_contradiction(cell_of: CellOf, instrument: str, rate: float) -> None:
     fault = Fault(instrument, faults.DRIFT, 1200.0, 0.0, rate / 3600)
     cell = cell_of(OBSERVER)
-    record = cell.run(load("windshield_wiper").table(1.0), fault.applied(instruments(1)))
+    record = cell.run(demand_table(load("windshield_wiper"), 1.0), fault.applied(instruments(1)))
     assert record["distrusted"][1200:].any()
     assert worse_by(record) <= TOLERANCE
     # The other sensor and the duty carry on: the last error is a fraction of the growth.
@@ -211,7 +211,7 @@ def test_a_drifting_sensor_is_found_by_contradiction(cell_of: CellOf, instrument
 
 def test_a_stuck_sensor_is_found_when_the_cell_moves_on(cell_of: CellOf) -> None:
     fault = Fault("base_temperature", faults.STUCK, 900.0, 0.0, 0.0)
-    record = cell_of(OBSERVER).run(load("windshield_wiper").table(1.0), fault.applied(instruments(1)))
+    record = cell_of(OBSERVER).run(demand_table(load("windshield_wiper"), 1.0), fault.applied(instruments(1)))
     assert np.flatnonzero(record["distrusted"])[0] - 900 < 600
     assert np.abs(record.error).max() < 2 * TOLERANCE
 
@@ -219,7 +219,7 @@ def test_a_stuck_sensor_is_found_when_the_cell_moves_on(cell_of: CellOf) -> None
 @pytest.mark.parametrize("plant_seed", [0, 8, 9])
 def test_a_pad_switched_on_at_full_power_is_heat_and_no_fault(cell_of: CellOf, plant_seed: int) -> None:
     """60 W of which the law is not told, a warm-up after, with the model right and wrong."""
-    demands = load("windshield_wiper").table(1.0)
+    demands = demand_table(load("windshield_wiper"), 1.0)
     still, padded = slice(1500, 3000), slice(1980, 3000)
     demands[still, :2] = 0.0
     demands[padded, 3:5] = PAD_TEMPERATURE, 273.15 + 47.0

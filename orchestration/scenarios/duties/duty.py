@@ -142,27 +142,6 @@ class Duty(Drive):
                 values[f"segment_{name}[{i + 1}]"] = value
         return values
 
-    def table(self, step: float, stop_time: float | None = None) -> NDArray[np.float64]:
-        """Demands at the communication points, as the DutyCycle component gives them.
-
-        Parameters
-        ----------
-        step : communication step size in s
-        stop_time : in s, that of the duty cycle by default
-
-        Returns
-        -------
-        numpy.ndarray
-            One row of `DEMANDS` a communication point, the start included, shape (n + 1, 6).
-        """
-        count = round((self.stop_time if stop_time is None else stop_time) / step)
-        time = step * np.arange(count + 1) + EARLY
-        ends = np.cumsum([segment.duration for segment in self.segments])
-        if self.repeat:
-            time = time % ends[-1]
-        which = np.minimum(np.searchsorted(ends, time, side="right"), len(self.segments) - 1)
-        return np.array([segment.demands for segment in self.segments])[which]
-
 
 def check_segments(count: float, where: str) -> None:
     """Refuse a duty cycle of too many segments; raises InputError."""

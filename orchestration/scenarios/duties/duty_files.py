@@ -8,7 +8,7 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -174,8 +174,3 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
     """
     read = read_table(DutyFile, given, name)
     return read.laid_out(name, read.stop_time)
-
-
-def library() -> Sequence[Duty]:
-    """Every duty cycle of the library."""
-    return [load(name) for name in names()]

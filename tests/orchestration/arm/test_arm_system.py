@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.rollout import demand_table
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source import equations as motor_equations
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -71,7 +72,7 @@ def generated(result: Result, name: str, program: Program, number: int) -> np.nd
     """Heat in W that a motor's losses make, by its own equations from the recorded temperatures."""
     start = {s.name: s.start for s in MOTOR.scalars() if s.start is not None}
     p = MOTOR.p.read(np.array([{**start, **axis(number).motor}[n] for n in MOTOR.p.names]))
-    demands = program.duties[number - 1].table(1.0, result.times[-1])
+    demands = demand_table(program.duties[number - 1], 1.0, result.times[-1])
     u = MOTOR.u.read(np.zeros(MOTOR.u.size))._replace(speed=demands[:, 0], torque=demands[:, 1], current=0.0)
     winding, shaft = result[f"{name}.motor.winding_temperature"], result[f"{name}.motor.shaft_temperature"]
     return np.asarray(

@@ -15,6 +15,7 @@ from scipy.signal import lfilter
 
 pytest.importorskip("optuna")
 
+from benchmarks.rollout import demand_table
 from tests.pages import plots
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.master.algorithms.table import algorithm
@@ -39,7 +40,7 @@ class Followed:
     def __init__(self, study: Study, fmus: FmuSet) -> None:
         self.growth: dict[str, Array] = {}
         # A sample sees the demands that begin with it.
-        self.demands = {duty.name: duty.duty.table(duty.step_size)[1:] for duty in study.scenarios}
+        self.demands = {duty.name: demand_table(duty.duty, duty.step_size)[1:] for duty in study.scenarios}
         assert study.shipped is not None
         for case in study.cases(study.shipped, ""):
             system = WARMUP_CELL.system(fmus.files(), case.law, case.values)
