@@ -23,7 +23,6 @@ from warmlink.fmus.packaging.attributes import (
     value_attributes,
     variability,
 )
-from warmlink.fmus.packaging.capabilities import Capabilities, interfaces
 from warmlink.fmus.packaging.definitions import type_definitions, unit_definitions
 from warmlink.fmus.packaging.exchange import (
     ExchangedState,
@@ -62,23 +61,26 @@ def instantiation_token(component: Component, implementation: str = "") -> str:
 
 def fmi2_model_description(
     component: Component,
-    identifier: str,
-    capabilities: Capabilities,
     *,
+    native: bool = True,
     implementation: str = "",
     sources: Sequence[str] = (),
 ) -> bytes:
-    """Write modelDescription.xml for FMI 2.0 co-simulation.
+    """Write modelDescription.xml for FMI 2.0; the model's identifier is the component's name.
+
+    Every FMU of ours gets, sets and serialises its state, takes any communication step size, and needs no
+    tool. A native one also gives directional derivatives and lets hosts integrate the states where nothing is
+    sampled; then its inputs may vary within a step as well.
 
     Parameters
     ----------
     component : the declaration
-    identifier : `modelIdentifier`, the stem of the library's file name
-    capabilities : what this form of the FMU can do
+    native : whether it is in C; pythonfmu, the other form, does without the host's memory callbacks
     implementation : text that differs between implementations, see `instantiation_token`
     sources : names of the files in `sources/` to compile, where there are any
     """
-    states = exchanged_states(component) if capabilities.model_exchange else []
+    states = exchanged_states(component) if native else []
+    continuous = native and not component.sampled
     found = found_dependencies(component, states)
     root = ET.Element(
         "fmiModelDescription",
@@ -90,18 +92,14 @@ def fmi2_model_description(
         | _origin(component),
     )
     flags = {
-        "canNotUseMemoryManagementFunctions": capabilities.own_memory_only,
+        "canNotUseMemoryManagementFunctions": not native,
         "canGetAndSetFMUstate": True,
         "canSerializeFMUstate": True,
-        "providesDirectionalDerivative": capabilities.directional_derivatives,
+        "providesDirectionalDerivative": native,
     }
-    stepping = {
-        "canHandleVariableCommunicationStepSize": True,
-        "canInterpolateInputs": capabilities.interpolates_inputs,
-    }
-    for interface in interfaces(
-        root, identifier, capabilities, flags, stepping, {"completedIntegratorStepNotNeeded": True}
-    ):
+    stepping = {"canHandleVariableCommunicationStepSize": True, "canInterpolateInputs": continuous}
+    exchanging = {"completedIntegratorStepNotNeeded": True} if states else None
+    for interface in _interfaces(root, component, flags, stepping, exchanging, continuous):
         files = ET.SubElement(interface, "SourceFiles") if sources else interface
         for name in sources:
             ET.SubElement(files, "File", name=name)
@@ -137,20 +135,13 @@ def fmi2_model_description(
     return document(root)
 
 
-def fmi3_model_description(
-    component: Component,
-    identifier: str,
-    capabilities: Capabilities,
-    *,
-    implementation: str = "",
-    arrays: bool = False,
-) -> bytes:
-    """Write modelDescription.xml for FMI 3.0 co-simulation; the parameters as for FMI 2.0.
+def fmi3_model_description(component: Component, *, implementation: str = "", arrays: bool = False) -> bytes:
+    """Write modelDescription.xml for FMI 3.0, whose FMUs are all native; the parameters as for FMI 2.0.
 
     The independent variable `time` has the value reference after the last of the component's own. With
     `arrays` each vector is one variable, with the value reference of its first element.
     """
-    states = exchanged_states(component) if capabilities.model_exchange else []
+    states, continuous = exchanged_states(component), not component.sampled
     found = found_dependencies(component, states)
     root = ET.Element(
         "fmiModelDescription",
@@ -164,14 +155,15 @@ def fmi3_model_description(
     flags = {
         "canGetAndSetFMUState": True,
         "canSerializeFMUState": True,
-        "providesDirectionalDerivatives": capabilities.directional_derivatives,
+        "providesDirectionalDerivatives": True,
     }
     stepping = {
         "canHandleVariableCommunicationStepSize": True,
-        "providesIntermediateUpdate": capabilities.intermediate_update,
-        "canReturnEarlyAfterIntermediateUpdate": capabilities.intermediate_update,
+        "providesIntermediateUpdate": continuous,
+        "canReturnEarlyAfterIntermediateUpdate": continuous,
     }
-    interfaces(root, identifier, capabilities, flags, stepping, {"needsCompletedIntegratorStep": False})
+    exchanging = {"needsCompletedIntegratorStep": False} if states else None
+    _interfaces(root, component, flags, stepping, exchanging, continuous)
     _common_head(root, component, states)
 
     variables = ET.SubElement(root, "ModelVariables")
@@ -182,7 +174,7 @@ def fmi3_model_description(
         attributes = identity(scalar) | value_attributes(scalar)
         if whole:
             attributes |= array_attributes(scalar)
-        if capabilities.intermediate_update and set_within_step(scalar):
+        if continuous and set_within_step(scalar):
             attributes["intermediateUpdate"] = "true"
         around = ET.SubElement(variables, fmi3_type(scalar.variable), attributes)
         if whole:
@@ -232,6 +224,26 @@ def _origin(component: Component) -> dict[str, str]:
         "generationDateAndTime": f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
         "variableNamingConvention": "structured",
     }
+
+
+def _interfaces(
+    root: ET.Element,
+    component: Component,
+    flags: dict[str, bool],
+    stepping: dict[str, bool],
+    exchanging: dict[str, bool] | None,
+    derivatives: bool,
+) -> list[ET.Element]:
+    """Add what the FMU can be instantiated as: for model exchange where it can, and for co-simulation."""
+    added = []
+    for kind, own in (("ModelExchange", exchanging), ("CoSimulation", stepping)):
+        if own is not None:
+            told = {"modelIdentifier": component.name, "needsExecutionTool": "false"}
+            told |= {name: text(flag) for name, flag in (flags | own).items()}
+            if derivatives and kind == "CoSimulation":
+                told["maxOutputDerivativeOrder"] = "1"
+            added.append(ET.SubElement(root, kind, told))
+    return added
 
 
 def _common_head(root: ET.Element, component: Component, states: Sequence[ExchangedState]) -> None:

@@ -14,9 +14,8 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.attributes import document
-from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
-from warmlink.fmus.packaging.exchange import exchanged_states, opened
+from warmlink.fmus.packaging.exchange import opened
 from warmlink.fmus.packaging.model_description import (
     fmi2_model_description,
     fmi3_model_description,
@@ -102,17 +101,12 @@ def native_fmu_files(
     component = opened(entry.component)
     sources, implementation = native_sources(entry.component, fmi_version, arrays)
     units = [name for name in sources if name.endswith(".c")]
-    capabilities = native_capabilities(component, fmi_version)
     documentation = documentation_files(entry)
     if fmi_version == "2.0":
-        description = fmi2_model_description(
-            component, component.name, capabilities, implementation=implementation, sources=units
-        )
+        description = fmi2_model_description(component, implementation=implementation, sources=units)
         build_description = {}
     else:
-        description = fmi3_model_description(
-            component, component.name, capabilities, implementation=implementation, arrays=arrays
-        )
+        description = fmi3_model_description(component, implementation=implementation, arrays=arrays)
         build_description = {"sources/buildDescription.xml": _build_description(component, units)}
         documentation["terminalsAndIcons/icon.png"] = documentation.pop("model.png")
     return {
@@ -143,18 +137,6 @@ def native_sources(
     digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
     sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)
     return dict(sorted(sources.items())), digest
-
-
-def native_capabilities(component: Component, fmi_version: FmiVersion) -> Capabilities:
-    """What a native FMU declares; what samples holds its inputs between samples."""
-    continuous = not component.sampled
-    return Capabilities(
-        directional_derivatives=True,
-        interpolates_inputs=continuous and fmi_version == "2.0",
-        output_derivative_order=1 if continuous else 0,
-        intermediate_update=continuous and fmi_version == "3.0",
-        model_exchange=bool(exchanged_states(component)),
-    )
 
 
 def header_folder() -> Path:
@@ -192,7 +174,6 @@ __all__ = [
     "FmiVersion",
     "build_native_fmus",
     "host_platform",
-    "native_capabilities",
     "native_fmu_files",
     "native_sources",
     "platforms_named",

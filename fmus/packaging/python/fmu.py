@@ -10,7 +10,6 @@ from pathlib import Path
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.capabilities import Capabilities
 from warmlink.fmus.packaging.documentation import documentation_files
 from warmlink.fmus.packaging.model_description import fmi2_model_description
 from warmlink.fmus.packaging.python.bundle import bundle
@@ -18,9 +17,6 @@ from warmlink.fmus.packaging.references import reference_files
 from warmlink.fmus.packaging.terminals import terminals_files
 
 PYTHON_FOLDER = "python"
-
-# pythonfmu allocates everything itself.
-CAPABILITIES = Capabilities(own_memory_only=True)
 
 _SCRIPT = '''"""Entry of the FMU: pythonfmu's library looks for the class at the end."""
 
@@ -62,7 +58,7 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
     stem = f"{carried.package}_slave"
     return {
         "modelDescription.xml": fmi2_model_description(
-            component, component.name, CAPABILITIES, implementation=carried.package
+            component, native=False, implementation=carried.package
         ),
         **documentation_files(entry),
         **terminals_files(component),
