@@ -63,7 +63,7 @@ def demand_table(duty: Duty, step: float, stop_time: float | None = None) -> Arr
     Returns
     -------
     numpy.ndarray
-        One row of `DEMANDS` a communication point, the start included, shape (n + 1, 6).
+        One row of `DEMANDS` for each communication point, the start included, shape (n + 1, 6).
     """
     count = round((duty.stop_time if stop_time is None else stop_time) / step)
     time = step * np.arange(count + 1) + EARLY

@@ -117,7 +117,7 @@ class Balanced:
     state : state matrix, symmetric, shape (n, n)
     ports : inputs and, transposed, outputs, each in ordinary sizes and smoothed, shape (n, 10)
     hankel : Hankel singular values, largest first, shape (n,)
-    vectors : the Gramian's eigenvectors, a column each, in the same order
+    vectors : the Gramian's eigenvectors, each in a column, in the same order
     """
 
     state: Array

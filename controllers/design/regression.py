@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import signal
 
 from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.plant import (
     INPUTS,
-    LinearPlant,
+    OUTPUTS,
     Plant,
     cell_plant,
     plant_model,
@@ -92,7 +92,8 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     state = np.zeros(model.heat_capacity.size)
     temperature, elongation = [], []
     for speed, torque, duration in PHASES:
-        transition, reach = _held(model, speed, step)
+        unused = np.zeros((len(OUTPUTS), len(INPUTS)))
+        transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, unused), step)
         duty = Duty(speed, torque, 0.0)
         for _ in range(round(duration / step)):
             seen = model.C @ state
@@ -106,21 +107,9 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     return TrainingRun(np.array(temperature), np.array(elongation))
 
 
-def _held(model: LinearPlant, speed: float, step: float) -> tuple[Array, Array]:
-    """Transition over a step, and what inputs held over it add."""
-    A, B = model.at(speed)
-    size, inputs = B.shape
-    both = np.zeros((size + inputs, size + inputs))
-    both[:size] = np.hstack([A, B])
-    exponential = linalg.expm(both * step)
-    return exponential[:size, :size], exponential[:size, size:]
-
-
 def _residual(rows: Array, stds: Array) -> float:
     """Rms in m that the regression on the sensors in use leaves of the run, their noise aside."""
     used = np.flatnonzero(stds > 0)
-    if used.size == 0:
-        return float(LENGTH * np.sqrt(np.mean(rows[:, -1] ** 2)))
     temperature, growth = rows[:, used], rows[:, -1]
     ridge = np.diag(stds[used] ** 2)
     count = rows.shape[0]

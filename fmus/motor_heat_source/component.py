@@ -85,9 +85,9 @@ _PARAMETERS = (
         nominal=0.004,
     ),
     Parameter("torque_constant", "N.m/A", 1.2, "torque constant at the joint", positive=True),
-    Parameter("iron_loss_coefficient", "W.s2/rad2", 0.15, "iron loss a squared speed", minimum=0),
+    Parameter("iron_loss_coefficient", "W.s2/rad2", 0.15, "iron loss per squared speed", minimum=0),
     Parameter("coulomb_friction", "N.m", 1.5, "Coulomb friction torque", minimum=0),
-    Parameter("viscous_friction", "N.m.s/rad", 0.6, "viscous friction torque a speed", minimum=0),
+    Parameter("viscous_friction", "N.m.s/rad", 0.6, "viscous friction torque per speed", minimum=0),
     Parameter("friction_factor", "1", 1, "factor on both friction torques", minimum=0, tunable=True),
     Parameter(
         "friction_temperature_coefficient",

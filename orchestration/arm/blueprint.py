@@ -1,4 +1,4 @@
-"""The arm as a system: a motor and a link an axis, in a chain, with sensors, compensators and kinematics.
+"""The arm as a system: a motor and a link for each axis in a chain, sensors, compensators and kinematics.
 
 A link's tip warms the next joint through that motor's neighbour port, and what the port takes is taken from
 the link's tip. Instances are `axis1.motor`, `axis1.link` and so on, beside `poses` and `kinematics`.

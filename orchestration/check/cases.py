@@ -18,7 +18,7 @@ Outcome = tuple[str, str]
 _LONGEST_EXPERIMENT = 10_000
 _GROWTH_STEPS, _GROWTH_SECONDS = 1_000_000, 15.0
 _GROWTH_ALLOWED = 1 << 20
-"""Bytes; what a leak of one byte a step would make of a million steps."""
+"""Bytes; what a leak of one byte in each step adds up to in a million steps."""
 
 _DERIVATIVE_TOLERANCE = 1e-4
 _REACHES = (1e-4, 1e-6)

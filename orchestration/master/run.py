@@ -84,7 +84,7 @@ def simulate(
     statistics : bool
         Count and time the calls of every slave, which plain stepping makes.
     progress : callable, optional
-        Called with communication steps done and to do, about 200 times a run.
+        Called with communication steps done and to do, about 200 times in a run.
     line : Line, optional
         To the process that guards this one: gets the result before the slaves are ended and freed.
 

@@ -97,7 +97,7 @@ def identity_header(component: Component, token: str, state: str) -> str:
 
 
 def starting_functions(component: Component) -> Iterator[Any]:
-    """Yield the CasADi functions that run once an instance, as the C wrapper calls them."""
+    """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
     s = Symbols.of(component)

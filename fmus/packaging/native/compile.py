@@ -84,7 +84,7 @@ FLAGS = (
 )
 
 ONCE_RUN = ("starting.c",)
-"""Units whose code runs once an instance: large, and not worth a compiler's long thought."""
+"""Units whose code runs once for each instance: large, and not worth a long optimisation."""
 
 _SYSTEM_NAMES = {"linux": "linux", "darwin": "darwin", "win32": "windows"}
 

@@ -1,4 +1,4 @@
-"""Several macOS libraries, one an architecture, in one file.
+"""Several macOS libraries, one for each architecture, in one file.
 
 Format: Apple's <mach-o/fat.h> and <mach-o/loader.h>. A table of architectures, big end first, then each
 library at a multiple of its page size.
