@@ -32,7 +32,7 @@ class Written:
     csv: bool = True
 
     def names(self, table: Table) -> list[str]:
-        """Give the names that match, in order; a pattern that matches none is said, for the run is over."""
+        """Give the matching names, in order; a pattern without any is remarked on, as the run is over."""
         for pattern in self.patterns:
             if not any(fnmatchcase(name, pattern) for name in table.names):
                 remark(f"--record {pattern}: nothing that was recorded; {instead(pattern, table.names)}")

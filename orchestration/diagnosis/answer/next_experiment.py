@@ -147,7 +147,7 @@ class _Design:
     def __init__(self, assessment: Assessment, experiment: Experiment, members: Sequence[Fit]) -> None:
         search = assessment.search
         known = {fit.key for fit in members}
-        # The new run is judged by itself, so that it must rule out as well what these data just could.
+        # The new run is judged by itself, so it must also rule out what these data only just rule out.
         further = [fit for fit in search.rivals(assessment.best, FURTHER) if fit.key not in known]
         self.members = len(members)
         self.models = [*members, search.null, *further[: MOST_RIVALS - self.members + 1]]

@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 
 _CLOSE = 1e-6
-"""Separation in standard deviations below which models are one."""
+"""Separation in standard deviations below which two models count as the same."""
 
 
 class Foreseen:
@@ -45,7 +45,7 @@ class Foreseen:
     def separations(self, truths: int) -> Array:
         """Separation of every model from each of the first so many, as the truth, shape (truths, models).
 
-        Infinite where the rival is the truth with further causes: it fits as well, and for no reason.
+        Infinite where the rival is the truth with further causes, which fits as well and needs more.
         """
         table = np.full((truths, len(self.models)), np.inf)
         for i, truth in enumerate(self.models[:truths]):

@@ -177,7 +177,7 @@ class _Reader:
         self.channels = {header: self._named(name) for header, name in self.file.channels.items()}
 
     def _named(self, variable: str) -> str:
-        """Variable that stands for one that the file names: a heat path's, where one is before that."""
+        """The variable that the file names, or the input of a heat path that was put before it."""
         return self.rig.moved.get(variable, variable)
 
     def experiment(self) -> Experiment:

@@ -19,7 +19,7 @@ SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": 
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
-    """What separates cells, and how many stand in a row: that by which most lines fall into such as are one.
+    """The separator by which most lines fall into single values, and the number of cells in a row.
 
     Raises
     ------

@@ -25,7 +25,7 @@ _WINDOW = 7
 _PIECE = 500_000
 
 _FEWEST_POINTS = 6
-"""Times at which a block of many rows is simulated at least; in a long one more, `SHORTEST` apart."""
+"""Fewest times at which a block of many rows is simulated; in a long block they are `SHORTEST` apart."""
 
 
 @dataclass(frozen=True)

@@ -41,10 +41,10 @@ FEWEST = 16
 """Readings, or frequencies, that say something about noise."""
 
 _BLOCK, _STRETCH, _FEWEST_STRETCHES = 6, 60, 5
-"""Readings of a mean, and of a stretch of means that is compared with the others; stretches it takes."""
+"""Readings in a mean, readings in a stretch of means, and the fewest stretches that can be compared."""
 
 _LOUD, _LOUDER = 15.0, 4.0
-"""Power of a stretch over the median one that noise does not reach, and beside one that did."""
+"""Multiple of the median power that noise does not reach in a stretch; the same beside such a stretch."""
 
 _KEPT = 0.4
 """Share of a frequency's power that must be left after what was taken out."""

@@ -19,7 +19,7 @@ _JUMPS = {"K": 1.0, "m": 5e-6}
 """Standard deviation of a reading, by SI unit, that no instrument's noise alone would have."""
 
 _UNORDERED, _ORDERED = 0.5, 0.25
-"""Disorder of rows that follow each other at random, at least, and of a smooth course, at most."""
+"""Least disorder of rows in random order, and largest disorder of a smooth course."""
 
 
 def refuse_senseless(experiment: Experiment) -> None:

@@ -31,7 +31,7 @@ _HOPELESS, _FEW_FITS = 1e-30, 12
 """Probability of what is left below which no second search explained it in trials; the fits it then takes."""
 
 _LIKE_STATED = 0.7
-"""Scatter over stated noise above which the stated figure is no news."""
+"""Ratio of the scatter to the stated noise above which the stated figure adds nothing."""
 
 
 @dataclass(frozen=True)

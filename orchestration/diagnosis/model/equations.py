@@ -21,7 +21,7 @@ _BESIDE = 1e-6
 """m from a node at which a sensor is placed: on the node itself the course has a kink."""
 
 _BLOCK = 64
-"""Points at which outputs are computed in one call: a function for each number of points would be kept."""
+"""Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
 
 
 class Equations:

@@ -20,7 +20,7 @@ _CUTS = 5
 """How often a step may be cut in two."""
 
 _ORDINARY = 300.0
-"""K; states beyond it, as a heat in J, are held to as much of themselves."""
+"""K; the tolerance of a larger state, such as a heat in J, grows in proportion to it."""
 
 _MEMORY = 600.0
 """s over which the error of a mean adds up, for it leans to one side in step after step."""
