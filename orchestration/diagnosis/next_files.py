@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
+from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:
@@ -29,7 +30,9 @@ def write_next(proposed: Proposed, rig: Rig, known: Mapping[str, float], folder:
     folder : where to
     """
     (folder / SCENARIO).write_text(_scenario(proposed, rig, known), encoding="utf-8")
-    (folder / DUTY).write_text(_rows(proposed.duty), encoding="utf-8")
+    # A row where each segment begins, and one at the end.
+    rows = np.cumsum([0.0, *(segment.duration for segment in proposed.duty)])
+    write_csv(demand_columns(rows, proposed.duty), folder / DUTY)
 
 
 def _scenario(proposed: Proposed, rig: Rig, known: Mapping[str, float]) -> str:
@@ -57,17 +60,3 @@ def _segment(segment: Segment) -> str:
         f'torque = "{segment.torque:.10g} N.m"\n'
         f'ambient_temperature = "{segment.ambient_temperature - ZERO_CELSIUS:.10g} degC"{pad}'
     )
-
-
-def _rows(duty: tuple[Segment, ...]) -> str:
-    """A row where each segment begins, and one at the end."""
-    ends = np.cumsum([segment.duration for segment in duty])
-    begins = np.append(0.0, ends)
-    demands = demands_at(duty, begins)
-    names = ("speed", "torque", "pad_temperature", "ambient_temperature")
-    lines = ["time [s],speed [rad/s],torque [N.m],pad_temperature [degC],ambient_temperature [degC]"]
-    for i, time in enumerate(begins):
-        values = [float(demands[n][i]) - (ZERO_CELSIUS if n.endswith("temperature") else 0.0) for n in names]
-        cells = ["" if np.isnan(value) else f"{value:.10g}" for value in values]
-        lines.append(",".join([f"{time:.10g}", *cells]))
-    return "\n".join(lines) + "\n"

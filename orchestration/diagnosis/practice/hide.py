@@ -186,14 +186,18 @@ def _correlated(count: int, decay: float, random: np.random.Generator) -> Array:
     return np.asarray(solve_banded((1, 0), [np.ones(count), np.full(count, -decay)], drive))
 
 
-def _columns(rows: Array, duty: Sequence[Segment], readings: Readings) -> dict[str, Array]:
+def demand_columns(rows: Array, duty: Sequence[Segment]) -> dict[str, Array]:
+    """Times of rows in s and the demands there, by header as in a CSV file; NaN where no pad is held."""
     demands = demands_at(duty, rows)
-    columns = {
+    return {
         "time [s]": rows,
         "speed [rad/s]": demands["speed"],
         "torque [N.m]": demands["torque"],
         "pad_temperature [degC]": demands["pad_temperature"] - ZERO_CELSIUS,
         "ambient_temperature [degC]": demands["ambient_temperature"] - ZERO_CELSIUS,
     }
-    columns |= {f"{channel} [degC]": readings[channel] - ZERO_CELSIUS for channel in CHANNELS}
-    return columns | {"elongation [um]": readings["elongation"] * 1e6}
+
+
+def _columns(rows: Array, duty: Sequence[Segment], readings: Readings) -> dict[str, Array]:
+    measured = {f"{channel} [degC]": readings[channel] - ZERO_CELSIUS for channel in CHANNELS}
+    return {**demand_columns(rows, duty), **measured, "elongation [um]": readings["elongation"] * 1e6}
