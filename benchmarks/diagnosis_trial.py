@@ -132,7 +132,7 @@ def trial(task: tuple[str, int, int]) -> Trial:
         found.word,
         tuple(sorted(found.best.key)) if said else (),
         tuple(said[1:]),
-        found.left.p,
+        found.search.lack_of_fit_p(found.best),
         right,
         found.word == "named" and not right,
         _covered(found, effects),

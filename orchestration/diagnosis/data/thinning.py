@@ -61,7 +61,6 @@ class Thinned:
     readings : SI, mean of each block, NaN where most of the readings due in it are missing,
         shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
-    spikes : spikes removed by output, shape (outputs,)
     quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
     scatter : noise in SI from row to row, before averaging, shape (outputs,)
     """
@@ -72,7 +71,6 @@ class Thinned:
     weight: Array
     readings: Array
     fitted: NDArray[np.bool_]
-    spikes: NDArray[np.int64]
     quantum: Array
     scatter: Array
 
@@ -81,18 +79,15 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     """Remove spikes from a run and average its rows where they are dense."""
     table = np.column_stack([run.readings.get(v, np.full(run.time.size, np.nan)) for v in variables])
     quanta = np.array([quantum(column) for column in table.T])
-    spikes = np.zeros(table.shape[1], dtype=np.int64)
-    for i in range(table.shape[1]):
-        wrong = spike_rows(table[:, i], quanta[i])
-        spikes[i] = wrong.size
-        table[wrong, i] = np.nan
+    for column, step in zip(table.T, quanta, strict=True):
+        column[spike_rows(column, step)] = np.nan
     scatter = np.array([_scatter(column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
     if spacing >= length * 0.75:
         one = np.ones((run.time.size, 1, table.shape[1]))
-        return Thinned(run.time, ROW, run.time[:, None], one, table, run.fitted, spikes, quanta, scatter)
+        return Thinned(run.time, ROW, run.time[:, None], one, table, run.fitted, quanta, scatter)
     block = np.floor(run.time / length).astype(np.int64)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     count = np.diff(np.append(starts, block.size))
@@ -102,7 +97,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     means = _means(run.time, table, starts, count, count > most)
     fitted = np.logical_and.reduceat(run.fitted, starts)
     averaging = Averaging(1 / float(np.mean(1 / count)), length)
-    return Thinned(time, averaging, within, weight, means, fitted, spikes, quanta, scatter)
+    return Thinned(time, averaging, within, weight, means, fitted, quanta, scatter)
 
 
 def _means(

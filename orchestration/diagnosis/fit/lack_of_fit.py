@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -29,22 +28,8 @@ _FEWEST = 8
 """Readings of a channel in a run whose slow courses are worth a test."""
 
 
-@dataclass(frozen=True)
-class LackOfFit:
-    """Slow courses that remain: chi-square beyond the fit, its degrees of freedom, and their chance level."""
-
-    chi2: float
-    degrees: int
-    p: float
-
-    @property
-    def excess(self) -> float:
-        """Chi-square beyond what noise alone would give."""
-        return self.chi2 - self.degrees
-
-
-def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
-    """Test a fit's residuals for slow courses, all together and each channel of each run by itself.
+def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
+    """Chance level of the slow courses in a fit's residuals, all together and in each channel of each run.
 
     What is wrong with one sensor shows by itself, and is lost among many. The chance level is that of the
     less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
@@ -70,15 +55,14 @@ def lack_of_fit(fitter: Fitter, fit: Fit) -> LackOfFit:
     slow = orthonormal(basis)
     rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
 
-    def chance(courses: Array) -> tuple[float, float]:
+    def chance(courses: Array) -> float:
         chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
         # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
-        return chi2, float(fdtrc(degrees, max(rest // 2, 4), chi2 / degrees))
+        return float(fdtrc(degrees, max(rest // 2, 4), chi2 / degrees))
 
-    chi2, together = chance(slow)
     edges = np.cumsum([0, *widths])
-    single = min(chance(orthonormal(basis[:, a:b]))[1] for a, b in pairwise(edges))
-    return LackOfFit(chi2, slow.shape[1], min(1.0, 2 * min(together, len(widths) * single)))
+    single = min(chance(orthonormal(basis[:, a:b])) for a, b in pairwise(edges))
+    return min(1.0, 2 * min(chance(slow), len(widths) * single))
 
 
 def estimated_noise(

@@ -103,24 +103,13 @@ class Predictions:
         pairs = ((self._means(each, i, z)[0] for each in (finer, self._finest)) for i, z in enumerate(values))
         return [after - before for after, before in pairs]
 
-    def refine(self, values: Sequence[Array]) -> float:
-        """Take the grid's error out at given values of the freed variables.
-
-        Parameters
-        ----------
-        values : slots by run
-
-        Returns
-        -------
-        float
-            Largest error taken out, in units of 1 mK or 10 nm (see `floors`).
-        """
+    def refine(self, values: Sequence[Array]) -> None:
+        """Take the grid's error out at given values of the freed variables, slots by run."""
         for readings, z in zip(self._readings, values, strict=True):
             readings.forward.linearise(z[: len(self._inner)])
         self._corrections = tuple(
             self.finest(i, z) - self._means(self._readings, i, z)[0] for i, z in enumerate(values)
         )
-        return max((float(np.abs(error / self.floors).max()) for error in self._corrections), default=0.0)
 
     @cached_property
     def floors(self) -> Array:

@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, LackOfFit, lack_of_fit
+from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.neighbours import (
     Neighbours,
     Proposal,
@@ -72,7 +72,7 @@ class Search:
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
         self._penalties: dict[frozenset[str], float] = {}
-        self._left: dict[frozenset[str], LackOfFit] = {}
+        self._chances: dict[frozenset[str], float] = {}
         self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
         self._progress, self._before = progress, before
         self.add(fitter.fit(()))
@@ -121,17 +121,17 @@ class Search:
         alike = [fit for fit in self.fits.values() if self.score(fit) <= lowest + _ALIKE]
         return min(alike, key=lambda fit: (len(fit.key), sorted(self._place[title] for title in fit.key)))
 
-    def left(self, fit: Fit) -> LackOfFit:
-        """What one of the fits leaves unexplained."""
-        if fit.key not in self._left:
-            self._left[fit.key] = lack_of_fit(self.fitter, fit)
-        return self._left[fit.key]
+    def lack_of_fit_p(self, fit: Fit) -> float:
+        """Chance level of what one of the fits leaves unexplained."""
+        if fit.key not in self._chances:
+            self._chances[fit.key] = lack_of_fit_p(self.fitter, fit)
+        return self._chances[fit.key]
 
     def add(self, fit: Fit) -> None:
         """Keep a fit and note what it proposes."""
         self.fits[fit.key] = fit
         self._proposals.pop(fit.key, None)
-        self._left.pop(fit.key, None)
+        self._chances.pop(fit.key, None)
         for proposal in self._proposed_by(fit):
             known = self._proposals.get(proposal.key)
             if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
@@ -159,7 +159,7 @@ class Search:
 
     def _doubtful(self, best: Fit) -> bool:
         """Whether a cause that promises less may be better: the best has several, or explains too little."""
-        return len(best.items) > 1 or (bool(best.items) and self.left(best).p < UNEXPLAINED)
+        return len(best.items) > 1 or (bool(best.items) and self.lack_of_fit_p(best) < UNEXPLAINED)
 
     def _alone(self, best: Fit) -> list[Proposal]:
         """Single causes that may do as well: far away, what is linear in them says little."""

@@ -12,9 +12,8 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import (
     UNEXPLAINED,
-    LackOfFit,
     estimated_noise,
-    lack_of_fit,
+    lack_of_fit_p,
 )
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
@@ -44,8 +43,6 @@ class Assessment:
     problem, fitter, search : what it was found with, on the fitted data alone
     best : the chosen model; the uncorrected one for `adequate`
     rivals : models that fit as well, best first
-    left : what the chosen model leaves unexplained
-    grid_error : largest error of the grid taken out, in units of 1 mK or 10 nm
     artefact : error of the simulation's own steps and cells, in standard deviations of all readings
     """
 
@@ -55,8 +52,6 @@ class Assessment:
     search: Search
     best: Fit
     rivals: tuple[Fit, ...]
-    left: LackOfFit
-    grid_error: float
     artefact: float
 
     @property
@@ -94,22 +89,21 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     search = _search(problem, noise, (), progress)
     best = search.run()
     lasting = any(n.lasting for n in search.fitter.noise)
-    if lasting and search.left(best).p < UNEXPLAINED:
+    if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
-        fits = MOST_FITS if search.left(best).p > _HOPELESS else _FEW_FITS
+        fits = MOST_FITS if search.lack_of_fit_p(best) > _HOPELESS else _FEW_FITS
         search, best = _searched_again(search, best, progress, fits=fits)
-    unexplained = search.left(best).p < UNEXPLAINED
+    unexplained = search.lack_of_fit_p(best) < UNEXPLAINED
     if unexplained and not lasting and any(n.slow for n in search.fitter.noise):
         # What noise correlated as strongly as is just credible would explain is not called unknown.
         tolerant = Fitter(problem, _noise(problem, best, liked=TOLERATED))
-        if lack_of_fit(tolerant, best).p >= UNEXPLAINED:
+        if lack_of_fit_p(tolerant, best) >= UNEXPLAINED:
             search, best = _searched_again(search, best, progress, liked=TOLERATED)
-    left = search.left(best)
     word, rivals = _judge(search, best)
-    grid_error = problem.refine(problem.values_by_run(best.freed, best.theta))
-    return Assessment(word, problem, search.fitter, search, best, rivals, left, grid_error, artefact)
+    problem.refine(problem.values_by_run(best.freed, best.theta))
+    return Assessment(word, problem, search.fitter, search, best, rivals, artefact)
 
 
 def _search(
@@ -171,7 +165,7 @@ def _noise(
 
 
 def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
-    if search.left(best).p < UNEXPLAINED:
+    if search.lack_of_fit_p(best) < UNEXPLAINED:
         return "unknown", tuple(search.rivals(best)) if best.items else ()
     if not best.items:
         return "adequate", ()
@@ -189,7 +183,7 @@ def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[
     if not free:
         return ()
     first = min(free, key=search.score)
-    if search.left(first).p < UNEXPLAINED:
+    if search.lack_of_fit_p(first) < UNEXPLAINED:
         return ()
     beside = (first, *search.rivals(first))
     return tuple(f for f in beside if not f.resting and f.key not in known and f.key != best.key)
