@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
 )
 from warmlink.orchestration.scenarios.duties.duty import PAD_TEMPERATURE, Segment, length
-
-if TYPE_CHECKING:
-    pass
 
 TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""

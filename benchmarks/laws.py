@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from benchmarks.command import positive_share, start
+from benchmarks.rollout import Cell, demand_table, library
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import answer, answer_json, progress_bar
@@ -19,7 +20,6 @@ from warmlink.orchestration.console import answer, answer_json, progress_bar
 if TYPE_CHECKING:
     from benchmarks.innovations import Whiteness
     from benchmarks.law_trials import FaultRun
-    from benchmarks.rollout import Cell, demand_table, library
     from warmlink.orchestration.scenarios.duties.duty import Duty
 
 WITH_CAMERA: Mapping[str, bool] = {"observer": False, "observer_drift": True}
