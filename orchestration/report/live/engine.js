@@ -35,7 +35,11 @@ export class Engine {
       first = point;
     }
     const rows = new Float64Array(exports.memory.buffer, place, width * (steps + 1));
-    return watched.map((_, column) => Float64Array.from({ length: steps + 1 }, (_, row) => rows[row * width + column]));
+    return watched.map((_, column) => {
+      const values = new Float64Array(steps + 1);
+      for (let row = 0; row <= steps; row++) values[row] = rows[row * width + column];
+      return values;
+    });
   }
 
   set(pairs) {
