@@ -44,7 +44,8 @@ class FmuStore:
         missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
         if missing:
             if remark is not None:
-                remark(f"building {len(missing)} {self.kind} FMUs, once for this version")
+                ending = "s" if len(missing) > 1 else ""
+                remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
             self._build(missing)
         return wanted
 
