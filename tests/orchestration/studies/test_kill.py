@@ -135,7 +135,8 @@ def test_ctrl_c_ends_in_order_and_keeps_what_is_finished(folder: Path, name: str
         _, said = process.communicate(timeout=60)
         assert psutil.wait_procs(children, timeout=10)[1] == []
     assert process.returncode == 130
-    assert said == "warmlink: interrupted; finished runs are kept, and the same command continues\n"
+    lines = [line for line in said.splitlines() if "once for this version" not in line]  # with a cold cache
+    assert lines == ["warmlink: interrupted; finished runs are kept, and the same command continues"]
     assert finished_runs(folder / "part") >= 3
 
 
