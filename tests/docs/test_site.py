@@ -123,6 +123,9 @@ def test_links_lead_somewhere_and_commands_can_be_given(text: Path) -> None:
         command.make_parser(command.context_class(command)).parse_args(given)
     for name in re.findall(r"python -m benchmarks\.([a-z]\w+)", written):
         assert find_spec(f"benchmarks.{name}"), name
+    for name in re.findall(r"`(\w+(?:/\w+)+\.py)`", written):
+        made = text.name == "CONTRIBUTING.md"  # its recipes name files that the reader makes
+        assert made or any((folder / name).is_file() for folder in (DOCS.parent, text.parent)), name
 
 
 @pytest.mark.parametrize("name", [each for each in wl.__all__ if each != "InputError"])

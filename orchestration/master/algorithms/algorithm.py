@@ -114,3 +114,18 @@ class Around(Algorithm):
     def order(self) -> int:
         """Order of convergence of the inner algorithm."""
         return self.inner.order
+
+
+class StepperAround(Stepper):
+    """A stepper that has another one do its steps, and carries what that one remembers."""
+
+    def __init__(self, inner: Stepper) -> None:
+        self.inner, self.remarks = inner, inner.remarks
+
+    def memory(self) -> object:
+        """Give that of the inner stepper."""
+        return self.inner.memory()
+
+    def recall(self, memory: object) -> None:
+        """Restore what `memory` returned."""
+        self.inner.recall(memory)

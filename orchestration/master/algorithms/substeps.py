@@ -7,7 +7,7 @@ from abc import abstractmethod
 from typing import ClassVar, cast
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Stepper, StepperAround
 from warmlink.orchestration.master.algorithms.signals import switching_outputs
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -40,7 +40,7 @@ def refuse_unless_repeatable(network: Network, purpose: str) -> None:
         raise InputError(f"{', '.join(stuck or rigid)}: {why}; choose a fixed step")
 
 
-class SubSteps(Stepper):
+class SubSteps(StepperAround):
     """Covers each macro step with parts whose size follows an error estimate.
 
     Parameters
@@ -56,7 +56,7 @@ class SubSteps(Stepper):
     """
 
     def __init__(self, network: Network, inner: Stepper, levels: int, growth: float) -> None:
-        self.inner, self.remarks = inner, inner.remarks
+        super().__init__(inner)
         self.network = network
         self._ticks = 1 << levels
         self._size = self._ticks
@@ -89,12 +89,12 @@ class SubSteps(Stepper):
 
     def memory(self) -> object:
         """Give the size reached and the inner stepper's memory."""
-        return self._size, self.inner.memory()
+        return self._size, super().memory()
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""
         self._size, carried = cast("tuple[int, object]", memory)
-        self.inner.recall(carried)
+        super().recall(carried)
 
     @property
     def too_long(self) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tests.fmus.packaging.native.running import Native
-from tests.orchestration.master.tuned import Change, Tuned
 from tests.referees import libcosim
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
@@ -17,6 +16,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.tuned import Change, Tuned
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import BENCH_ROD

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.master.algorithms.algorithm import Around, Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Around, Stepper, StepperAround
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.check import checked_value
@@ -55,7 +55,7 @@ class Tuned(Around):
         return TunedStepper(self.inner.bind(network, points), network, self.changes)
 
 
-class TunedStepper(Stepper):
+class TunedStepper(StepperAround):
     """The inner stepper, before each of whose steps the parameters are those of the time.
 
     They are set anew in every step, because a step that is repeated starts from a state that holds the
@@ -63,7 +63,7 @@ class TunedStepper(Stepper):
     """
 
     def __init__(self, inner: Stepper, network: Network, changes: tuple[Change, ...]) -> None:
-        self.inner, self.remarks = inner, inner.remarks
+        super().__init__(inner)
         self._slaves = {slave.name: slave for slave in network.slaves}
         self._changes = sorted(changes, key=lambda change: change.time)
 
