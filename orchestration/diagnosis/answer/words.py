@@ -78,10 +78,10 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
 
 def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
     entry = cause_entry(diagnosis, item)
+    equals = "off by" if item.cause.added else "="
     values = [
-        f"{variable} = {p['value']:.4g} {p['unit']} (95 %: {p['low95']:.4g} to {p['high95']:.4g})".replace(
-            " 1 (", " ("
-        )
+        f"{variable} {equals} {p['value']:.4g} {p['unit']}".removesuffix(" 1")
+        + f" (95 %: {p['low95']:.4g} to {p['high95']:.4g})"
         for variable, p in list(entry["parameters"].items())[:2]
     ]
     return f"{item.title}: {', '.join(values)}"

@@ -133,8 +133,19 @@ EFFECTS: Mapping[str, Effect] = {
     "expansion_coefficient": Effect(1.05, _field("expansion", True), neutral=1, both_signs=True),
     "elongation_scale": Effect(1.05, on_readings=_scale, neutral=1, both_signs=True),
     "joint_resistance": Effect(0.3, _field("joint")),
+    "joint_conductance": Effect(
+        1.3, lambda truth, size, duration: replace(truth, joint=1 / size - 1), neutral=1
+    ),
     "hub_heat_loss": Effect(0.15, _field("hub_loss")),
     "copper_loss": Effect(1.15, _field("resistance", True), neutral=1, both_signs=True),
+    "iron_loss": Effect(1.5, _field("iron", True), neutral=1, both_signs=True),
+    "housing_heat_loss": Effect(1.15, _field("housing", True), neutral=1, both_signs=True),
+    "winding_heat_path": Effect(1.15, _field("winding_path", True), neutral=1, both_signs=True),
+    "winding_heat_capacity": Effect(1.3, _field("winding_capacity", True), neutral=1, both_signs=True),
+    "shaft_heat_capacity": Effect(1.15, _field("shaft_capacity", True), neutral=1, both_signs=True),
+    "start_temperature": Effect(
+        3.0, lambda truth, size, duration: replace(truth, start=COLD + size), both_signs=True
+    ),
     "friction_level": Effect(1.15, _field("friction"), neutral=1, both_signs=True),
     "friction_temperature_dependence": Effect(0.01, _field("friction_slope"), both_signs=True),
     "standby_heat": Effect(3.0, _field("standby")),

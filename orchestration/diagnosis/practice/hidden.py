@@ -15,7 +15,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 COLD = 295.15
-"""K, at which every made-up run begins."""
+"""K, at which a made-up run begins, and friction and the joint have their stated level."""
 
 
 def _none(time: float) -> float:
@@ -33,7 +33,7 @@ class Truth:
     conductance in 1/K; the link's air is warmer than the motor's by `air_gap` in K; `hub_capacity` in J/K
     sits at the base. By `mixing` free and forced convection combine as the cube root of cubes, not as their
     sum; the loss to still air goes with the power `free_exponent` of the rise over 10 K. `shift` moves the
-    thermometers of base, middle and tip outward, in m.
+    thermometers of base, middle and tip outward, in m. All begins at `start` in K.
     """
 
     emissivity: float = 0.0
@@ -48,6 +48,11 @@ class Truth:
     flux: float = 0.0
     expansion: float = 23.6e-6
     resistance: float = 2.0
+    iron: float = 0.15
+    housing: float = 1.0
+    winding_path: float = 0.8
+    winding_capacity: float = 200.0
+    shaft_capacity: float = 1500.0
     friction: float = 1.0
     friction_slope: float = 0.0
     drag: float = 0.0
@@ -67,6 +72,7 @@ class Truth:
     mixing: float = 0.0
     free_exponent: float = 0.0
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    start: float = COLD
 
 
 LENGTH, WIDTH, THICKNESS = 0.3302, 0.0254, 0.00635
@@ -124,7 +130,7 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
     from scipy.integrate import solve_ivp
 
     mesh = Mesh(elements)
-    state = np.full(mesh.x.size + 2, COLD)
+    state = np.full(mesh.x.size + 2, truth.start)
     found = np.empty((times.size, state.size))
     found[times <= 0] = state
     start = 0.0
@@ -154,7 +160,7 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
         for place, shift in zip((BASE, (BASE + TIP) / 2, TIP), truth.shift, strict=True)
     )
     shaft, winding = found[:, mesh.base + 1], found[:, mesh.base]
-    growth = truth.expansion * mesh.rise_integral(nodes - COLD)
+    growth = truth.expansion * mesh.rise_integral(nodes - truth.start)
     return Course(times, shaft, winding, base, middle, tip, growth)
 
 
@@ -184,14 +190,16 @@ def motor_rates(
     into_link = conductance * (shaft - base)
     current = duty.torque / 1.2
     copper = truth.resistance * (1 + 0.0039 * (winding - 293.15)) * current**2
-    iron = 0.15 * duty.speed**2
+    iron = truth.iron * duty.speed**2
     level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
     viscous = 0.6 * np.exp(-truth.thinning * (shaft - COLD))
     rubbing = level * (1.5 + viscous * duty.speed) * duty.speed + truth.drag * duty.speed**3
     pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
-    inward = 0.8 * (winding - shaft)
+    inward = truth.winding_path * (winding - shaft)
     warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
-    return ((copper + iron - inward) / 200, (warming - 1.0 * (shaft - air) - into_link) / 1500), into_link
+    outward = truth.housing * (shaft - air) + into_link
+    rates = (copper + iron - inward) / truth.winding_capacity, (warming - outward) / truth.shaft_capacity
+    return rates, into_link
 
 
 def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Array], Array]:

@@ -40,7 +40,8 @@ CARRIED = frozenset(
         *("emissivity", "still", "per_speed", "draught"),
         *("conductivity", "capacity", "expansion"),
         *("hub_loss", "joint", "loosening"),
-        *("resistance", "friction", "friction_slope", "drag", "standby", "shaft_heat"),
+        *("resistance", "iron", "housing", "winding_path", "winding_capacity", "shaft_capacity"),
+        *("friction", "friction_slope", "drag", "standby", "shaft_heat"),
         *("ambient_offset", "ambient_drift", "room"),
     }
 )

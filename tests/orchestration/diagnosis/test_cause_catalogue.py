@@ -47,6 +47,13 @@ PROMISED = (
     "joint_temperature_dependence",
     "link_air_offset",
     "crosstalk",
+    "joint_conductance",
+    "iron_loss",
+    "housing_heat_loss",
+    "winding_heat_path",
+    "winding_heat_capacity",
+    "shaft_heat_capacity",
+    "start_temperature",
 )
 
 

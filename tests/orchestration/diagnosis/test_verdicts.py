@@ -73,6 +73,15 @@ def test_a_hidden_cause_is_named_and_sized(tmp_path: Path, name: str, seed: int)
     assert abs(value - truth.size) < 4 * abs(spread)
 
 
+def test_a_run_that_began_colder_than_assumed_is_told_so(tmp_path: Path) -> None:
+    """Its verdict was `unknown`, although the cell is exactly as assumed."""
+    found = diagnose_experiment(
+        read([file_with(tmp_path, {"start_temperature": -4.0}, duty=MOVING, interval=30.0, seed=2)])
+    )
+    assert found.verdict == "named"
+    assert "start_temperature: link.initial_temperature off by -4" in summary(found)
+
+
 def test_a_cause_that_promised_less_is_tried_where_the_best_explains_too_little(tmp_path: Path) -> None:
     """Linear in a lag of 50 s, which is far away, crosstalk promised more, and the run was `unknown`."""
     found = assessed(tmp_path, {"sensor_lag:winding_temperature": 50.0}, seed=4)
