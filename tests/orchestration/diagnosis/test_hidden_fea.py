@@ -110,6 +110,7 @@ def test_an_effect_without_a_term_is_refused_with_what_is_possible() -> None:
         "tip_heat_loss",
         "radiant_heating",
         "bracket",
+        "start_temperature",
     }
     for name in without:
         with pytest.raises(InputError, match=f"no term for '{name}'; they can hide radiation, ") as refusal:
