@@ -29,6 +29,9 @@ _SEEDS = 4
 _HOPELESS, _FEW_FITS = 1e-30, 12
 """Probability of what is left below which no second search explained it in trials; the fits it then takes."""
 
+_GRID = 100.0
+"""Chi-square that the grid's error at the values of another set may cost a set."""
+
 _LIKE_STATED = 0.7
 """Ratio of the scatter to the stated noise above which the stated figure adds nothing."""
 
@@ -95,6 +98,9 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     elif best.items and not lasting:
         fits = MOST_FITS if search.lack_of_fit_p(best) > _HOPELESS else _FEW_FITS
         search, best = _searched_again(search, best, progress, fits=fits)
+        fewer = _with_fewer(search, best)
+        if fewer is not None:
+            search, best = _searched_again(search, fewer, progress)
     unexplained = search.lack_of_fit_p(best) < UNEXPLAINED
     if unexplained and not lasting and any(n.slow for n in search.fitter.noise):
         # What noise correlated as strongly as is just credible would explain is not called unknown.
@@ -140,6 +146,23 @@ def _searched_again(
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
     return fresh, fresh.run(fits)
+
+
+def _with_fewer(search: Search, best: Fit) -> Fit | None:
+    """The best set less one cause, if it is better once the grid's error is that at its own values.
+
+    The search takes the error at one set's values out of all of them, and a further cause may fit what that
+    leaves of another set's error.
+    """
+    near = best.chi2 + search.penalty(best.items) + _GRID
+    fewer = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
+    sets = [best, *(f for f in fewer if f.items and search.score(f) < near)]
+    own = []
+    for fit in sets if len(sets) > 1 else ():
+        search.fitter.problem.refine(search.fitter.problem.values_by_run(fit.freed, fit.theta))
+        own.append(search.fitter.fit(fit.items, fit.values))
+    first = min(own, key=search.score, default=best)
+    return None if first.key == best.key else first
 
 
 def _noise(

@@ -89,6 +89,19 @@ def test_a_cause_that_promised_less_is_tried_where_the_best_explains_too_little(
     assert found.best.key == {"sensor_lag:winding_temperature"}
 
 
+def test_the_error_of_the_grid_is_not_taken_for_a_partner_of_a_strong_cause(tmp_path: Path) -> None:
+    """The base follows the air through the hub at once; an error in that was called a heat capacity."""
+    swings = (
+        Segment(20.0, speed, torque, 295.15 + 1.2 * float(np.sin(2 * np.pi * time / 1200)))
+        for start, speed, torque in ((0, 3.0, 2.0), (1000, 1.0, 3.5), (2000, 4.5, 1.0), (3000, 0.0, 3.0))
+        for time in range(start, min(start + 1000, 3600), 20)
+    )
+    noise = Noise(temperature=0.06, elongation=0.3e-6)
+    found = assessed(tmp_path, {"hub_heat_loss": 0.45}, duty=list(swings), interval=20.0, noise=noise, seed=2)
+    assert found.word == "named"
+    assert found.best.key == {"hub_heat_loss"}
+
+
 def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Path) -> None:
     found = diagnose_experiment(read([file_with(tmp_path, sized("expansion_coefficient"), seed=12)]))
     assert found.verdict == "ambiguous"
