@@ -87,7 +87,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
             tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
-        if freed.calibrated
+        if freed.calibrated and not freed.added
     ]
 
 

@@ -41,7 +41,8 @@ class Carried:
         theta = []
         for f in self.freed:
             like = [v for (name, _, free), v in fitted.items() if (name, free) == (f.variable, f.calibrated)]
-            theta.append(fitted.get(f.key, float(np.mean(like)) if like else f.start))
+            own = f.calibrated and f.added  # a start is that of its run alone
+            theta.append(fitted.get(f.key, float(np.mean(like)) if like and not own else f.start))
         self.values = problem.values_by_run(self.freed, theta)
         every = [*problem.calibrated, *(f for item in problem.items for f in item.freed)]
         self._there = {f.key: f for f in every}

@@ -15,7 +15,11 @@ from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.fit.candidates import INNER, freed_by
 from warmlink.orchestration.diagnosis.fit.predictions import Predictions
+from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
+
+_START, _PER_KELVIN = 10.0, 1e-5
+"""K by which a measured start may be off, and m of the camera that count as much as 1 K of a sensor."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,22 @@ class Problem(Predictions):
     @cached_property
     def calibrated(self) -> tuple[Freed, ...]:
         """Numbers that every model fits."""
-        return tuple(freed for each in self.experiment.calibrated for freed in self._calibration(each))
+        stated = (freed for each in self.experiment.calibrated for freed in self._calibration(each))
+        return (*stated, *self._starts)
+
+    @cached_property
+    def _starts(self) -> tuple[Freed, ...]:
+        """What a measured start leaves open: temperatures at the start of each run, and the camera's zero."""
+        if not self.experiment.initial_measured:
+            return ()
+        stated = {each.variable for each in self.experiment.calibrated}
+        return tuple(
+            Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
+            for i, run in enumerate(self.experiment.runs)
+            for name in (*initial_values(self.experiment.rig, run, self.known(i)), *self._camera_offsets)
+            if name in self.slots and name not in stated
+            for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
+        )
 
     @cached_property
     def items(self) -> tuple[Item, ...]:
@@ -122,7 +141,10 @@ class Problem(Predictions):
         """
         offered = (item for cause in self.experiment.catalogue for item in self._items_of(cause))
         unlike: dict[tuple[object, ...], Item] = {}
+        starts = {slot for freed in self._starts for slot in freed.slots}
         for item in offered:
+            if starts.issuperset(item.freed[0].slots):
+                continue
             frees = tuple((f.slots, f.runs, f.lower, f.upper, f.start) for f in item.freed)
             unlike.setdefault((frees, item.label), item)
         return tuple(unlike.values())
@@ -158,7 +180,7 @@ class Problem(Predictions):
         if cause.relative:
             lower, upper = lower * nominal, upper * nominal
         if variable in self._camera_offsets and not cause.declared:
-            lower, upper = lower * 1e-5, upper * 1e-5  # 1 K of a sensor is 10 um of the camera
+            lower, upper = lower * _PER_KELVIN, upper * _PER_KELVIN
         also = next((c for c in self.experiment.calibrated if c.variable == variable), None)
         if also is not None:
             lower, upper, nominal = also.lower, also.upper, also.start

@@ -82,6 +82,13 @@ def test_a_run_that_began_colder_than_assumed_is_told_so(tmp_path: Path) -> None
     assert "start_temperature: link.initial_temperature off by -4" in summary(found)
 
 
+def test_noise_in_a_measured_start_is_not_taken_for_a_cause(tmp_path: Path) -> None:
+    """It was `named`: the mean of a minute is off by some hundredths of a kelvin, which last for an hour."""
+    path = file_with(tmp_path, {"start_temperature": 3.3}, interval=30.0, seed=5)
+    found = assess(replace(read_experiment(path), initial_measured=True))
+    assert found.word == "adequate"
+
+
 def test_a_cause_that_promised_less_is_tried_where_the_best_explains_too_little(tmp_path: Path) -> None:
     """Linear in a lag of 50 s, which is far away, crosstalk promised more, and the run was `unknown`."""
     found = assessed(tmp_path, {"sensor_lag:winding_temperature": 50.0}, seed=4)
