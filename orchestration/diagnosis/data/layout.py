@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.headings import TIMES, is_unit, name_and_unit, plain
-from warmlink.orchestration.text_files import MOST_SHOWN, shown
+from warmlink.orchestration.text_files import shown
 
 NUMBER = re.compile(r"[-+]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][-+]?\d+)?")
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,]\d{3})+")
@@ -35,11 +35,10 @@ def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
         if width > 1 and whole > best + 0.02:
             best, chosen = whole, (separator, width)
     if not chosen[1]:
-        for line in lines[:1]:
-            if len(line) > MOST_SHOWN:
-                raise InputError(
-                    f"{name}: line {shown(line)} is too long for one cell; give commas and headers"
-                )
+        if len(lines) == 1:
+            raise InputError(
+                f"{name}: there are no rows below its only line {shown(lines[0])}; measure again"
+            )
         raise InputError(
             f"{name}: no columns are found; separate cells by commas, semicolons, tabs or spaces, under a "
             "header row"

@@ -191,6 +191,7 @@ VARIANTS = {
         timed("%d.%m.%Y %H:%M:%S").replace(",", ";").replace("\n", "\n-;;;;;\n", 1)
     ),
     "no header": Variant(text().partition("\n")[2], "no header row"),
+    "headers alone": Variant(text().partition("\n")[0] + "\n", "there are no rows below its only line"),
     "one column": Variant("time [s]\n" + "\n".join(str(i) for i in range(60)), "no columns are found"),
 }
 
