@@ -12,6 +12,7 @@ from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration
+from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
@@ -121,7 +122,7 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
     parameters = {}
     for freed in item.freed:
         for variable in sorted({assessment.problem.slots[i] for i in freed.slots}):
-            name = f"{variable} ({item.label} = {freed.group})" if freed.group else variable
+            name = f"{variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else variable
             unit = item.cause.shown_unit or _unit_of(diagnosis, variable)
             parameters[name] = _interval(freed, unit, values[freed], float(deviations[freed]))
     gain = diagnosis.strength(item)

@@ -14,6 +14,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.fit.fitting import Columns
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
@@ -120,7 +121,7 @@ def _profile(assessment: Assessment, item: Item, freed: Freed) -> Profile:
     steps = best.theta[index] + spread * np.array(_AWAY)
     values = np.unique(np.clip(steps, freed.lower, freed.upper))
     rise = np.array(list(_refitted(assessment, item, freed, values))) - best.chi2
-    name = f"{freed.variable} ({item.label} = {freed.group})" if freed.group else freed.variable
+    name = f"{freed.variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else freed.variable
     return Profile(item, name, values, np.maximum(rise, 0.0))
 
 

@@ -42,6 +42,7 @@ class Cause:
     added : whether the value is added to each variable's own, so that the bounds are differences
     grouped : whether it may hold for the columns of one logger alone
     material : whether it is a property of the material, which is the same in all runs
+    each_run : whether every run has a value of its own
     covariate : input whose column the cause needs
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
@@ -62,6 +63,7 @@ class Cause:
     added: Annotated[bool, Flag()] = False
     grouped: Annotated[bool, Flag()] = False
     material: Annotated[bool, Flag()] = False
+    each_run: Annotated[bool, Flag()] = False
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"

@@ -159,12 +159,11 @@ class Problem(Predictions):
             slots = tuple(self.slots.index(v) for v in variables)
             also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
             # An instrument stays the same from run to run; what surrounds and covers the machine may not.
-            labels = [
-                "",
-                *(self.experiment.cause_labels if cause.kind == "plant" and not cause.material else ()),
-            ]
+            varies = cause.kind == "plant" and not (cause.material or cause.each_run)
+            labels = ["", *(self.experiment.cause_labels if varies else ())]
             for label in labels:
-                groups = self._groups(label or None)
+                own = cause.each_run and len(self.experiment.runs) > 1
+                groups = self._groups(PER_RUN if own else label or None)
                 if also is not None:
                     groups = groups[1:]  # the calibrated value serves the first group
                 if not groups or (label and len(self._groups(label)) < 2):

@@ -82,6 +82,18 @@ def test_a_run_that_began_colder_than_assumed_is_told_so(tmp_path: Path) -> None
     assert "start_temperature: link.initial_temperature off by -4" in summary(found)
 
 
+def test_each_run_has_a_start_of_its_own(tmp_path: Path) -> None:
+    """One value for both left them unexplained: the next run begins on another morning."""
+    starts = (1.0, -2.0)
+    for number, start in enumerate(starts):
+        columns = hide({"start_temperature": start}, MOVING, interval=30.0, seed=number)
+        write_csv(columns, tmp_path / f"run{number}.csv")
+    found = assess(read([tmp_path / "run0.csv", tmp_path / "run1.csv"]))
+    assert found.word == "named"
+    assert found.best.key == {"start_temperature"}
+    np.testing.assert_allclose(found.best.theta, starts, atol=0.1)
+
+
 def test_noise_in_a_measured_start_is_not_taken_for_a_cause(tmp_path: Path) -> None:
     """It was `named`: the mean of a minute is off by some hundredths of a kelvin, which last for an hour."""
     path = file_with(tmp_path, {"start_temperature": 3.3}, interval=30.0, seed=5)
