@@ -45,6 +45,8 @@ _SYMBOLS = {
     "cm": _si("1e-2", m=1),
     "mm": _si("1e-3", m=1),
     "um": _si("1e-6", m=1),
+    "µm": _si("1e-6", m=1),
+    "nm": _si("1e-9", m=1),
     "ms": _si("1e-3", s=1),
     "min": _si("60", s=1),
     "h": _si("3600", s=1),
@@ -52,8 +54,11 @@ _SYMBOLS = {
     "kW": _si("1e3", kg=1, m=2, s=-3),
     "kJ": _si("1e3", kg=1, m=2, s=-2),
     "deg": Unit({"rad": 1}, Fraction(math.pi / 180)),
+    "rpm": Unit({"rad": 1, "s": -1}, Fraction(math.pi / 30)),
     "%": _si("1e-2"),
     "degC": Unit({"K": 1}, offset=Fraction("273.15")),
+    "°C": Unit({"K": 1}, offset=Fraction("273.15")),
+    "degF": Unit({"K": 1}, Fraction(5, 9), Fraction("273.15") - Fraction(160, 9)),
 }
 
 

@@ -28,7 +28,7 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     make : makes it
     """
     try:
-        place = cache_folder() / folder / hashlib.sha256(repr(made_from).encode()).hexdigest()
+        place = _place(folder, made_from)
     except InputError:
         return make()
     with suppress(OSError):
@@ -42,6 +42,17 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
             scratch.write_bytes(content)
             scratch.replace(place)
     return content
+
+
+def kept_before(folder: str, made_from: object) -> bytes | None:
+    """What `kept` has made from the same things before; None where it has not."""
+    with suppress(OSError, InputError):
+        return _place(folder, made_from).read_bytes()
+    return None
+
+
+def _place(folder: str, made_from: object) -> Path:
+    return cache_folder() / folder / hashlib.sha256(repr(made_from).encode()).hexdigest()
 
 
 @contextmanager

@@ -43,14 +43,14 @@ def live(
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.own_law import controller_named
     from warmlink.orchestration.report.live.content import Asked
-    from warmlink.orchestration.report.live.page import write_live_page
+    from warmlink.orchestration.report.live.page import BESIDE, write_live_page
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")
     sets = options.sets_given(parameters, set_)
     given = {name: value for each in sets for name, value in each.values.items()}
     asked = changed(load_scenario(scenario), parameters=given)
-    names = controller or [asked.controller.name, "observer"]
+    names = controller or [asked.controller.name, BESIDE]
     laws = [controller_named(name) for name in dict.fromkeys(names)]
     path = out or Path(f"{asked.name}.html")
     with spinner("compiling the system for the browser"), fresh_file(path) as target:

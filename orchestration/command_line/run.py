@@ -20,8 +20,11 @@ from warmlink.orchestration.command_line.options import (
 )
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
+LIVE_PAGE = "live.html"
+
 if TYPE_CHECKING:
     from warmlink.orchestration.closed_loop.outcome import ClosedLoop
+    from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.series import Written
 
 
@@ -64,8 +67,9 @@ def run(
 ) -> None:
     """Run a scenario with a controller and without one, and say how far off the tool point is.
 
-    Writes metrics.json, results.csv, results.parquet and report.html. If you press Ctrl-C, or an FMU fails,
-    the run ends early and keeps what was computed up to there (exit code 1).
+    Writes metrics.json, results.csv, results.parquet and report.html, which holds the page of `warmlink live`
+    where that was compiled for the system before. If you press Ctrl-C, or an FMU fails, the run ends early
+    and keeps what was computed up to there (exit code 1).
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.closed_loop.outcome import run_scenario
@@ -77,17 +81,27 @@ def run(
     from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
-    sets = options.sets_given(parameters, set_)
+    given = {
+        name: value for each in options.sets_given(parameters, set_) for name, value in each.values.items()
+    }
     asked = changed(
         with_replaced(load_scenario(scenario), Replacements.given(replace, map_)),
         controller=controller,
-        parameters={name: value for each in sets for name, value in each.values.items()},
+        parameters=given,
         mismatches=mismatch or (),
         step=step,
         stop=stop,
         master=master,
         tolerance=tolerance,
     )
+    named = None
+    if report:
+        from warmlink.orchestration.report.live.content import Asked
+
+        once = {"--step": step, "--stop": stop, "--master": master, "--tolerance": tolerance}
+        others = [("--mismatch", each) for each in mismatch or ()]
+        others += [(option, value) for option, value in once.items() if value is not None]
+        named = Asked(scenario, given, others)
     built = store(kind_named(fmus), sorted(asked.kinds), remark)
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
@@ -97,7 +111,8 @@ def run(
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
-            lost = _write(outcome, target, Written(tuple(options.listed(record) or ()), csv), report)
+            written = Written(tuple(options.listed(record) or ()), csv)
+            lost = _write(outcome, target, written, named)
     if json:
         answer_json(outcome.to_dict())
     else:
@@ -114,8 +129,8 @@ def run(
         raise SystemExit(FAILED)
 
 
-def _write(outcome: ClosedLoop, target: Path, written: Written, report: bool) -> str | None:
-    """Write the results; return which files could not be written and why, or None."""
+def _write(outcome: ClosedLoop, target: Path, written: Written, asked: Asked | None) -> str | None:
+    """Write the results, and a report of what was asked; return which files were lost and why, or None."""
     from warmlink.orchestration.files import write_files
     from warmlink.orchestration.report.series import series_writers
 
@@ -124,8 +139,12 @@ def _write(outcome: ClosedLoop, target: Path, written: Written, report: bool) ->
         "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
         **series_writers(outcome.result.table, written),
     }
-    if report:
+    if asked is not None:
         from warmlink.orchestration.report.closed_loop import write_report
+        from warmlink.orchestration.report.live.page import kept_live_page
 
-        writers["report.html"] = lambda path: write_report(outcome, path)
+        page = kept_live_page(outcome.scenario, asked)
+        if page:
+            writers[LIVE_PAGE] = lambda path: path.write_text(page, encoding="utf-8")
+        writers["report.html"] = lambda path: write_report(outcome, path, LIVE_PAGE if page else "")
     return write_files(target, writers)

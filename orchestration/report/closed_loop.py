@@ -45,8 +45,8 @@ CELL_PLOTS = {
 """What is plotted of the warm-up cell: variables by the name of their line."""
 
 
-def write_report(outcome: ClosedLoop, path: Path) -> None:
-    """Write `report.html`."""
+def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
+    """Write `report.html`; `live_page` is a file beside it in which the scenario runs, where there is one."""
     scenario = outcome.scenario
     write_page(
         path,
@@ -60,6 +60,7 @@ def write_report(outcome: ClosedLoop, path: Path) -> None:
                 figure=_error_plot(outcome),
             ),
             *_of_the_system(outcome),
+            *([Section("Try it", _LIVE_TEXT, page=live_page)] if live_page else []),
             Section("How far to trust this", _trust(outcome), table=_budget(outcome)),
             Section("Settings", table=_settings(outcome)),
             *_calls(outcome),
@@ -69,6 +70,8 @@ def write_report(outcome: ClosedLoop, path: Path) -> None:
 
 
 _ERROR_TEXT = "{score}, at the communication points."
+
+_LIVE_TEXT = "Drag the duty cycle, move parameters, give thermometers faults, and see the error at once."
 
 MOST_LINES = 10
 """Most lines in a plot of a user's own system."""

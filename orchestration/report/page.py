@@ -29,7 +29,7 @@ class Table:
 class Section:
     """A part of the page: heading, sentences, a table, a plotly figure, and a warning in red before them.
 
-    What is None or empty is left out.
+    What is None or empty is left out. `page` is the file of another page beside it, which is shown within.
     """
 
     heading: str
@@ -37,6 +37,7 @@ class Section:
     table: Table | None = None
     figure: Any = None
     warning: str = ""
+    page: str = ""
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:

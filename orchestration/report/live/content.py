@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from warmlink.fmus.component import Component, Parameter, Scalar, limits
 from warmlink.fmus.duty_cycle.component import SEGMENTS
@@ -33,8 +33,7 @@ ROOM = 20.0
 """K by which the slider of a temperature goes up and down."""
 
 
-@dataclass(frozen=True)
-class Whole:
+class Whole(NamedTuple):
     """A scenario with one controller, and its system as one component, `scenario.joined({})`."""
 
     scenario: Scenario
@@ -43,10 +42,11 @@ class Whole:
 
 @dataclass(frozen=True)
 class Asked:
-    """How a reader names the scenario in a command, and the start values given beside it."""
+    """How a reader names the scenario in a command, the start values given beside it, and other options."""
 
     scenario: str
     given: Mapping[str, str | float]
+    options: Sequence[tuple[str, str]] = ()
 
 
 def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
@@ -75,6 +75,8 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "name": scenario.name,
         "asked": asked.scenario,
         "given": asked.given,
+        "options": asked.options,
+        "mismatched": bool(scenario.mismatches),
         "scenario": file_content(scenario),
         "stop": scenario.stop_time,
         "step": scenario.step_size,

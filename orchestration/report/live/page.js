@@ -7,7 +7,7 @@ import { duration, errorFigures, removed, since } from "./figures.js";
 import { Model } from "./model.js";
 import { measuredSegments, readMeasured } from "./measured.js";
 import { drawPlot } from "./plot.js";
-import { address, command, diagnosis, dutyChanged, parameterSet, restored, scenarioFile, scenarioText } from "./share.js";
+import { address, command, diagnosis, needsFile, parameterSet, restored, scenarioFile, scenarioText } from "./share.js";
 import { ranked, showFaults, showSliders } from "./sliders.js";
 
 const UNCOMPENSATED = "none";
@@ -102,8 +102,8 @@ function showCommands(model) {
   const { state, measured } = model;
   const wanted = [...state.laws.map((law) => command(model, law)), ...(measured ? [diagnosis(model, measured.name)] : [])];
   at("command").textContent = wanted.join("\n");
-  at("scenario-note").hidden = !dutyChanged(model);
-  at("scenario-note").textContent = `The duty cycle was changed: download ${scenarioFile(model)} first.`;
+  at("scenario-note").hidden = !needsFile(model);
+  at("scenario-note").textContent = `The command takes a file with what was changed: download ${scenarioFile(model)} first.`;
   history.replaceState(null, "", address(model));
 }
 

@@ -12,15 +12,21 @@ from importlib import resources
 from pathlib import Path
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.packaging.cache import kept, source_digest
+from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.browser import browser_module
-from warmlink.orchestration.catalogue import Controller
+from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
 SCRIPTS = ("engine", "figures", "dom", "plot", "model", "sliders", "duty", "measured", "share", "page")
 """The page's modules in an order in which each imports from those before it."""
+
+BESIDE = "observer"
+"""Law that the page shows beside the scenario's, unless others are asked for."""
+
+MODULES = "modules"
+"""Folder of the compiled systems below the cache."""
 
 TRUST = (
     "The system is integrated in one piece, compiled from the C code of its FMUs: the numbers are those of "
@@ -41,18 +47,38 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
     """
     each = [replace(scenario, controller=law) for law in controllers]
     systems = [Whole(one, one.joined({})) for one in each]
+    path.write_text(_page(systems, [_module(*one) for one in systems], asked), encoding="utf-8")
+
+
+def kept_live_page(scenario: Scenario, asked: Asked) -> str:
+    """The page of a scenario whose system `write_live_page` has compiled before; empty where it has not.
+
+    The law beside the scenario's is the one that `warmlink live` adds, where it is compiled too.
+    """
+    if scenario.setup.foreign:
+        return ""
+    laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}
+    each = [replace(scenario, controller=law) for law in laws.values()]
+    found = [(one, module) for one in each if (module := kept_before(MODULES, _made_from(one))) is not None]
+    if not found or found[0][0].controller.name != scenario.controller.name:
+        return ""
+    systems = [Whole(one, one.joined({})) for one, _ in found]
+    return _page(systems, [module for _, module in found], asked)
+
+
+def _page(systems: Sequence[Whole], modules: Sequence[bytes], asked: Asked) -> str:
+    scenario, _ = systems[0]
     known = content(systems, asked)
-    modules = {one.scenario.controller.name: _packed(_module(one.scenario, one.component)) for one in systems}
-    page = rendered(
+    laws = [one.scenario.controller.name for one in systems]
+    return rendered(
         "live/live.html.j2",
         title=scenario.title,
         plots=known["plots"],
         trust=TRUST,
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
-        modules=modules,
+        modules={law: _packed(module) for law, module in zip(laws, modules, strict=True)},
         script=script(),
     )
-    path.write_text(page, encoding="utf-8")
 
 
 def _module(scenario: Scenario, whole: Component) -> bytes:
@@ -61,7 +87,11 @@ def _module(scenario: Scenario, whole: Component) -> bytes:
     `whole` is the system as one component with the start values that the parts declare; those of the scenario
     are set when it runs.
     """
-    return kept("modules", (source_digest(), *scenario.made_from), lambda: browser_module(whole))
+    return kept(MODULES, _made_from(scenario), lambda: browser_module(whole))
+
+
+def _made_from(scenario: Scenario) -> tuple[object, ...]:
+    return source_digest(), *scenario.made_from
 
 
 def script() -> str:

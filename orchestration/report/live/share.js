@@ -26,22 +26,30 @@ export function restored(hash, { content, start }) {
   throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
 }
 
-export const dutyChanged = ({ state, start }) => !same([state.segments, state.repeat], [start.segments, start.repeat]);
+const dutyChanged = ({ state, start }) => !same([state.segments, state.repeat], [start.segments, start.repeat]);
+
+/** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
+export const needsFile = (model) => dutyChanged(model) || (model.content.mismatched && Object.keys(model.state.values).length > 0);
 
 export const scenarioFile = ({ content }) => `${content.name}_live.toml`;
 
 /** The command that computes a law's figures. */
 export function command(model, law) {
   const { content, state, start } = model;
-  if (dutyChanged(model)) return `warmlink run ${scenarioFile(model)} --controller ${law}`;
-  const quoted = ([name, value]) => ` --set "${name}=${value}"`;
-  const stop = state.stop === start.stop ? "" : ` --stop "${state.stop} s"`;
-  return `warmlink run ${content.asked} --controller ${law}${stop}${settings(model, content.given).map(quoted).join("")}`;
+  if (needsFile(model)) return `warmlink run ${word(scenarioFile(model))} --controller ${law}`;
+  const asked = state.stop === start.stop ? content.options
+    : [...content.options.filter(([option]) => option !== "--stop"), ["--stop", `${state.stop} s`]];
+  const options = [["--controller", law], ...asked, ...sets(model)];
+  return `warmlink run ${word(content.asked)}${options.map(quoted).join("")}`;
 }
 
 /** The command that diagnoses a measured run, in the cell as it is set. */
 export const diagnosis = (model, file) =>
-  `warmlink diagnose ${file}${settings(model, model.content.given).map(([name, value]) => ` --set "${name}=${value}"`).join("")}`;
+  `warmlink diagnose ${word(file)}${sets(model).map(quoted).join("")}`;
+
+const word = (text) => (/^[\w./-]+$/.test(text) ? text : `"${text}"`);
+const quoted = ([option, value]) => ` ${option} ${word(value)}`;
+const sets = (model) => settings(model, model.content.given).map(([name, value]) => ["--set", `${name}=${value}`]);
 
 /** Parameters as they are written: given ones, and those set on the page. */
 function settings({ content, state }, given) {

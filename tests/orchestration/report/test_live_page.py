@@ -1,6 +1,7 @@
 """`warmlink live` in a real browser: its numbers, and what happens when something is moved."""
 
 import importlib.util
+import json
 import re
 import shlex
 from pathlib import Path
@@ -13,12 +14,15 @@ from tests.browser import browse
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import error_metrics
 from warmlink.orchestration.closed_loop.run import changed, run
 from warmlink.orchestration.command_line.live import live
 from warmlink.orchestration.command_line.options import settings_given
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.report.live.content import Asked
+from warmlink.orchestration.report.live.page import kept_live_page
 from warmlink.orchestration.scenarios.overrides import parameters_of
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.assemble import component
@@ -218,3 +222,56 @@ def test_without_a_compiler_for_browsers_the_page_says_what_to_install(
 def test_a_page_is_html(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"page\.pdf: is no page; name a file that ends in \.html"):
         live("windshield_wiper", None, None, None, tmp_path / "page.pdf")
+
+
+@pytest.mark.platform
+def test_the_report_of_a_run_holds_the_page_of_what_was_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Commands keep the run's options, and a mismatch does not change a value twice."""
+    assert page.is_file()
+    asked = [
+        "--controller",
+        "lag",
+        "--mismatch",
+        "thermal_high",
+        "--stop",
+        "10 min",
+        "--set",
+        "link.length=0.5 m",
+    ]
+    folder = tmp_path / "out"
+    monkeypatch.setattr("sys.argv", ["warmlink", "run", "windshield_wiper", *asked, "--out", str(folder)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert not stop.value.code
+    assert '<iframe src="live.html"' in (folder / "report.html").read_text("utf-8")
+    script = """
+        const wait = () => new Promise((drawn) => setTimeout(drawn, 300));
+        const shown = () => ({ command: document.getElementById("command").textContent.split("\\n")[0],
+          largest: Object.fromEntries(results(model).figures.map(([law, each]) => [law, each.largest])) });
+        await wait();
+        const begun = shown();
+        model.setValue("motor.joint_conductance", 1);
+        await wait();
+        const result = { begun, moved: shown(), toml: scenarioText(model, "lag") };
+    """
+    found = browse(folder / "live.html", script, tmp_path)
+    assert sorted(shlex.split(found["begun"]["command"])) == sorted(
+        ["warmlink", "run", "windshield_wiper", *asked]
+    )
+    metrics = json.loads((folder / "metrics.json").read_text("utf-8"))
+    bound = metrics["error_budget_um"]["coupling"]
+    assert abs(found["begun"]["largest"]["lag"] - metrics["compensated"]["max_abs_um"]) <= bound
+    assert found["moved"]["command"] == "warmlink run windshield_wiper_live.toml --controller lag"
+    (tmp_path / "windshield_wiper_live.toml").write_text(found["toml"], "utf-8")
+    outcome = run(tmp_path / "windshield_wiper_live.toml", "lag")
+    assert outcome.coupling_error_um is not None
+    assert abs(found["moved"]["largest"]["lag"] - outcome.metrics.max_abs_um) <= outcome.coupling_error_um
+
+
+def test_a_report_without_a_compiled_system_has_no_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
+    assert kept_live_page(load_scenario("windshield_wiper"), Asked("windshield_wiper", {})) == ""
