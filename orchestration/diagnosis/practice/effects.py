@@ -139,7 +139,6 @@ EFFECTS: Mapping[str, Effect] = {
     "hub_heat_loss": Effect(0.15, _field("hub_loss")),
     "copper_loss": Effect(1.15, _field("resistance", True), neutral=1, both_signs=True),
     "iron_loss": Effect(1.5, _field("iron", True), neutral=1, both_signs=True),
-    "housing_heat_loss": Effect(1.15, _field("housing", True), neutral=1, both_signs=True),
     "winding_heat_path": Effect(1.15, _field("winding_path", True), neutral=1, both_signs=True),
     "winding_heat_capacity": Effect(1.3, _field("winding_capacity", True), neutral=1, both_signs=True),
     "shaft_heat_capacity": Effect(1.15, _field("shaft_capacity", True), neutral=1, both_signs=True),

@@ -49,7 +49,6 @@ class Truth:
     expansion: float = 23.6e-6
     resistance: float = 2.0
     iron: float = 0.15
-    housing: float = 1.0
     winding_path: float = 0.8
     winding_capacity: float = 200.0
     shaft_capacity: float = 1500.0
@@ -197,7 +196,7 @@ def motor_rates(
     pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
     inward = truth.winding_path * (winding - shaft)
     warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
-    outward = truth.housing * (shaft - air) + into_link
+    outward = 1.0 * (shaft - air) + into_link
     rates = (copper + iron - inward) / truth.winding_capacity, (warming - outward) / truth.shaft_capacity
     return rates, into_link
 

@@ -49,7 +49,6 @@ PROMISED = (
     "crosstalk",
     "joint_conductance",
     "iron_loss",
-    "housing_heat_loss",
     "winding_heat_path",
     "winding_heat_capacity",
     "shaft_heat_capacity",
