@@ -16,6 +16,7 @@ from typing import Literal
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES
 from warmlink.orchestration.check.subject import Subject
+from warmlink.orchestration.check.validity import validity_problems
 from warmlink.orchestration.master.slaves.process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
@@ -62,10 +63,8 @@ def check_fmu(
     InputError
         If the file is no FMU for co-simulation that can be read.
     """
-    from fmpy.validation import validate_fmu
-
     info = read_description(path)
-    results = [_validity(validate_fmu(str(path))), _platforms(path)]
+    results = [_validity(validity_problems(path)), _platforms(path)]
     chosen = list(CASES) if cases is None else list(cases)
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         folder = unpack(path, Path(work))

@@ -194,13 +194,12 @@ def _validate(path: Path) -> None:
     InputError
         If it does not pass, which is a fault of warmlink and not of its user.
     """
-    from fmpy.validation import validate_fmu
-
+    from warmlink.orchestration.check.validity import validity_problems
     from warmlink.orchestration.files import temporary_folder
     from warmlink.orchestration.system.read import read_system
 
     if path.suffix == ".fmu":
-        problems = validate_fmu(str(path))
+        problems = validity_problems(path)
         if problems:
             raise InputError(f"{path}: {problems[0]}; please report this")
         return

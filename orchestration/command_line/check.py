@@ -44,9 +44,8 @@ def check(
 
 def _check_system(path: Path) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
-    from fmpy.validation import validate_fmu
-
     from warmlink.orchestration.check.fmu import CheckResult
+    from warmlink.orchestration.check.validity import validity_problems
     from warmlink.orchestration.files import temporary_folder
     from warmlink.orchestration.system.read import read_system
 
@@ -55,7 +54,7 @@ def _check_system(path: Path) -> list[CheckResult]:
         detail = f"{len(system.components)} components, {len(system.connections)} connections"
         results = [CheckResult("reads and fits together", "pass", detail)]
         for name, held in system.components.items():
-            problems = validate_fmu(str(held.fmu))
+            problems = validity_problems(held.fmu)
             found = "; ".join(problems)[:200]
             results.append(CheckResult(f"{name} is valid", "fail" if problems else "pass", found))
         return [*results, _run(system)]

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model
-from fmpy.validation import validate_fmu
 
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
@@ -21,6 +20,7 @@ from warmlink.fmus.packaging.exchange import exchanged_states, opened
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
 from warmlink.fmus.plant import plant
+from warmlink.orchestration.check.validity import validity_problems
 
 from .conftest import BuildNative
 
@@ -63,7 +63,7 @@ def test_cvode_and_co_simulation_agree(name: str, version: FmiVersion, native_fm
 def test_joined_plants_agree_too(version: FmiVersion, c_compiler: Compiler, tmp_path: Path) -> None:
     joined, path = plant(8), tmp_path / "Plant.fmu"
     write_archive(path, native_fmu_files(Entry(joined, "warmlink.fmus.plant"), version, [c_compiler]))
-    assert validate_fmu(str(path)) == []
+    assert validity_problems(path) == []
     starts = {"motor.speed": 3.43, "link.speed": 3.43, "motor.torque": 2.5}
     found = disagreement(path, joined, starts)
     assert found.pop("link.discretisation_error") <= 1e-3

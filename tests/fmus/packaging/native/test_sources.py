@@ -11,7 +11,6 @@ from zipfile import ZipFile
 
 import pytest
 from fmpy import read_model_description
-from fmpy.validation import validate_fmu
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.errors import InputError
@@ -25,6 +24,7 @@ from warmlink.fmus.packaging.native.compile import (
 )
 from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_fmu_files, native_sources
 from warmlink.fmus.packaging.native.universal_binary import universal_binary
+from warmlink.orchestration.check.validity import validity_problems
 
 from .conftest import BuildNative
 
@@ -36,7 +36,7 @@ VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_validation_finds_nothing(name: str, version: FmiVersion, native_fmu: BuildNative) -> None:
     path = native_fmu(name, version)
-    assert validate_fmu(str(path)) == []
+    assert validity_problems(path) == []
     simulation = read_model_description(str(path)).coSimulation
     continuous = not COMPONENTS[name].sampled
     assert simulation.canInterpolateInputs == (continuous and version == "2.0")
