@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 _DATE = (1980, 1, 1, 0, 0, 0)
+_COMPRESSION = 6  # 9 takes over twice as long and saves half a percent
 _UNIX = 3
 _FILE_MODE, _LIBRARY_MODE = 0o100644, 0o100755
 _LIBRARIES = (".so", ".dll", ".dylib")
@@ -29,7 +30,7 @@ def write_archive(target: Path, files: Mapping[str, bytes]) -> None:
     try:
         with os.fdopen(handle, "wb") as stream, zipfile.ZipFile(stream, "w") as archive:
             for path in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
-                archive.writestr(_entry(path), files[path], zipfile.ZIP_DEFLATED, compresslevel=9)
+                archive.writestr(_entry(path), files[path], zipfile.ZIP_DEFLATED, _COMPRESSION)
         # mkstemp makes files that their owner alone may read.
         temporary.chmod(0o644)
         temporary.replace(target)

@@ -12,7 +12,7 @@ import hashlib
 import importlib.util
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from warmlink.fmus.syntax import no_garbage_collection
@@ -48,10 +48,9 @@ class _Module:
         # The exporter's package would import its builder, which no FMU needs.
         return b"" if self.name == _EXPORTER else self.path.read_bytes().replace(b"\r\n", b"\n")
 
-    @cached_property
+    @property
     def imports(self) -> tuple[ast.Import | ast.ImportFrom, ...]:
-        with no_garbage_collection():
-            return tuple(_imports(ast.parse(self.source)))
+        return _import_statements(self.source)
 
 
 def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
@@ -109,6 +108,13 @@ def _locate(name: str) -> _Module | None:
     if spec is None or spec.origin is None:
         return None
     return _Module(name, Path(spec.origin), spec.submodule_search_locations is not None)
+
+
+@cache
+def _import_statements(source: bytes) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    """Import statements of a module, found once for all FMUs that carry it."""
+    with no_garbage_collection():
+        return tuple(_imports(ast.parse(source)))
 
 
 def _imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:

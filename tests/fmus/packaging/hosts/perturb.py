@@ -10,8 +10,9 @@ import sys
 from sampling import other, running, start_time, value
 from slave import Slave
 
-FULL, MOST = 4, 3000
-"""Trials in which everything is perturbed, and after those at most as many for what was not seen yet.
+FULL, MOST, MANY = 4, 3000, 40
+"""Trials in which everything is perturbed, and after those at most as many for what was not seen yet, first
+together where it is many.
 
 A Boolean at the start is a comparison that random values seldom meet, and gets no trials of its own.
 """
@@ -19,17 +20,35 @@ A Boolean at the start is a comparison that random values seldom meet, and gets 
 Seen = dict[str, set[str]]
 
 
-def changed(slave: Slave, names: list[str], rng: random.Random, seen: Seen, tails: bool) -> None:
-    outputs = slave.named("output")
-    before = slave.outputs()
-    for name in names:
-        (present,) = slave.get(name)
-        slave.set({name: other(slave, name, present, rng, tails)})
-        after = slave.outputs()
-        for output, a, b in zip(outputs, before, after, strict=True):
-            if a != b and not (math.isnan(a) and math.isnan(b)):
+class Point:
+    """A slave at some values of its inputs and parameters, and other values for some of them."""
+
+    def __init__(self, slave: Slave, names: list[str], rng: random.Random, tails: bool) -> None:
+        self._slave, self._before = slave, slave.outputs()
+        self._present = dict(zip(names, slave.get(*names), strict=True))
+        self._moved = {name: other(slave, name, at, rng, tails) for name, at in self._present.items()}
+
+    def changed(self, names: list[str]) -> set[str]:
+        """Outputs that change where these have their other values."""
+        self._slave.set({name: self._moved[name] for name in names})
+        pairs = zip(self._slave.named("output"), self._before, self._slave.outputs(), strict=True)
+        self._slave.set({name: self._present[name] for name in names})
+        return {name for name, a, b in pairs if a != b and not (math.isnan(a) and math.isnan(b))}
+
+    def one_by_one(self, names: list[str], seen: Seen) -> None:
+        for name in names:
+            for output in self.changed([name]):
                 seen[output].add(name)
-        slave.set({name: present})
+
+    def in_halves(self, names: list[str], seen: Seen, said: Seen) -> None:
+        """As one by one, but of those that together change nothing new, none is tried alone."""
+        if len(names) == 1:
+            self.one_by_one(names, seen)
+            return
+        every = set(names)
+        if any(said[o] & every - seen[o] or not seen[o] & every for o in self.changed(names)):
+            self.in_halves(names[::2], seen, said)
+            self.in_halves(names[1::2], seen, said)
 
 
 def declared(unknowns: list) -> Seen:
@@ -71,7 +90,12 @@ def observed(fmu: str, rng: random.Random, excused: set[str]) -> dict:
             tails = phase == "initial" and trial % 2 == 1
             slave = running(fmu, rng) if phase == "outputs" else starting(probe, rng, tails)
             every = slave.named("input") + (slave.named("parameter") if phase == "initial" else [])
-            changed(slave, every if trial < FULL else sorted(unseen), rng, seen, tails)
+            tried = every if trial < FULL else sorted(unseen)
+            point = Point(slave, tried, rng, tails)
+            if trial < FULL or len(tried) < MANY:
+                point.one_by_one(tried, seen)
+            else:
+                point.in_halves(tried, seen, said)
             if slave is not probe:
                 slave.fmu.freeInstance()
         result[phase] = {
