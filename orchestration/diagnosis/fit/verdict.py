@@ -195,6 +195,8 @@ def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
     rivals = tuple(search.rivals(best))
     if best.resting:
         rivals += _off_bounds(search, best, {fit.key for fit in rivals})
+        if all(fit.resting for fit in rivals):
+            return "unknown", rivals  # nothing explains the data within the bounds
     rivals += tuple(search.extended(best))
     return ("ambiguous" if rivals else "named"), rivals
 
