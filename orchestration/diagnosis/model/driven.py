@@ -17,6 +17,7 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
 from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.kernel import library
@@ -29,10 +30,6 @@ from warmlink.orchestration.system.model import Connection, System, Value
 
 LOG = "measured log"
 """Name of the slave that plays the log."""
-
-
-class NotSimulatedError(InputError):
-    """A run of FMUs that ended early, as it may with values of parameters far from their usual ones."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.component.integrator import GAMMA, ros2
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -27,6 +28,10 @@ PAD_OFF = 0
 
 _STALE = 0.02
 """Change of step times Jacobian beyond which the inverse is made anew."""
+
+
+class NotSimulatedError(InputError):
+    """A run that ended early, as it may with values of parameters far from their usual ones."""
 
 
 @dataclass(frozen=True)
@@ -164,6 +169,7 @@ class Forward:
         _, begun = self.equations.begin(values, self._p, self._w[:, 0])
         return self._integrate(values, lambda by_slot, time: by_slot, begun)
 
+    @np.errstate(over="ignore", invalid="ignore")  # what is not finite is refused at the end
     def _integrate(self, z: Array, forcing: Forcing, begun: Array) -> tuple[Array, Array, Array]:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
         rates = self.equations.stepper()
@@ -175,6 +181,7 @@ class Forward:
         left, right = np.empty((count, *shape)), np.empty((count, *shape))
         states[0] = joined
         inverse = kept = np.full((x.size, x.size), np.inf)
+        following = np.zeros(count, dtype=bool)  # where the slope at the end is that of the next step's start
         time = self.steps.time
         for k, shares in enumerate(self.steps.shares):
             step = time[k + 1] - time[k]
@@ -186,11 +193,11 @@ class Forward:
             joined = self._stepped(rates, joined, first, inverse, k, forcing)
             states[k + 1] = joined
             same = k + 1 < count and self.steps.shares[k + 1][0][0] == shares[-1][0] and len(shares) == 1
-            if same and len(self.steps.shares[k + 1]) == 1:
-                right[k] = np.nan
-            else:
+            following[k] = same and len(self.steps.shares[k + 1]) == 1
+            if not following[k]:
                 right[k], _ = self._slopes(rates, joined, time[k + 1], shares, forcing)
-        following = np.isnan(right[:, 0, 0])
+        if not np.isfinite(states[:, :, 0]).all():
+            raise NotSimulatedError("with these values of the parameters the simulation is not finite")
         right[following] = left[1:][following[:-1]]
         return states, left, right
 

@@ -10,7 +10,7 @@ import pytest
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
-from warmlink.orchestration.diagnosis.model.driven import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
 
 
 class Parabola(Fitter):

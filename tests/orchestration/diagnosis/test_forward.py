@@ -10,7 +10,7 @@ from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
-from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.forward import Forward, NotSimulatedError
 from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
@@ -115,6 +115,14 @@ def test_values_are_the_same_without_derivatives() -> None:
     z = both.start_values()
     np.testing.assert_allclose(alone(z, run.time).values, both(z, run.time).values, rtol=1e-12)
     assert alone(z, run.time).by_slot.shape == (run.time.size, len(OUTPUTS), 0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_heat_that_makes_more_heat_without_end_is_refused() -> None:
+    run = run_of(INFORMATIVE)
+    simulated = forward(run, SEARCH, ["motor.viscosity_temperature_coefficient"])
+    with pytest.raises(NotSimulatedError, match="not finite"):
+        simulated(np.array([-0.5]), run.time)
 
 
 def test_the_fine_grid_is_fine_enough() -> None:
