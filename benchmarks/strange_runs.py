@@ -190,7 +190,9 @@ LINES: dict[str, Draw] = {
     "link's logger late": _late_logger,
     "sensors moved 3 to 8 mm": _moved_sensors,
     "mixed convection": lambda random: Hidden(Truth(mixing=1.0), ("mixed_convection",)),
-    "lubricant warms": _truth(("friction_temperature_dependence",), thinning=(0.01, 0.03)),
+    "lubricant warms": _truth(("lubricant_thinning",), thinning=(0.01, 0.03)),
+    # Over the speeds of a duty cycle a power is told by Coulomb and viscous friction, both unlike assumed.
+    "viscous friction of a power": _truth(("coulomb_friction+viscous_friction",), viscous_power=(0.5, 0.8)),
     "torque log 3 to 8 %": _scaled("torque"),
     "speed log 3 to 8 %": _scaled("speed"),
     "clock drift": lambda random: Hidden(

@@ -36,6 +36,7 @@ LOSSES = (
     "viscous_friction",
     "friction_factor",
     "friction_temperature_coefficient",
+    "viscosity_temperature_coefficient",
     "standby_power",
 )
 """Parameters of the motor that its loss equations ask for."""

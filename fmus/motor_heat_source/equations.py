@@ -4,7 +4,9 @@
     C_s dT_s/dt = G_ws (T_w - T_s) + P_fr + P_pad + P_standby - G_sh (T_s - T_a) - Q - Q_n
 
 The usual two-node thermal model of a servo motor: copper loss by Joule's law with a resistance linear in
-temperature, iron loss with the square of speed, Coulomb and viscous friction.
+temperature, iron loss with the square of speed, Coulomb and viscous friction. A lubricant thins exponentially
+as it warms, and viscous friction alone falls with it (A. C. Bittencourt and S. Gunnarsson, Static friction in
+a robot joint, Journal of Dynamic Systems, Measurement, and Control 134(5), 2012).
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, clip, real, where
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, real, where
 
 RESISTANCE_TEMPERATURE = 293.15
 """K, at which the winding has its stated resistance."""
@@ -103,8 +105,10 @@ def iron_loss(u: Record, p: Record) -> Number:
 def friction_loss(shaft: Number, u: Record, p: Record) -> Number:
     """Loss in W in bearings and gear."""
     speed = absolute(u.speed)
-    level = p.friction_factor * (1 - p.friction_temperature_coefficient * (shaft - REFERENCE_TEMPERATURE))
-    return level * (p.coulomb_friction + p.viscous_friction * speed) * speed
+    warmth = shaft - REFERENCE_TEMPERATURE
+    level = p.friction_factor * (1 - p.friction_temperature_coefficient * warmth)
+    viscosity = p.viscous_friction * exp(-p.viscosity_temperature_coefficient * warmth)
+    return level * (p.coulomb_friction + viscosity * speed) * speed
 
 
 def pad_heat(shaft: Number, u: Record, p: Record) -> Number:

@@ -75,6 +75,7 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
     speed, torque, pad = rng.uniform(-4, 4), rng.uniform(-3, 3), rng.uniform(0, 40)
     offset, drift, time = rng.normal(), rng.normal() * 1e-4, rng.uniform(0, 7200)
     resistance, slope, standby = rng.uniform(0, 2), rng.uniform(-0.01, 0.01), rng.uniform(0, 3)
+    thinning = rng.uniform(0, 0.05)
     motor = Instance(COMPONENT)
     motor.set(
         {
@@ -88,6 +89,7 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
             "neighbour_conductance": 0.3,
             "joint_resistance": resistance,
             "friction_temperature_coefficient": slope,
+            "viscosity_temperature_coefficient": thinning,
             "friction_factor": 1.2,
             "standby_power": standby,
             "ambient_offset": offset,
@@ -97,10 +99,11 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
     p = np.array([motor.get(name) for name in COMPONENT.p.names])
     u = np.array([motor.get(name) for name in COMPONENT.u.names])
     rates = COMPONENT.rates_of(np.array([winding, shaft, 0.0]), u, p, time)
+    viscous = 0.6 * np.exp(-thinning * (shaft - 295.15))
     made = (
         2.0 * (1 + 0.0039 * (winding - 293.15)) * (torque / 1.2) ** 2
         + 0.15 * speed**2
-        + 1.2 * (1 - slope * (shaft - 295.15)) * (1.5 + 0.6 * abs(speed)) * abs(speed)
+        + 1.2 * (1 - slope * (shaft - 295.15)) * (1.5 + viscous * abs(speed)) * abs(speed)
         + pad
         + standby
     )

@@ -43,6 +43,7 @@ class Cause:
     grouped : whether it may hold for the columns of one logger alone
     material : whether it is a property of the material, which is the same in all runs
     each_run : whether every run has a value of its own
+    covers : causes whose joint effect this one has, so that none of them is sought beside it
     covariate : input whose column the cause needs
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
@@ -64,6 +65,7 @@ class Cause:
     grouped: Annotated[bool, Flag()] = False
     material: Annotated[bool, Flag()] = False
     each_run: Annotated[bool, Flag()] = False
+    covers: Annotated[tuple[str, ...], Names("coulomb_friction")] = ()
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"

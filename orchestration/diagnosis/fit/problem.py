@@ -72,6 +72,11 @@ class Item:
         """Name with the label that splits it."""
         return f"{self.name} per {self.label}" if self.label else self.name
 
+    def covers(self, other: Item) -> bool:
+        """Whether this candidate has the effect of another, of the same part, among others."""
+        same_part = self.name.partition(":")[2] == other.name.partition(":")[2]
+        return other.cause.name in self.cause.covers and same_part
+
 
 class Problem(Predictions):
     """Everything that fits need.

@@ -134,6 +134,8 @@ class Search:
         self._chances.pop(fit.key, None)
         for proposal in self._proposed_by(fit):
             known = self._proposals.get(proposal.key)
+            if any(one.covers(other) for one in proposal.items for other in proposal.items):
+                continue
             if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))

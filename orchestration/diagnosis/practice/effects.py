@@ -139,6 +139,7 @@ EFFECTS: Mapping[str, Effect] = {
     "hub_heat_loss": Effect(0.15, _field("hub_loss")),
     "copper_loss": Effect(1.15, _field("resistance", True), neutral=1, both_signs=True),
     "iron_loss": Effect(1.5, _field("iron", True), neutral=1, both_signs=True),
+    "housing_heat_loss": Effect(1.15, _field("housing", True), neutral=1, both_signs=True),
     "winding_heat_path": Effect(1.15, _field("winding_path", True), neutral=1, both_signs=True),
     "winding_heat_capacity": Effect(1.3, _field("winding_capacity", True), neutral=1, both_signs=True),
     "shaft_heat_capacity": Effect(1.15, _field("shaft_capacity", True), neutral=1, both_signs=True),
@@ -146,7 +147,10 @@ EFFECTS: Mapping[str, Effect] = {
         3.0, lambda truth, size, duration: replace(truth, start=COLD + size), both_signs=True
     ),
     "friction_level": Effect(1.15, _field("friction"), neutral=1, both_signs=True),
+    "coulomb_friction": Effect(1.3, _field("coulomb", True), neutral=1, both_signs=True),
+    "viscous_friction": Effect(1.3, _field("viscous", True), neutral=1, both_signs=True),
     "friction_temperature_dependence": Effect(0.01, _field("friction_slope"), both_signs=True),
+    "lubricant_thinning": Effect(0.02, _field("thinning")),
     "standby_heat": Effect(3.0, _field("standby")),
     "ambient_offset": Effect(1.5, _field("ambient_offset"), both_signs=True),
     "ambient_drift": Effect(1.5 / 3600, _field("ambient_drift"), both_signs=True),

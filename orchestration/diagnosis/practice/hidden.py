@@ -29,11 +29,12 @@ class Truth:
     Functions of time stand for what changes during the run: `draught` multiplies the loss by one plus its
     value, `room` adds to the true ambient temperature, `bracket` takes heat in W from the middle of the
     link, `shaft_heat` gives heat in W to the shaft, `loosening` adds resistance in K/W to the joint.
-    `thinning` is the exponent in 1/K by which viscous friction falls, `joint_slope` that of the joint's
-    conductance in 1/K; the link's air is warmer than the motor's by `air_gap` in K; `hub_capacity` in J/K
-    sits at the base. By `mixing` free and forced convection combine as the cube root of cubes, not as their
-    sum; the loss to still air goes with the power `free_exponent` of the rise over 10 K. `shift` moves the
-    thermometers of base, middle and tip outward, in m. All begins at `start` in K.
+    Viscous friction goes with the power `viscous_power` of the speed, and falls by `thinning`, an exponent
+    in 1/K, as the shaft warms. `joint_slope` is that of the joint's conductance in 1/K; the link's air is
+    warmer than the motor's by `air_gap` in K; `hub_capacity` in J/K sits at the base. By `mixing` free and
+    forced convection combine as the cube root of cubes, not as their sum; the loss to still air goes with
+    the power `free_exponent` of the rise over 10 K. `shift` moves the thermometers of base, middle and tip
+    outward, in m. All begins at `start` in K.
     """
 
     emissivity: float = 0.0
@@ -49,10 +50,13 @@ class Truth:
     expansion: float = 23.6e-6
     resistance: float = 2.0
     iron: float = 0.15
+    housing: float = 1.0
     winding_path: float = 0.8
     winding_capacity: float = 200.0
     shaft_capacity: float = 1500.0
     friction: float = 1.0
+    coulomb: float = 1.5
+    viscous: float = 0.6
     friction_slope: float = 0.0
     drag: float = 0.0
     standby: float = 0.0
@@ -65,6 +69,7 @@ class Truth:
     shaft_heat: Callable[[float], float] = _none
     loosening: Callable[[float], float] = _none
     thinning: float = 0.0
+    viscous_power: float = 1.0
     joint_slope: float = 0.0
     air_gap: float = 0.0
     hub_capacity: float = 0.0
@@ -191,12 +196,12 @@ def motor_rates(
     copper = truth.resistance * (1 + 0.0039 * (winding - 293.15)) * current**2
     iron = truth.iron * duty.speed**2
     level = truth.friction * (1 - truth.friction_slope * (shaft - COLD))
-    viscous = 0.6 * np.exp(-truth.thinning * (shaft - COLD))
-    rubbing = level * (1.5 + viscous * duty.speed) * duty.speed + truth.drag * duty.speed**3
+    viscous = truth.viscous * np.exp(-truth.thinning * (shaft - COLD)) * duty.speed**truth.viscous_power
+    rubbing = level * (truth.coulomb + viscous) * duty.speed + truth.drag * duty.speed**3
     pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
     inward = truth.winding_path * (winding - shaft)
     warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
-    outward = 1.0 * (shaft - air) + into_link
+    outward = truth.housing * (shaft - air) + into_link
     rates = (copper + iron - inward) / truth.winding_capacity, (warming - outward) / truth.shaft_capacity
     return rates, into_link
 

@@ -40,8 +40,9 @@ CARRIED = frozenset(
         *("emissivity", "still", "per_speed", "draught"),
         *("conductivity", "capacity", "expansion"),
         *("hub_loss", "joint", "loosening"),
-        *("resistance", "iron", "winding_path", "winding_capacity", "shaft_capacity"),
-        *("friction", "friction_slope", "drag", "standby", "shaft_heat"),
+        *("resistance", "iron", "housing", "winding_path", "winding_capacity", "shaft_capacity"),
+        *("friction", "coulomb", "viscous", "viscous_power", "friction_slope", "thinning", "drag"),
+        *("standby", "shaft_heat"),
         *("ambient_offset", "ambient_drift", "room"),
     }
 )
