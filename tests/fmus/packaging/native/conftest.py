@@ -51,6 +51,12 @@ def native_fmu(shared_folder: Path, c_compiler: Compiler) -> BuildNative:
     return build
 
 
+@pytest.fixture(scope="session")
+def sanitized_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder for objects with sanitizers, which the tests of one worker share."""
+    return tmp_path_factory.mktemp("sanitized")
+
+
 @contextmanager
 def _alone(lock: Path) -> Iterator[None]:
     """Held by one worker at a time."""

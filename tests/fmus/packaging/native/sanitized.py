@@ -24,19 +24,26 @@ addresses watches each of them."""
 def compile_sanitized(
     name: str, version: FmiVersion, compiler: Compiler, folder: Path, driver: Path, *options: str
 ) -> Path:
-    """Program of a driver and a component's FMU; what both versions share is compiled once a folder."""
+    """Program of a driver and a component's FMU; in one folder each unit of an FMU is compiled once."""
     # The generated functions are straight lines of arithmetic: unoptimised they compile in a moment.
     command = [*compiler.command, "-std=c99", "-O0", "-Wall", "-Wextra", "-pedantic", "-Wno-unused"]
-    command += [*_SANITIZERS, "-I.", f"-I{header_folder()}", *options]
-    sources, _ = native_sources(COMPONENTS[name], version)
-    for file, text in sources.items():
-        (folder / file).write_text(text, encoding="utf-8")
-    objects = [file.replace(".c", ".o") for file in _GENERATED]
-    if not (folder / objects[0]).is_file():
-        _compile([*command, *_ARITHMETIC, "-c", *_GENERATED], folder)
-    program = folder / f"{driver.stem}_fmi{version[0]}"
-    wrapper = f"fmi{version[0]}_cs.c"
-    _compile([*command, str(driver), "model.c", wrapper, *objects, "-o", str(program), "-lm"], folder)
+    command += [*_SANITIZERS, "-I.", f"-I{header_folder()}"]
+    shared, home = folder / name, folder / name / version
+    home.mkdir(parents=True, exist_ok=True)
+    objects = [f"../{file.replace('.c', '.o')}" for file in _GENERATED]
+    units = ["model.c", f"fmi{version[0]}_cs.c"]
+    if not (home / "model.o").is_file():
+        sources, _ = native_sources(COMPONENTS[name], version)
+        for file, text in sources.items():
+            (home / file).write_text(text, encoding="utf-8")
+        if not (home / objects[0]).is_file():
+            _compile([*command, *_ARITHMETIC, "-c", *_GENERATED], home)
+            for file in objects:
+                (home / Path(file).name).rename(home / file)
+        _compile([*command, "-c", *units], home)
+    objects += [unit.replace(".c", ".o") for unit in units]
+    program = shared / f"{driver.stem}_fmi{version[0]}"
+    _compile([*command, *options, str(driver), *objects, "-o", str(program), "-lm"], home)
     return program
 
 

@@ -16,6 +16,8 @@ from warmlink.fmus.packaging.native.compile import Compiler
 
 from .sanitized import COMPONENTS, VERSIONS, compile_sanitized
 
+pytestmark = pytest.mark.xdist_group("sanitized")
+
 HERE = Path(__file__).parent
 CALLS = os.environ.get("WARMLINK_RANDOM_CALLS")
 SHORT = ("DriftCamera", "DutyCycle", "Heater", "TemperatureSensors")
@@ -23,12 +25,17 @@ SHORT = ("DriftCamera", "DutyCycle", "Heater", "TemperatureSensors")
 
 
 @pytest.mark.parametrize("name", COMPONENTS if CALLS else SHORT)
-def test_random_calls_do_no_harm(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
+def test_random_calls_do_no_harm(name: str, c_compiler: Compiler, sanitized_folder: Path) -> None:
     calls = CALLS or "10000"
     seed = os.environ.get("WARMLINK_SEED") or (str(random.SystemRandom().randrange(10**6)) if CALLS else "13")
     for version in VERSIONS:
         program = compile_sanitized(
-            name, version, c_compiler, tmp_path, HERE / "drivers" / "random_calls.c", f"-DFMI={version[0]}"
+            name,
+            version,
+            c_compiler,
+            sanitized_folder,
+            HERE / "drivers" / "random_calls.c",
+            f"-DFMI={version[0]}",
         )
         done = subprocess.run([program, seed, calls], capture_output=True, text=True, timeout=250)
         print(f"FMI {version}, seed {seed}: {done.stdout}")

@@ -12,25 +12,27 @@ from warmlink.fmus.packaging.native.compile import Compiler
 
 from .sanitized import COMPONENTS, VERSIONS, compile_sanitized
 
+pytestmark = pytest.mark.xdist_group("sanitized")
+
 HERE = Path(__file__).parent
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMPONENTS)
-def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
+def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, sanitized_folder: Path) -> None:
     for version in VERSIONS:
         driver = HERE / "drivers" / f"drive_fmi{version[0]}.c"
-        program = compile_sanitized(name, version, c_compiler, tmp_path, driver)
+        program = compile_sanitized(name, version, c_compiler, sanitized_folder, driver)
         environment = {**os.environ, "ASAN_OPTIONS": "detect_leaks=1"}
         done = subprocess.run([program], capture_output=True, text=True, env=environment)
         assert done.returncode == 0, done.stderr[-3000:]
 
 
 @pytest.mark.parametrize("name", ["Heater", "TemperatureSensors"])
-def test_nothing_in_the_run_asks_for_memory(name: str, c_compiler: Compiler, tmp_path: Path) -> None:
+def test_nothing_in_the_run_asks_for_memory(name: str, c_compiler: Compiler, sanitized_folder: Path) -> None:
     wrapped = [f"-Wl,--wrap={function}" for function in ("malloc", "calloc", "realloc")]
     program = compile_sanitized(
-        name, "3.0", c_compiler, tmp_path, HERE / "drivers" / "count_allocations.c", *wrapped
+        name, "3.0", c_compiler, sanitized_folder, HERE / "drivers" / "count_allocations.c", *wrapped
     )
     done = subprocess.run([program], capture_output=True, text=True)
     exchanges = name == "Heater"

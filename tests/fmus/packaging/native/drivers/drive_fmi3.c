@@ -102,7 +102,8 @@ static void run(bool with_updates)
         EXPECT(fmi3DoStep(driven, time, step, true, &event, &end, &early, &reached) == fmi3OK);
         EXPECT(early == (reached < time + step) && reached > time);
         time = reached;
-        read_all(index % 6 == 0);
+        /* Derivatives know nothing of updates within a step: the run without them asks for all pairs. */
+        read_all(index % 6 == 0 && !with_updates);
         EXPECT(fmi3DoStep(driven, time, -step, true, NULL, NULL, NULL, NULL) == fmi3Error);
         if (index == 10)
             EXPECT(fmi3GetFMUState(driven, &state) == fmi3OK);
