@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from scipy import linalg
 from warmlink.controllers.design.plant import (
     INPUTS,
     OUTPUTS,
+    USUAL_SPEED,
+    LinearPlant,
     Plant,
     cell_plant,
     plant_model,
@@ -32,7 +34,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Unknown:
-    """What the designer does not know: sizes (1 sigma) and how long they last.
+    """What the designer does not know: sizes (1 sigma) and how long they last, as they suit the nominal cell.
 
     Attributes
     ----------
@@ -44,6 +46,7 @@ class Unknown:
     expansion, expansion_time : relative error of the expansion coefficient
     offset, offset_time : error in m that no temperature explains
     uniform : doubt in K about a cold start
+    quiet_share : share of unknown heat and profile that the quiet filter expects
     """
 
     shaft_heat: float = 20.0
@@ -56,6 +59,11 @@ class Unknown:
     offset: float = 5e-6
     offset_time: float = 1e5
     uniform: float = 0.03
+    quiet_share: float = 0.05
+
+
+REDUCTION_SHARE = 0.3
+"""Share of the reduced model's largest temperature error that counts as an error of each mode, 1 sigma."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,7 @@ def design_controller(
     sensor_std : standard deviation in K of a reading, one for all or one by sensor
     sample_time : time in s between two corrections
     plant : motors and links; those of the nominal warm-up cell by default
-    unknown : what is unknown, by default what suits a cell with a heating pad
+    unknown : what is unknown, by default what `expected` gives for a cell with a heating pad
     camera_std : standard deviation in m of a camera reading, for `observer_drift`; by default that of the
         DriftCamera component
 
@@ -104,9 +112,10 @@ def design_controller(
     if law not in {"observer", "observer_drift"}:
         raise InputError(f"law: {law!r} has no design; design 'observer' or 'observer_drift'")
     stds = sensor_stds(sensors, sensor_std)
-    unknown = unknown or Unknown()
     plant = plant or cell_plant()
-    reduced = reduce_plant(plant_model(plant), MODES)
+    linear = plant_model(plant)
+    reduced = reduce_plant(linear, MODES)
+    unknown = unknown or expected(linear, reduced)
     values: dict[str, float | list[float]] = {
         "sample_time": sample_time,
         **plant_parameters(reduced, plant),
@@ -119,6 +128,7 @@ def design_controller(
         "disturbance_std": [unknown.shaft_heat, unknown.link_heat],
         "disturbance_time": [unknown.shaft_heat_time, unknown.link_heat_time],
         "disturbance_start": [1.0, 1.0],
+        "quiet_share": unknown.quiet_share,
     }
     if law == "observer_drift":
         values["disturbance_std"] = [unknown.shaft_heat, unknown.link_heat, unknown.expansion, unknown.offset]
@@ -132,6 +142,28 @@ def design_controller(
         values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
         values["camera_std"] = camera_noise() if camera_std is None else camera_std
     return Design(values, reduced)
+
+
+def expected(linear: LinearPlant, reduced: ReducedPlant) -> Unknown:
+    """What is unknown of a plant: as of the nominal cell, in proportion to what it does to this one.
+
+    Unknown heat in the link is as large a part of the heat that the link holds as in the nominal cell, when
+    the shaft is heated at the usual speed. Where the reduced model leaves out more than the profile's other
+    errors, that is the profile's error; it is always there, so that the quiet filter expects it too.
+    """
+    usual = Unknown()
+    heat = usual.link_heat * _held_of_link_heat(plant_model()) / _held_of_link_heat(linear)
+    profile = max(usual.profile, REDUCTION_SHARE * reduced.error.temperature_step)
+    quiet = max(usual.quiet_share, 1.0 - usual.profile / profile)
+    return replace(usual, link_heat=heat, profile=profile, quiet_share=quiet)
+
+
+def _held_of_link_heat(plant: LinearPlant) -> float:
+    """Heat that the link holds in the end by 1 W in itself, relative to 1 W in the shaft."""
+    A, B = plant.at(USUAL_SPEED)
+    link = list(plant.link_states)
+    held = (plant.heat_capacity * plant.uniform)[link] @ np.linalg.solve(-A, B)[link]
+    return float(held[INPUTS.index("link_heat")] / held[INPUTS.index("shaft_heat")])
 
 
 def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:

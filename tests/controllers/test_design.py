@@ -166,6 +166,23 @@ def test_the_shipped_parameter_sets_are_reproduced(name: str, designed_now: Mapp
     assert as_json(SHIPPED[name]) == design_file(name).read_text("utf-8"), "as `write_all` writes it"
 
 
+def test_what_is_unknown_goes_by_the_plant() -> None:
+    """A slender steel link: its shaft's heat hardly reaches it, and seven modes leave out 0.4 K."""
+    steel = {
+        "length": 0.8,
+        "tip_position": 0.78,
+        "conductivity": 53.3,
+        "density": 7850.0,
+        "specific_heat": 441.0,
+    }
+    design = design_controller(plant=cell_plant(link=steel))
+    largest = np.array(design.parameters["profile_std"]) * np.abs(design.reduced.C[:-1]).max(axis=0)
+    assert largest == pytest.approx(0.3 * design.reduced.error.temperature_step)
+    shaft, link = np.array(design.parameters["disturbance_std"])
+    assert (shaft, link) == (20.0, pytest.approx(0.143, abs=0.001))
+    assert design.parameters["quiet_share"] == pytest.approx(0.968, abs=0.001)
+
+
 @pytest.mark.parametrize(
     "sensors", [("base", "tip"), ("shaft",), ("shaft", "winding", "base", "middle", "tip")]
 )

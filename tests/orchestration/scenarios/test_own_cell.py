@@ -31,6 +31,7 @@ link = "steel"
 [parameters]
 "link.length" = "800 mm"
 "link.tip_position" = "780 mm"
+"link.sensor_position[2]" = "200 mm"
 [sensors]
 noise = "0.1 K"
 used = ["base", "middle", "tip"]
@@ -103,6 +104,17 @@ def test_one_file_goes_through_run_design_save_and_simulate(warmlink: Warmlink) 
     ran = wl.run("my_cell.toml", parameters="observer.ssv")
     for name in ("link.elongation", "compensator.correction"):
         np.testing.assert_array_equal(saved[name], ran.result[name])
+
+
+@pytest.mark.parametrize("mismatch", ["insulated", "ventilated"])
+def test_the_observer_designed_for_it_tolerates_a_cell_that_differs(
+    warmlink: Warmlink, mismatch: str
+) -> None:
+    """The two of `compare`'s mismatches under which it removes least."""
+    designed = wl.design("my_cell.toml").parameters
+    percent = wl.run("my_cell.toml", parameters=designed, mismatches=[mismatch]).reduction_percent
+    assert percent is not None
+    assert percent > 95
 
 
 def test_what_is_set_beside_the_file_stands_in_the_advice(warmlink: Warmlink) -> None:
