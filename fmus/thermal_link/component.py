@@ -85,6 +85,15 @@ _PARAMETERS = (
         tunable=True,
     ),
     Parameter(
+        "convection_rise_exponent",
+        "1",
+        0,
+        "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K",
+        minimum=0,
+        maximum=0.5,
+        tunable=True,
+    ),
+    Parameter(
         "emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1, tunable=True
     ),
     Parameter(

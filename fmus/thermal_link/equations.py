@@ -37,6 +37,9 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 REFERENCE_TEMPERATURE = 295.15
 """K, at which temperature-dependent conductivity has its stated value."""
 
+ORDINARY_RISE = 10.0
+"""K over the surroundings, at which the coefficient of still air has its stated value."""
+
 SENSORS = 8
 
 TINY = 1e-30
@@ -157,12 +160,24 @@ def ambient_temperature(u: Record, p: Record, time: Number) -> Number:
 def surface_loss(temperature: Number, u: Record, p: Record, ambient: Number) -> Number:
     """Heat flow in W that each node loses through its surface, shape (cells,)."""
     lever = (p.tip_position - p.base_position) / 2
+    rise = temperature - ambient
     flux = (
-        convection_coefficient(u, p, lever) * (temperature - ambient)
+        (convection_coefficient(u, p, lever) + p.convection_still * buoyancy(rise, p)) * rise
         + p.emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4)
         - p.absorbed_flux
     )
     return p.surface_area * flux
+
+
+def buoyancy(rise: Number, p: Record) -> Number:
+    """By how much the coefficient of still air is larger than at the ordinary rise, relative to that.
+
+    Free convection goes with a power n of the rise (Holman, chapter 7). Of (rise / 10 K)^n this is the Pade
+    approximant [2/2] about 10 K, for n up to 1/2 within 1.7 % from 2 to 40 K, without a power for each node.
+    """
+    n, square = p.convection_rise_exponent, (rise / ORDINARY_RISE) ** 2
+    linear = 2 * (4 - n**2) / ORDINARY_RISE * absolute(rise)
+    return 6 * n * (square - 1) / ((1 - n) * (2 - n) * square + linear + (1 + n) * (2 + n))
 
 
 def elongation(temperature: Number, p: Record) -> Number:

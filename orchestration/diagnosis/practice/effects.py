@@ -147,6 +147,7 @@ EFFECTS: Mapping[str, Effect] = {
         3.0, lambda truth, size, duration: replace(truth, start=COLD + size), both_signs=True
     ),
     "friction_level": Effect(1.15, _field("friction"), neutral=1, both_signs=True),
+    "free_convection": Effect(0.25, _field("free_exponent")),
     "coulomb_friction": Effect(1.3, _field("coulomb", True), neutral=1, both_signs=True),
     "viscous_friction": Effect(1.3, _field("viscous", True), neutral=1, both_signs=True),
     "friction_temperature_dependence": Effect(0.01, _field("friction_slope"), both_signs=True),

@@ -49,6 +49,7 @@ PROMISED = (
     "crosstalk",
     "joint_conductance",
     "iron_loss",
+    "free_convection",
     "housing_heat_loss",
     "coulomb_friction",
     "viscous_friction",

@@ -104,6 +104,7 @@ def test_an_effect_without_a_term_is_refused_with_what_is_possible() -> None:
     without = {name for name in EFFECTS if not carried(name)}
     assert without == {
         "mixed_convection",
+        "free_convection",
         "conductivity_temperature_dependence",
         "hub_heat_capacity",
         "tip_heat_capacity",
