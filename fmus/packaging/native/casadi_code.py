@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from warmlink.fmus.packaging.native.symbols import Expression
@@ -21,7 +22,20 @@ def function(name: str, arguments: list[Expression], result: Expression) -> Any:
     import casadi
 
     kind = type(arguments[0])
-    return casadi.Function(name, arguments, [casadi.cse(casadi.densify(kind(result)))])
+    with unsimplified():
+        return casadi.Function(name, arguments, [casadi.cse(casadi.densify(kind(result)))])
+
+
+@contextmanager
+def unsimplified() -> Iterator[None]:
+    """Keep expressions as they are written: CasADi turns each product with a reciprocal into a division."""
+    import casadi
+
+    casadi.GlobalOptions.setSimplificationOnTheFly(False)
+    try:
+        yield
+    finally:
+        casadi.GlobalOptions.setSimplificationOnTheFly(True)
 
 
 def functions_file(prefix: str, functions: Iterable[Any]) -> str:

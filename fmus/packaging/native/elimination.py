@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from warmlink.fmus.packaging.native.casadi_code import unsimplified
+
 Expression = Any
 """A CasADi SX."""
 
@@ -77,7 +79,8 @@ class Factorisation:
             for j, element in self._rows[pivot].items():
                 if j in solution:
                     value = value - element * solution[j]
-            solution[pivot] = value * self._reciprocals[pivot]
+            with unsimplified():
+                solution[pivot] = value * self._reciprocals[pivot]
         return casadi.vertcat(*(solution[i] for i in range(size)))
 
     def _eliminate(self, pivot: int, remaining: set[int]) -> None:
@@ -87,7 +90,8 @@ class Factorisation:
             below = self._rows[i].pop(pivot, None)
             if below is None:
                 continue
-            factor = below * self._reciprocals[pivot]
+            with unsimplified():
+                factor = below * self._reciprocals[pivot]
             self._lower.append((i, pivot, factor))
             for j, element in row.items():
                 if j in remaining:
