@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warmlink.controllers.design.gains import design_controller
+from warmlink.controllers.design.middle import middle_advice
 from warmlink.controllers.design.plant import Plant, cell_plant
 from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
@@ -112,7 +113,8 @@ class Designed(Answer):
             )
         known = listed(changed) + " changed from nominal" if changed else "nominal"
         lines.append(f"plant: {'as in a run of its FMUs' if self.plant is None else known}")
-        return "\n".join(lines)
+        advice = None if self.reduced is None or self.plant is None else middle_advice(self.plant)
+        return "\n".join([*lines, *([advice] if advice else [])])
 
 
 def design(

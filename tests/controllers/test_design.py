@@ -1,5 +1,6 @@
 """Plant model, reduction and gains: against the components themselves and against scipy."""
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy import linalg
 
 from warmlink.controllers.design.gains import Unknown, design_controller, uniform_profile
+from warmlink.controllers.design.middle import middle_advice
 from warmlink.controllers.design.plant import (
     INPUTS,
     OUTPUTS,
@@ -181,6 +183,22 @@ def test_what_is_unknown_goes_by_the_plant() -> None:
     shaft, link = np.array(design.parameters["disturbance_std"])
     assert (shaft, link) == (20.0, pytest.approx(0.143, abs=0.001))
     assert design.parameters["quiet_share"] == pytest.approx(0.968, abs=0.001)
+
+
+def test_a_middle_thermometer_that_stays_cold_is_told() -> None:
+    assert middle_advice(cell_plant()) is None
+    slender = {"length": 0.8, "tip_position": 0.78, "conductivity": 53.3}
+    told = middle_advice(cell_plant(link=slender))
+    assert told is not None
+    found = re.fullmatch(r"thermometers: .* at 403 mm, rises by (\S+) %.*\[2\] = (\d+) mm", told)
+    assert found is not None
+    plant = plant_model(cell_plant(link={**slender, "sensor_position[2]": float(found[2]) / 1e3}))
+    A, B = plant.at(USUAL_SPEED)
+    rise = plant.C @ np.linalg.solve(-A, B[:, INPUTS.index("shaft_heat")])
+    assert float(found[1]) < 5
+    assert rise[OUTPUTS.index("middle_temperature")] / rise[
+        OUTPUTS.index("base_temperature")
+    ] == pytest.approx(0.2, abs=0.03)
 
 
 @pytest.mark.parametrize(

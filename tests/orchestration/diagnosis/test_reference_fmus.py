@@ -21,8 +21,9 @@ from tests.orchestration.diagnosis.test_loop import Here
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.model import driven
-from warmlink.orchestration.system.assemble import assemble
-from warmlink.orchestration.system.model import DefaultExperiment
+from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.system.assemble import assemble, component, connect
+from warmlink.orchestration.system.model import DefaultExperiment, System
 
 ORIGIN = "https://github.com/modelica/Reference-FMUs"
 NAME = "Dahlquist"
@@ -50,6 +51,28 @@ check = "Step it."
 reading = { of = "decay.x", lag = "s" }
 between = ["0 s", "5 min"]
 """
+LINK_COLUMNS = {
+    "base [degC]": "link.base_temperature",
+    "middle [degC]": "link.sensor_temperature[2]",
+    "tip [degC]": "link.tip_temperature",
+}
+FREES = """
+[[cause]]
+name = "{0}"
+sentence = "The {0} is another one."
+check = "Measure it."
+frees = ["{1}.{0}"]
+between = ["{2}", "{3}"]
+"""
+LINK_CAUSES = RATE + "".join(
+    FREES.format(*each)
+    for each in (
+        ("tip_conductance", "link", "0 W/K", "5 W/K"),
+        ("convection_still", "link", "1 W/(m**2*K)", "30 W/(m**2*K)"),
+        ("specific_heat", "link", "400 J/(kg*K)", "2000 J/(kg*K)"),
+        ("power", "heater", "2 W", "40 W"),
+    )
+)
 
 
 @pytest.fixture(scope="module")
@@ -104,3 +127,32 @@ def test_a_rate_that_is_no_candidate_is_unknown(
 ) -> None:
     monkeypatch.setattr(driven, "_pool", Here)
     assert diagnosed(fmu, tmp_path, 1.5, READING, 1).verdict == "unknown"
+
+
+@pytest.mark.slow
+def test_a_hidden_loss_beside_it_is_named(fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its decay drives the heater of a link that loses heat at its tip, in nine of ten random strengths.
+
+    In Dahlquist's equation itself, der(x) = -k x, an extra loss is another rate and nothing else.
+    """
+    monkeypatch.setattr(driven, "_pool", Here)
+    files = FmuStore("native").files(["Heater", "ThermalLink"])
+    parts = {
+        "decay": component("decay", fmu, {"k": DECAY / 2}),
+        "heater": component("heater", files["Heater"], {"power": 10.0}),
+        "link": component("link", files["ThermalLink"]),
+    }
+    wires = (("decay.x", "heater.on"), ("heater.heat_flow", "link.heat_flow"))
+    connected = tuple(connect(parts, *wire) for wire in wires)
+    base = System("Fading", parts, connected, DefaultExperiment(0.0, 3000.0, 10.0))
+    path = experiment(tmp_path, base, LINK_COLUMNS, LINK_CAUSES)
+    said = []
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        hidden = float(np.exp(random.uniform(np.log(0.01), np.log(0.3))))
+        truth = with_values(base, {"link": {"tip_conductance": hidden}})
+        run = measured(truth, LINK_COLUMNS, 0.05, seed, row=20.0, step=0.1)
+        write_csv(run, tmp_path / "run.csv")
+        found = diagnose_experiment(read([path]))
+        said.append((found.verdict, found.assessment.best.name))
+    assert said.count(("named", "tip_conductance")) >= 9, said
