@@ -37,7 +37,7 @@ class ThermoElasticity:
         skfem = scikit_fem()
         if order not in (1, 2):
             raise InputError(f"order: {order} is neither 1 (8-node) nor 2 (20-node)")
-        self.body = body
+        self.body, self._order = body, order
         element = skfem.ElementHex1() if order == 1 else skfem.ElementHexS2()
         self._basis = skfem.Basis(body.mesh, element, intorder=3 if order == 1 else 5)
         self._heat_basis = self._basis.with_element(skfem.ElementHex1())
@@ -77,6 +77,10 @@ class ThermoElasticity:
     @cached_property
     def _factor(self) -> Any:
         free = csc_matrix(self._stiffness()[self._free][:, self._free])
+        if self._order == 2:
+            return splu(
+                free, permc_spec="COLAMD"
+            )  # fills in less with 20-node elements, and takes half the time
         return splu(free, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def _stiffness(self) -> csc_matrix:
