@@ -78,9 +78,8 @@ class ThermoElasticity:
     def _factor(self) -> Any:
         free = csc_matrix(self._stiffness()[self._free][:, self._free])
         if self._order == 2:
-            return splu(
-                free, permc_spec="COLAMD"
-            )  # fills in less with 20-node elements, and takes half the time
+            # With 20-node elements it fills in less, and takes half the time.
+            return splu(free, permc_spec="COLAMD")
         return splu(free, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def _stiffness(self) -> csc_matrix:
