@@ -19,13 +19,16 @@ def middle_advice(plant: Plant) -> str | None:
     Compared are rises that heat in the shaft makes in the end at the usual speed. Along a slender link the
     rise falls exponentially, so that one place tells where it has fallen to a share.
     """
-    if len(plant.links) != 1 or not {"base_temperature", "middle_temperature"} <= set(plant.read):
+    (link, *others) = plant.links
+    sits = f"{link}.sensor_position[2]"
+    usual = {"base": f"{link}.base_temperature", "middle": f"{link}.sensor_temperature[2]"}
+    as_usual = all(plant.read.get(f"{name}_temperature") == variable for name, variable in usual.items())
+    if others or not as_usual or sits not in plant.component.p.index:
         return None
-    (link,) = plant.links
     model = plant_model(plant)
     A, B = model.at(USUAL_SPEED)
     rise = model.C @ np.linalg.solve(-A, B[:, INPUTS.index("shaft_heat")])
-    base, middle = (rise[OUTPUTS.index(f"{name}_temperature")] for name in ("base", "middle"))
+    base, middle = (rise[OUTPUTS.index(f"{name}_temperature")] for name in usual)
     share = float(middle / base)
     if not 0 < share < LEAST_SHARE:
         return None
@@ -34,5 +37,5 @@ def middle_advice(plant: Plant) -> str | None:
     place = begins + (now - begins) * np.log(GOOD_SHARE) / np.log(share)
     return (
         f"thermometers: the one in the middle, at {1e3 * now:.0f} mm, rises by {100 * share:.2g} % of the "
-        f"base's rise; use base, middle and tip with {link}.sensor_position[2] = {1e3 * place:.0f} mm"
+        f"base's rise; use base, middle and tip with {sits} = {1e3 * place:.0f} mm"
     )
