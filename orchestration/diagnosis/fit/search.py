@@ -42,8 +42,11 @@ _ALIKE = 0.1
 _SLACK, _WINS = 6.0, 4.0
 """What a prediction may be off by, for a set of as many causes and for a larger one."""
 
-MOST_FITS, _PER_ROUND = 45, 4
+_MOST_FITS, _PER_ROUND = 45, 4
 """Fits that a search may take, and those between two looks at what is most promising."""
+
+_HOPELESS, _IN_VAIN = 1e-30, 12
+"""Probability of what the best set leaves, and fits that did not better it, at which a search ends."""
 
 _ALONE, _MOST_ALONE = 0.3, 12
 """Share of the best set's gain that is expected of a cause for it to be fitted alone, and number of those."""
@@ -140,11 +143,13 @@ class Search:
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
-    def run(self, most: int = MOST_FITS) -> Fit:
+    def run(self) -> Fit:
         """Search until no proposal may be better or as good, or so many fits were made."""
         alone: list[Proposal] = []
-        while len(self.fits) < most:
+        while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
+            if self._stuck(best):
+                break
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
             if not promising and not alone and self._doubtful(best):
@@ -158,6 +163,11 @@ class Search:
                 start = before.values if before else proposal.start()
                 self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
+
+    def _stuck(self, best: Fit) -> bool:
+        """Whether the best set leaves far too much, and many fits since then have not bettered it."""
+        since = len(self.fits) - list(self.fits).index(best.key)
+        return since > _IN_VAIN and self.lack_of_fit_p(best) < _HOPELESS
 
     def _doubtful(self, best: Fit) -> bool:
         """Whether a cause that promises less may be better: the best has several, or explains too little."""

@@ -18,16 +18,13 @@ from warmlink.orchestration.diagnosis.fit.lack_of_fit import (
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.fit.search import MOST_FITS, Search
+from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
 
 _SEEDS = 4
 """Models that a second search begins from."""
-
-_HOPELESS, _FEW_FITS = 1e-30, 12
-"""Probability of what is left below which no second search explained it in trials; the fits it then takes."""
 
 _GRID = 100.0
 """Chi-square that the grid's error at the values of another set may cost a set."""
@@ -96,8 +93,7 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
-        fits = MOST_FITS if search.lack_of_fit_p(best) > _HOPELESS else _FEW_FITS
-        search, best = _searched_again(search, best, progress, fits=fits)
+        search, best = _searched_again(search, best, progress)
         fewer = _with_fewer(search, best)
         if fewer is not None:
             search, best = _searched_again(search, fewer, progress)
@@ -133,7 +129,6 @@ def _searched_again(
     progress: Callable[[str], None],
     inflation: float = 1.0,
     liked: float = LIKED,
-    fits: int = MOST_FITS,
 ) -> tuple[Search, Fit]:
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
@@ -145,7 +140,7 @@ def _searched_again(
     fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
-    return fresh, fresh.run(fits)
+    return fresh, fresh.run()
 
 
 def _with_fewer(search: Search, best: Fit) -> Fit | None:
