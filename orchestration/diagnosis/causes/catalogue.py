@@ -41,7 +41,7 @@ class Cause:
     relative : whether the bounds are factors on the nominal value
     added : whether the value is added to each variable's own, so that the bounds are differences
     grouped : whether it may hold for the columns of one logger alone
-    material : whether it is a property of the material, which is the same in all runs
+    material : whether it is a property of the material, or a law of nature, that is the same in all runs
     each_run : whether every run has a value of its own
     covers : causes whose joint effect this one has, so that none of them is sought beside it
     covariate : input whose column the cause needs
