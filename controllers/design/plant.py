@@ -250,7 +250,7 @@ def _heat_capacity(plant: Plant, at: Point) -> Array:
 
 
 def _at_rest(plant: Plant, speed: float) -> Point:
-    """Everything at room temperature, nothing heated."""
+    """Everything at room temperature, nothing heated; still air as at the rise for which it is stated."""
     joined = plant.component
     parts = ("initial_winding_temperature", "initial_shaft_temperature")
     starts = {f"{each}.{part}": ROOM_TEMPERATURE for each in plant.motors for part in parts}
@@ -260,4 +260,5 @@ def _at_rest(plant: Plant, speed: float) -> Point:
     inputs |= dict.fromkeys(neighbours, ROOM_TEMPERATURE)
     inputs |= {f"{each}.speed": speed for each in (*plant.motors, *plant.links)}
     inputs |= {f"{each}.pad_mode": PAD_POWER for each in plant.motors}
-    return start(joined, {**starts, **plant.given, **inputs})
+    stated = {name: 0.0 for name in joined.p.names if name.endswith(".convection_rise_exponent")}
+    return start(joined, {**starts, **plant.given, **inputs, **stated})

@@ -50,6 +50,12 @@ def plant() -> LinearPlant:
     return plant_model()
 
 
+def test_still_air_counts_in_the_linear_plant_as_at_its_ordinary_rise(plant: LinearPlant) -> None:
+    buoyant = plant_model(cell_plant(link={"convection_rise_exponent": 0.25}))
+    for speed in (0.0, USUAL_SPEED):
+        np.testing.assert_array_equal(buoyant.at(speed)[0], plant.at(speed)[0])
+
+
 @pytest.mark.parametrize("mixing", [0.0, 1.0, 1.8])
 def test_the_linear_plant_follows_the_components(mixing: float) -> None:
     """Friction at the usual speed, no current: linear but for the speed, so the two are one."""
