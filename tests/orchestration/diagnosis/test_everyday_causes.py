@@ -1,4 +1,4 @@
-"""Wrong logs, late loggers and moved sensors are found by their own names."""
+"""Wrong logs, late loggers, moved sensors, friction and free convection are found by their own names."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,9 +44,13 @@ def nothing(columns: Columns) -> None:
         (high_torque, Truth(), "input_scale:torque"),
         (leaking_current, Truth(), "crosstalk:shaft_temperature"),
         (nothing, Truth(shift=(0.0, 0.005, 0.0)), "sensor_position:middle_temperature"),
+        (nothing, Truth(thinning=0.02), "lubricant_thinning"),
+        (nothing, Truth(coulomb=1.9, viscous=0.45), "coulomb_friction+viscous_friction"),
+        (nothing, Truth(housing=0.8), "housing_heat_loss"),
+        (nothing, Truth(free_exponent=0.25), "free_convection"),
     ],
 )
-def test_what_is_wrong_with_the_log_is_found(
+def test_what_is_wrong_is_found_by_its_own_name(
     tmp_path: Path, mislog: Callable[[Columns], None], truth: Truth, name: str
 ) -> None:
     def solver(nominal: Truth, duty: list[Segment], times: NDArray[np.float64]) -> Course:
@@ -58,6 +62,8 @@ def test_what_is_wrong_with_the_log_is_found(
     found = assess(read_experiment(tmp_path / "run.csv"))
     assert found.word in ("named", "ambiguous")
     assert name in {fit.name for fit in (found.best, *found.rivals)}
+    covered = {"coulomb_friction", "viscous_friction"}
+    assert not any("friction_level" in key and key & covered for key in found.search.fits)
 
 
 def test_a_cause_that_calibration_takes_up_hides_no_other(tmp_path: Path) -> None:
