@@ -63,7 +63,7 @@ class Unknown:
 
 
 REDUCTION_SHARE = 0.3
-"""Share of the reduced model's largest temperature error that counts as an error of each mode, 1 sigma."""
+"""Share of the reduced model's largest temperature error, less noise, that is each mode's error, 1 sigma."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def design_controller(
     plant = plant or cell_plant()
     linear = plant_model(plant)
     reduced = reduce_plant(linear, MODES)
-    unknown = unknown or expected(linear, reduced)
+    unknown = unknown or expected(linear, reduced, min(filter(None, stds), default=0.0))
     values: dict[str, float | list[float]] = {
         "sample_time": sample_time,
         **plant_parameters(reduced, plant),
@@ -144,16 +144,17 @@ def design_controller(
     return Design(values, reduced)
 
 
-def expected(linear: LinearPlant, reduced: ReducedPlant) -> Unknown:
+def expected(linear: LinearPlant, reduced: ReducedPlant, noise: float) -> Unknown:
     """What is unknown of a plant: as of the nominal cell, in proportion to what it does to this one.
 
     Unknown heat in the link is as large a part of the heat that the link holds as in the nominal cell, when
-    the shaft is heated at the usual speed. Where the reduced model leaves out more than the profile's other
-    errors, that is the profile's error; it is always there, so that the quiet filter expects it too.
+    the shaft is heated at the usual speed. What the reduced model leaves out beyond the best thermometer's
+    `noise` in K is the profile's error, unless its other errors are larger; it is always there, so that the
+    quiet filter expects it too.
     """
     usual = Unknown()
     heat = usual.link_heat * _held_of_link_heat(plant_model()) / _held_of_link_heat(linear)
-    profile = max(usual.profile, REDUCTION_SHARE * reduced.error.temperature_step)
+    profile = max(usual.profile, REDUCTION_SHARE * (reduced.error.temperature_step - noise))
     quiet = max(usual.quiet_share, 1.0 - usual.profile / profile)
     return replace(usual, link_heat=heat, profile=profile, quiet_share=quiet)
 

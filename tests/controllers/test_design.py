@@ -185,10 +185,10 @@ def test_what_is_unknown_goes_by_the_plant() -> None:
     }
     design = design_controller(plant=cell_plant(link=steel))
     largest = np.array(design.parameters["profile_std"]) * np.abs(design.reduced.C[:-1]).max(axis=0)
-    assert largest == pytest.approx(0.3 * design.reduced.error.temperature_step)
+    assert largest == pytest.approx(0.3 * (design.reduced.error.temperature_step - 0.1))
     shaft, link = np.array(design.parameters["disturbance_std"])
     assert (shaft, link) == (20.0, pytest.approx(0.143, abs=0.001))
-    assert design.parameters["quiet_share"] == pytest.approx(0.968, abs=0.001)
+    assert design.parameters["quiet_share"] == pytest.approx(1 - 0.003 / largest.max(), abs=1e-9)
 
 
 def test_a_middle_thermometer_that_stays_cold_is_told() -> None:
