@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
-from warmlink.fmus.packaging.native.codegen import micro_step
+from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.native.symbols import Symbols
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
@@ -159,7 +159,8 @@ class Cell:
         given = dict(zip(DEMANDS, ca.vertsplit(demands), strict=True))
         variables = [name.partition(".")[2] for name in cell.u.names]
         u = ca.vertcat(*(given.get(name, 0.0) for name in variables))
-        whole = ca.Function("whole", [s.x, s.u, s.d, s.time, s.step], [micro_step(cell, s, s.u)])
+        _, arguments, after = next(stepping(cell, s))
+        whole = ca.Function("whole", arguments, [after])
         size = cell.continuous.size
         x = ca.vertcat(whole(s.x, u, s.d, s.time - self.step, self.step), s.x[size:])
         # The law before the camera, which the shipped system steps the other way round: its picture is a

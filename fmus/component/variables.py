@@ -89,6 +89,8 @@ class Parameter(Variable):
     positive : the value must lie above 0, which it may not reach
     tunable : may change between communication steps; acts from the next sample or micro step on, and on the
         outputs that depend on it at once
+    rare : it is 0 unless somebody wants what it brings; while all rare parameters are 0, the step in C leaves
+        that out
     """
 
     start: float
@@ -96,6 +98,7 @@ class Parameter(Variable):
     starts: tuple[float, ...] | None = field(default=None, kw_only=True)
     positive: bool = field(default=False, kw_only=True)
     tunable: bool = field(default=False, kw_only=True)
+    rare: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,7 @@ _PARAMETERS = (
         minimum=0,
         maximum=0.2,
         nominal=0.01,
+        rare=True,
     ),
     Parameter("standby_power", "W", 0, "heat into the shaft at all times", nominal=1, tunable=True),
     Parameter("pad_gain", "W/K", 20, "gain of the pad's temperature control", minimum=0, tunable=True),

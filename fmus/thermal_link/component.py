@@ -53,6 +53,7 @@ _PARAMETERS = (
         minimum=-0.01,
         maximum=0.01,
         nominal=1e-3,
+        rare=True,
     ),
     Parameter("density", "kg/m3", 2713, "density", positive=True),
     Parameter("specific_heat", "J/(kg.K)", 892, "specific heat capacity", positive=True),
@@ -83,6 +84,7 @@ _PARAMETERS = (
         minimum=0,
         maximum=1.8,
         tunable=True,
+        rare=True,
     ),
     Parameter(
         "convection_rise_exponent",
@@ -92,9 +94,17 @@ _PARAMETERS = (
         minimum=0,
         maximum=0.5,
         tunable=True,
+        rare=True,
     ),
     Parameter(
-        "emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1, tunable=True
+        "emissivity",
+        "1",
+        0,
+        "emissivity of the surface; 0: no radiation",
+        minimum=0,
+        maximum=1,
+        tunable=True,
+        rare=True,
     ),
     Parameter(
         "absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10, tunable=True

@@ -69,13 +69,13 @@ def test_still_air_and_motion_may_combine_as_the_root_of_cubes(speed: float) -> 
 
 @pytest.mark.parametrize("exponent", [0.1, 1 / 3, 0.5])
 def test_still_air_may_take_heat_with_a_power_of_the_rise(exponent: float) -> None:
-    """Of one temperature throughout it loses Q = h A r (r / 10 K)^n; the approximant holds from 2 to 40 K."""
+    """Of one temperature throughout it loses Q = h A r (r / 10 K)^n; the approximant holds from 1 to 60 K."""
     surface = PERIMETER * 0.3302 + 2 * SECTION
-    for rise in (-10.0, 2.0, 10.0, 40.0):
+    for rise in (-10.0, 1.0, 2.0, 10.0, 40.0, 60.0):
         link = Instance(COMPONENT)
         link.set({"initial_temperature": COLD + rise, "convection_rise_exponent": exponent})
         wanted = 4.55 * surface * rise * (abs(rise) / 10) ** exponent
-        assert link.get("surface_heat_loss") == pytest.approx(wanted, rel=0.017)
+        assert link.get("surface_heat_loss") == pytest.approx(wanted, rel=0.021)
 
 
 def test_a_conductance_at_the_tip_draws_heat_as_a_fin_with_another_tip() -> None:

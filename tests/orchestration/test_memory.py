@@ -1,4 +1,4 @@
-"""A run of thirty days needs no more memory than one of an hour."""
+"""A run of thirty days needs no more memory than one of three."""
 
 from __future__ import annotations
 
@@ -93,14 +93,13 @@ def growth(cell: Path, stop: str, step: str, folder: Path, checkpoint: int) -> f
 
 @pytest.mark.slow
 @pytest.mark.platform
-def test_thirty_days_need_no_more_memory_than_an_hour(cell: Path, tmp_path: Path) -> None:
+def test_thirty_days_need_no_more_memory_than_three(cell: Path, tmp_path: Path) -> None:
+    """Three fill each block of rows that is written; the values of thirty are ten times as many."""
     if not Path("/proc/self/smaps_rollup").exists():
         pytest.skip("reads the memory of a process as Linux tells it")
-    hour = growth(cell, "1 h", "1 s", tmp_path / "hour", 1000)
-    # In hours like the other: days would load the unit library.
-    month = growth(cell, "720 h", "30 s", tmp_path / "month", 10_000)
+    # In hours: days would load the unit library.
+    three, thirty = (growth(cell, f"{hours} h", "30 s", tmp_path / str(hours), 3000) for hours in (72, 720))
     rows = 30 * 24 * 120 + 1
-    values = (tmp_path / "month" / "values.npy").stat().st_size / 2**20
-    # The values alone are of another order.
+    values = (tmp_path / "720" / "values.npy").stat().st_size / 2**20
     assert values > 8 * 35 * rows / 2**20
-    assert month < hour + 0.2 * values, (hour, month, values)
+    assert thirty < three + 0.2 * values, (three, thirty, values)

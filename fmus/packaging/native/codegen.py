@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import accumulate
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
-from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.native.casadi_code import function, functions_file
-from warmlink.fmus.packaging.native.elimination import Factorisation
 from warmlink.fmus.packaging.native.joint_code import (
     running_parts,
     sample_glue,
     starting_glue,
     starting_parts,
 )
+from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
 from warmlink.fmus.packaging.native.output_groups import output_groups
 from warmlink.fmus.packaging.native.symbols import Expression, Symbols, beginning, sampling
 
@@ -43,6 +41,8 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     if component.joint is not None:
         starting += starting_glue(component, component.joint)
         running += sample_glue(component, component.joint)
+    if component.continuous.size:
+        running += choice_of_step(component, ("x", "u", "later", "d", "time", "step"))
     return {
         "component.h": sizes_header(component, arrays),
         "starting.c": starting,
@@ -126,7 +126,8 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
             yield function(*sampling(component, number))
     if component.continuous.size:
         later = _like(s.u)
-        yield function("advance", [s.x, s.u, later, s.d, s.time, s.step], micro_step(component, s, later))
+        for part in stepping(component, s, later):
+            yield function(*part)
         if not component.sampled:  # what samples gives no output derivatives
             yield from _with_tangent("rates", s, component.rates_of(*now))
 
@@ -147,31 +148,6 @@ def _with_tangent(name: str, s: Symbols, expression: Expression) -> Iterator[Any
     now = [s.x, s.u, s.d, s.time]
     yield function(name or "values", now, expression)
     yield function(f"{name}_tangent".lstrip("_"), [*now, *along], slope)
-
-
-def micro_step(component: Component, s: Symbols, later: Expression) -> Expression:
-    """Continuous states after one step of ROS2, the method of the Python form, as expressions.
-
-    Parameters
-    ----------
-    component : a component with rates
-    s : its symbols, the inputs being those at the start of the step
-    later : inputs at the end of the step, shape (u.size,)
-    """
-    import casadi
-
-    size = component.continuous.size
-    x, held = s.x[:size], s.x[size:]
-    slope = component.rates_of(s.x, s.u, s.d, s.time)
-    if component.solve is None:
-        solve = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x)).solve
-    else:
-        solve = partial(component.solved, p=s.d, step=GAMMA * s.step)
-
-    def slope_ahead(ahead: Expression) -> Expression:
-        return component.rates_of(casadi.vertcat(ahead, held), later, s.d, s.time + s.step, since=s.time)
-
-    return ros2(slope, solve, slope_ahead, x, s.step)
 
 
 def _like(symbols: Expression) -> Expression:

@@ -16,10 +16,10 @@ from warmlink.fmus.component.join import join
 from warmlink.fmus.component.limits import BOUND_TOLERANCE, ordinary_size
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import function, functions_text
-from warmlink.fmus.packaging.native.codegen import micro_step
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.joint_code import running_parts, sample_glue
 from warmlink.fmus.packaging.native.lanes import in_lanes, processor
+from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.symbols import Expression, Function, Symbols
 
@@ -80,7 +80,7 @@ class _Cell:
         """C that the core calls, in files of which a similar system needs some as they are."""
         s, driven = self.s, self.driven
         now = [s.x, s.u, s.d, s.time]
-        alone = {"advance": [("advance", [*now, s.step], micro_step(driven, s, s.u))]}
+        alone = {"advance": [*stepping(driven, s)]}
         together = [("demand", [self._settled, s.time], self._inputs())]
         for each in running_parts(driven, self.joint, now):
             if each[0].startswith("update_"):
@@ -89,6 +89,7 @@ class _Cell:
                 together.append(each)
         together.append(("record", [self._settled, *now], self._row(recorded, now)))
         texts = {f"{name}.c": _text(name, given, (name,)) for name, given in alone.items()}
+        texts["advance.c"] += choice_of_step(driven, ("x", "u", "d", "time", "step"))
         declared = "".join(
             _DECLARED.format(name, ", ".join(["const double *"] * len(given[0][1])))
             for name, given in alone.items()
