@@ -62,8 +62,8 @@ class Unknown:
     quiet_share: float = 0.05
 
 
-REDUCTION_SHARE = 0.3
-"""Share of the reduced model's largest temperature error, less noise, that is each mode's error, 1 sigma."""
+LOSS_DOUBT = 0.2
+"""Share by which the link may lose less heat than was thought."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def design_controller(
     plant = plant or cell_plant()
     linear = plant_model(plant)
     reduced = reduce_plant(linear, MODES)
-    unknown = unknown or expected(linear, reduced, min(filter(None, stds), default=0.0))
+    unknown = unknown or expected(linear)
     values: dict[str, float | list[float]] = {
         "sample_time": sample_time,
         **plant_parameters(reduced, plant),
@@ -144,19 +144,37 @@ def design_controller(
     return Design(values, reduced)
 
 
-def expected(linear: LinearPlant, reduced: ReducedPlant, noise: float) -> Unknown:
+def expected(plant: LinearPlant) -> Unknown:
     """What is unknown of a plant: as of the nominal cell, in proportion to what it does to this one.
 
     Unknown heat in the link is as large a part of the heat that the link holds as in the nominal cell, when
-    the shaft is heated at the usual speed. What the reduced model leaves out beyond the best thermometer's
-    `noise` in K is the profile's error, unless its other errors are larger; it is always there, so that the
-    quiet filter expects it too.
+    the shaft is heated at the usual speed. The profile's error grows as the thermometers' contradiction does
+    where the losses are not those that were thought; it is always there, so that the quiet filter expects it
+    too.
     """
-    usual = Unknown()
-    heat = usual.link_heat * _held_of_link_heat(plant_model()) / _held_of_link_heat(linear)
-    profile = max(usual.profile, REDUCTION_SHARE * (reduced.error.temperature_step - noise))
+    usual, nominal = Unknown(), plant_model()
+    heat = usual.link_heat * _held_of_link_heat(nominal) / _held_of_link_heat(plant)
+    profile = usual.profile * max(1.0, _contradiction(plant) / _contradiction(nominal))
     quiet = max(usual.quiet_share, 1.0 - usual.profile / profile)
     return replace(usual, link_heat=heat, profile=profile, quiet_share=quiet)
+
+
+def _contradiction(plant: LinearPlant) -> float:
+    """By how many K per watt in the shaft the link's thermometers contradict the plant if it loses less heat.
+
+    In the end and at rest, beside the plant as it was thought to be with the unknown heats in shaft and link
+    that explain the readings best. The losses are less by `LOSS_DOUBT`, distributed as those that motion
+    brings; 0 where it brings none.
+    """
+    lost, by_motion = plant.link_loss(plant.B), plant.link_loss(plant.B_speed)
+    if by_motion <= 0:
+        return 0.0
+    less = plant.A - LOSS_DOUBT * lost / by_motion * plant.A_speed
+    into = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
+    seen = plant.C[[OUTPUTS.index(f"{place}_temperature") for place in ("base", "middle", "tip")]]
+    thought, true = (seen @ np.linalg.solve(-A, into) for A in (plant.A, less))
+    explained = thought @ np.linalg.lstsq(thought, true[:, 0], rcond=None)[0]
+    return float(np.linalg.norm(true[:, 0] - explained))
 
 
 def _held_of_link_heat(plant: LinearPlant) -> float:
