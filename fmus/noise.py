@@ -18,9 +18,6 @@ _MODULUS_B, _FACTOR_B = 2147483399.0, 40692.0
 _MIXING_MODULUS = 16777213.0
 """A prime small enough for the quotient of its squares to be exact in doubles."""
 
-STATE_SIZE = 2
-"""Doubles in the generator's state."""
-
 
 def start(seed: Number, channel: int = 0) -> Number:
     """State of a generator, shape (2,), for a seed (a whole number) and a channel of its own."""

@@ -66,9 +66,6 @@ DUTY_SHARE, CONTRADICTED_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 """Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out, and
 what the thermometers tell."""
 
-LARGEST_RISE = 200.0
-"""K; what an estimate may differ from the surroundings."""
-
 
 def derive(p: Record) -> Mapping[str, Number]:
     """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
