@@ -8,8 +8,9 @@ import numpy as np
 
 from warmlink.orchestration.report.figures import Line, time_plot
 from warmlink.orchestration.scenarios.duties import duty_files
+from warmlink.orchestration.scenarios.duties.duty import demands_at
 
 names = ("shift_with_breaks", "random_jobs", "stop_and_go")
-tables = {name: duty_files.load(name).table(30.0, 4 * 3600.0) for name in names}
-times = 30.0 * np.arange(len(tables[names[0]]))
-figure = time_plot(times, [Line(name, table[:, 0]) for name, table in tables.items()], "speed [rad/s]")
+times = 30.0 * np.arange(480)
+speeds = {name: demands_at(duty_files.load(name).unrolled(), times)["speed"] for name in names}
+figure = time_plot(times, [Line(name, speed) for name, speed in speeds.items()], "speed [rad/s]")
