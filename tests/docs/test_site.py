@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import typer
 
-from tests.documented import DOCS, reference, results, texts
+from tests.documented import DOCS, blocks, reference, results, texts
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.catalogue import catalogue as components
 from warmlink.orchestration import api as wl
@@ -99,6 +99,29 @@ def test_links_in_texts_of_the_checkout_lead_somewhere() -> None:
 def generated() -> set[str]:
     """Names of the pages that are made from the code and from texts of the checkout."""
     return {*texts.pages(), *reference.pages()}
+
+
+RUN_BY_TESTS = {
+    "docs/index.md": "docs/test_installation.py",
+    "docs/cluster.md": "docs/test_cluster.py",
+    "CONTRIBUTING.md": "test_contributing.py",
+    "controllers/README.md": "orchestration/studies/test_own_law.py",
+    "orchestration/diagnosis/README.md": "orchestration/diagnosis/test_cause_catalogue.py",
+}
+"""Tests of the texts whose blocks do not run when the site is built, or not all of them."""
+
+
+def test_what_does_not_run_when_the_site_is_built_is_run_by_a_test() -> None:
+    pages = [path for path in DOCS.rglob("*.md") if not {"generated", "decisions"} & {*path.parts}]
+    shown = {str(path.relative_to(DOCS.parent)) for path in pages} | texts.SHOWN.keys()
+    languages = ("sh", "python", "toml", "markdown")
+    still = {name for name in shown if blocks((DOCS.parent / name).read_text("utf-8"), *languages)}
+    assert still == RUN_BY_TESTS.keys()
+    for name, test in RUN_BY_TESTS.items():
+        assert Path(name).name in (DOCS.parent / "tests" / test).read_text("utf-8")
+    # Templates, which their own test runs.
+    made = {name for name, text in reference.pages().items() if blocks(text, *languages)}
+    assert made <= {f"files/{kind}" for kind in kinds()}
 
 
 TEXTS = [

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,8 @@ from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue, read_cause
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, rig
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, DRIFT
+
+CAUSES = Path(__file__).parents[3] / "orchestration" / "diagnosis" / "causes"
 
 PROMISED = (
     "radiation",
@@ -59,6 +62,12 @@ PROMISED = (
     "shaft_heat_capacity",
     "start_temperature",
 )
+
+
+def test_the_example_of_the_readme_is_the_cause_of_that_name() -> None:
+    readme = (CAUSES.parent / "README.md").read_text("utf-8")
+    name, text = re.findall(r"`(\w+\.toml)`:\n\n```toml\n(.*?)```", readme, re.DOTALL)[0]
+    assert (CAUSES / name).read_text("utf-8") == text
 
 
 def test_every_promised_cause_is_there() -> None:

@@ -55,6 +55,20 @@ def test_what_is_commented_out_can_be_used(tmp_path: Path, monkeypatch: pytest.M
     assert found.calibrated[1].per == "fan"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [each for each in KINDS if each != "causes"])
+def test_what_init_says_to_try_ends_well(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The experiment names the causes."""
+    monkeypatch.chdir(tmp_path)
+    command = told(monkeypatch, capsys, kind).partition("try  ")[2].split()
+    monkeypatch.setattr("sys.argv", command)
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 0, capsys.readouterr().err
+
+
 def test_every_kind_has_its_template() -> None:
     first = {Path(next(iter(files))).stem for files in KINDS.values()}
     assert first == {path.stem for path in TEMPLATES.iterdir()}

@@ -1,0 +1,65 @@
+"""The lines that install warmlink run as they stand, in a copy of the checkout."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.documented import DOCS, blocks
+
+pytestmark = [pytest.mark.slow, pytest.mark.platform, pytest.mark.timeout(900)]
+
+ROOT = DOCS.parent
+(USE,) = blocks((DOCS / "index.md").read_text("utf-8"), "sh")
+CHANGE = blocks((ROOT / "CONTRIBUTING.md").read_text("utf-8"), "sh")[0]
+
+NOT_THERE = shutil.ignore_patterns(
+    ".git", ".venv", ".typing", "out", "build", "dist", "*.egg-info", "__pycache__"
+)
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """Copy of the checkout; skips where nothing can be installed."""
+    asked = [
+        sys.executable,
+        "-m",
+        "pip",
+        "download",
+        "--quiet",
+        "--no-deps",
+        "--dest",
+        str(tmp_path),
+        "setuptools",
+    ]
+    if subprocess.run(asked, capture_output=True).returncode:
+        pytest.skip("no package index answers, from which the dependencies would come")
+    return Path(shutil.copytree(ROOT, tmp_path / "warmlink", ignore=NOT_THERE))
+
+
+def done(lines: str, folder: Path) -> str:
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), environment["PATH"]])
+    run = subprocess.run(["bash", "-euc", lines], cwd=folder, env=environment, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return run.stdout
+
+
+def test_the_first_page_installs_and_runs(copy: Path) -> None:
+    told = done(
+        USE + "cd /\nwhich warmlink\nwarmlink --version\npython -c 'import warmlink.orchestration.api'", copy
+    )
+    assert "largest error" in told
+    assert str(copy / ".venv" / "bin" / "warmlink") in told
+    assert USE.splitlines()[0] in blocks((ROOT / "README.md").read_text("utf-8"), "sh")[0]
+
+
+def test_who_changes_it_installs_it_in_place(copy: Path) -> None:
+    found = "cd /\nimported='import warmlink.orchestration.cli as it; print(it.__file__)'\n"
+    told = done(CHANGE + found + f'{copy}/.venv/bin/python -c "$imported"', copy)
+    assert told.splitlines()[-1] == str(copy / "orchestration" / "cli.py")
