@@ -13,6 +13,7 @@ import { ranked, showFaults, showSliders } from "./sliders.js";
 const UNCOMPENSATED = "none";
 const MOST_RANKED = 1e6; // communication points that all the runs of a ranking may have
 const MOST_MARKS = 150;
+const ADDRESS_AFTER = 400; // ms without a change; browsers refuse an address that changes a hundred times in half a minute
 const at = (id) => document.getElementById(id);
 
 async function unpacked(id) {
@@ -104,7 +105,8 @@ function showCommands(model) {
   at("command").textContent = wanted.join("\n");
   at("scenario-note").hidden = !needsFile(model);
   at("scenario-note").textContent = `The command takes a file with what was changed: download ${scenarioFile(model)} first.`;
-  history.replaceState(null, "", address(model));
+  clearTimeout(model.addressing);
+  model.addressing = setTimeout(() => history.replaceState(null, "", address(model)), ADDRESS_AFTER);
 }
 
 function download(name, text) {
@@ -159,11 +161,12 @@ async function sorted(model) {
   const { parameters } = content;
   const known = [...content.important, ...parameters.map(({ name }) => name)];
   const declared = [...new Set(known)].map((name) => parameters.find((each) => each.name === name));
-  const tried = declared.filter(({ name, value, unit }) => value && unit !== "degC" && !name.includes("["));
+  // No `includes` here: see Engine.check.
+  const tried = declared.filter(({ name, value, unit }) => value && unit !== "degC" && !name.endsWith("]"));
   if ((tried.length * state.stop) / content.step > MOST_RANKED) return declared;
   const scoreWith = (values) => model.evaluate(model.score, model.run(state.laws[0], { ...state.values, ...values }));
   const effective = await ranked(tried, scoreWith);
-  return [...effective, ...declared.filter((each) => !effective.includes(each))];
+  return [...new Set([...effective, ...declared])];
 }
 
 /** The sliders, once they are in order. */

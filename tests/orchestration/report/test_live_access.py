@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser import tab
+from tests.browser import Browser
 from warmlink.orchestration.command_line.live import live
 
 pytestmark = pytest.mark.platform
@@ -24,49 +24,48 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(375, "light"), (375, "dark"), (1100, "dark")])
-def test_an_accessibility_checker_finds_nothing(page: Path, tmp_path: Path, width: int, scheme: str) -> None:
+def test_an_accessibility_checker_finds_nothing(
+    browser: Browser, page: Path, width: int, scheme: str
+) -> None:
     if shutil.which("node") is None:
         pytest.skip("node is not installed")
     asked = ["node", "-p", "require.resolve('axe-core/axe.min.js')"]
     place = subprocess.run(asked, capture_output=True, text=True, env=os.environ).stdout.strip()
     if not place:
         pytest.skip("axe-core is not found by node: npm install axe-core, and name its folder in NODE_PATH")
-    with tab(page, tmp_path, width, scheme) as opened:
-        opened.value("for (const each of document.querySelectorAll('details')) each.open = true;")
-        opened.call("Runtime.evaluate", expression=Path(place).read_text("utf-8"))
-        found = opened.value(
-            "return (await axe.run()).violations.map((each) => [each.id, each.nodes[0].html]);"
-        )
+    browser.open(page, width, scheme)
+    browser.value("for (const each of document.querySelectorAll('details')) each.open = true;")
+    browser.value(Path(place).read_text("utf-8"))
+    found = browser.value("return (await axe.run()).violations.map((each) => [each.id, each.nodes[0].html]);")
     assert found == []
 
 
 @pytest.mark.parametrize("width", [375, 1600])
-def test_nothing_sticks_out(page: Path, tmp_path: Path, width: int) -> None:
-    with tab(page, tmp_path, width) as opened:
-        wide = opened.value("return document.documentElement.scrollWidth;")
-        drawn = opened.value(
-            "return [...document.querySelectorAll('figure > svg')].map((each) => each.clientWidth)"
-        )
+def test_nothing_sticks_out(browser: Browser, page: Path, width: int) -> None:
+    browser.open(page, width)
+    wide = browser.value("return document.documentElement.scrollWidth;")
+    drawn = browser.value(
+        "return [...document.querySelectorAll('figure > svg')].map((each) => each.clientWidth)"
+    )
     assert wide <= width
     assert len(drawn) == 5
     assert all(0 < each < width for each in drawn)
 
 
-def test_a_slider_is_moved_by_the_keyboard_and_says_its_value(page: Path, tmp_path: Path) -> None:
-    with tab(page, tmp_path) as opened:
-        before = opened.value(
-            "while (!document.querySelector('.slider')) await new Promise((go) => setTimeout(go, 50));"
-            "const slider = document.querySelector('.slider input'); slider.focus();"
-            "return [slider.getAttribute('aria-valuetext'), document.getElementById('lead').textContent];"
-        )
-        key = {"key": "ArrowRight", "code": "ArrowRight", "windowsVirtualKeyCode": 39}
-        for kind in ("rawKeyDown", "keyUp") * 5:
-            opened.call("Input.dispatchKeyEvent", type=kind, **key)
-        after = opened.value(
-            "await new Promise((drawn) => setTimeout(drawn, 500));"
-            "const slider = document.activeElement;"
-            "return [slider.getAttribute('aria-valuetext'), document.getElementById('lead').textContent];"
-        )
+def test_a_slider_is_moved_by_the_keyboard_and_says_its_value(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    before = browser.value(
+        "while (!document.querySelector('.slider')) await new Promise((go) => setTimeout(go, 50));"
+        "const slider = document.querySelector('.slider input'); slider.focus();"
+        "return [slider.getAttribute('aria-valuetext'), document.getElementById('lead').textContent];"
+    )
+    for _ in range(5):
+        browser.press_right()
+    after = browser.value(
+        "await new Promise((drawn) => setTimeout(drawn, 500));"
+        "const slider = document.activeElement;"
+        "return [slider.getAttribute('aria-valuetext'), document.getElementById('lead').textContent];"
+    )
     assert before[0] == "2.36e-5 1/K"
     assert after[0] != before[0]
     assert after[1] != before[1]

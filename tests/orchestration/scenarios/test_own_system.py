@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser import browse
+from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
@@ -197,7 +197,8 @@ def test_the_chain_runs_on_a_page(warmlink: Warmlink, tmp_path: Path) -> None:
     figures = (
         "const result = Object.fromEntries(results(model).figures.map(([law, of]) => [law, of.largest]));"
     )
-    shown = browse(Path("chain.html"), figures, tmp_path)
+    with Chromium.started(tmp_path) as browser:
+        shown = browser.browse(Path("chain.html"), figures)
     outcome = run_("chain.toml")
     bound = outcome.coupling_error_um
     assert bound is not None
