@@ -229,7 +229,7 @@ def test_runs_stay_as_fast_after_a_refusal(browser: Browser, page: Path) -> None
           model.run("lag");
           return performance.now() - begun;
         }));
-        const refused = () => { try { model.run("lag", { "link.tip_position": 5 }); } catch { /* as it should */ } };
+        const refused = () => { try { model.run("lag", { "link.tip_position": 5 }); } catch {} };
         const result = [shortest(() => {}), shortest(refused)];
     """
     plain, after = browser.browse(page, script)
