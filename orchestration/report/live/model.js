@@ -1,5 +1,7 @@
 // What the reader has chosen, and the runs that follow from it.
 
+import { drawUnseen } from "./dom.js";
+
 /** Demands of a segment, in the names of the DutyCycle component. */
 const DEMANDS = ["speed", "torque", "ambient_temperature", "pad_mode", "pad_temperature", "pad_power"];
 
@@ -56,7 +58,9 @@ export class Model {
   run(law, values) {
     const { watched, step, laws } = this.content;
     const references = watched.map((name) => laws[law].references[name]);
-    const columns = this.engines[law].run(references, Math.round(this.state.stop / step), step, this.values(law, values));
+    const start = this.values(law, values);
+    drawUnseen(); // directly before the engine, which needs it
+    const columns = this.engines[law].run(references, Math.round(this.state.stop / step), step, start);
     return Object.fromEntries(watched.map((name, i) => [name, columns[i]]));
   }
 

@@ -161,8 +161,7 @@ async function sorted(model) {
   const { parameters } = content;
   const known = [...content.important, ...parameters.map(({ name }) => name)];
   const declared = [...new Set(known)].map((name) => parameters.find((each) => each.name === name));
-  // No `includes` here: see Engine.check.
-  const tried = declared.filter(({ name, value, unit }) => value && unit !== "degC" && !name.endsWith("]"));
+  const tried = declared.filter(({ name, value, unit }) => value && unit !== "degC" && !name.includes("["));
   if ((tried.length * state.stop) / content.step > MOST_RANKED) return declared;
   const scoreWith = (values) => model.evaluate(model.score, model.run(state.laws[0], { ...state.values, ...values }));
   const effective = await ranked(tried, scoreWith);
