@@ -40,14 +40,19 @@ def test_an_accessibility_checker_finds_nothing(
     assert found == []
 
 
-@pytest.mark.parametrize("width", [375, 1600])
+@pytest.mark.parametrize("width", [375, 1000, 1600])
 def test_nothing_sticks_out(browser: Browser, page: Path, width: int) -> None:
     browser.open(page, width)
     wide = browser.value("return document.documentElement.scrollWidth;")
     drawn = browser.value(
         "return [...document.querySelectorAll('figure > svg')].map((each) => each.clientWidth)"
     )
+    hidden = browser.value(
+        "const { parentElement } = document.querySelector('table.faults');"
+        "return parentElement.scrollWidth - parentElement.clientWidth;"
+    )
     assert wide <= width
+    assert hidden == 0
     assert len(drawn) == 5
     assert all(0 < each < width for each in drawn)
 
