@@ -93,16 +93,21 @@ class Whitener:
 
     def __init__(self, model: NoiseModel, times: Array) -> None:
         self._scale = 1 / model.white
-        self._matrix: Array | None = None
+        self._transposed: Array | None = None
         if max(model.slow, model.lasting) > 0.05 * model.white and times.size:
             from scipy.linalg import cholesky, solve_triangular
 
             factor = cholesky(model.covariance(times), lower=True)
-            self._matrix = solve_triangular(factor, np.eye(times.size), lower=True)
+            lower = solve_triangular(factor, np.eye(times.size), lower=True)
+            self._transposed = np.asfortranarray(lower.T)
 
     def __call__(self, columns: Array) -> Array:
-        """Whiten columns, shape (times, ...)."""
-        return self._scale * columns if self._matrix is None else self._matrix @ columns
+        """Whiten columns, shape (times, columns)."""
+        if self._transposed is None:
+            return self._scale * columns
+        from scipy.linalg.blas import dtrmm  # the half that is zero is left out
+
+        return np.asarray(dtrmm(1.0, self._transposed, columns.T, side=1).T)
 
 
 def slow_courses(times: Array) -> Array:

@@ -45,8 +45,8 @@ _SLACK, _WINS = 6.0, 4.0
 _MOST_FITS, _PER_ROUND = 45, 4
 """Fits that a search may take, and those between two looks at what is most promising."""
 
-_HOPELESS, _IN_VAIN = 1e-30, 12
-"""Probability of what the best set leaves, and fits that did not better it, at which a search ends."""
+PATIENT, IMPATIENT = 10, _PER_ROUND
+"""Fits in vain, one after another, at which a search ends; the fewer where nothing will explain the data."""
 
 _ALONE, _MOST_ALONE = 0.3, 12
 """Share of the best set's gain that is expected of a cause for it to be fitted alone, and number of those."""
@@ -143,12 +143,18 @@ class Search:
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
-    def run(self) -> Fit:
-        """Search until no proposal may be better or as good, or so many fits were made."""
+    def run(self, near: float = NEAR, patience: int = PATIENT) -> Fit:
+        """Search until no proposal may be better or as good, or enough fits were made.
+
+        Parameters
+        ----------
+        near : chi-square by which a fit may be worse than the best without being in vain
+        patience : fits in vain, one after another, at which the search ends
+        """
         alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
-            if self._stuck(best):
+            if self._in_vain(bar + near) >= patience:
                 break
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
@@ -164,10 +170,10 @@ class Search:
                 self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
 
-    def _stuck(self, best: Fit) -> bool:
-        """Whether the best set leaves far too much, and many fits since then have not bettered it."""
-        since = len(self.fits) - list(self.fits).index(best.key)
-        return since > _IN_VAIN and self.lack_of_fit_p(best) < _HOPELESS
+    def _in_vain(self, enough: float) -> int:
+        """Number of fits since the last one with a score that is good enough."""
+        scores = map(self.score, reversed(self.fits.values()))
+        return next(since for since, score in enumerate(scores) if score <= enough)
 
     def _doubtful(self, best: Fit) -> bool:
         """Whether a cause that promises less may be better: the best has several, or explains too little."""

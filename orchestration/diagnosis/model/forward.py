@@ -2,14 +2,14 @@
 
 States and sensitivities are stepped together by ROS2 (see `fmus/component/integrator.py`): the
 sensitivities of its stages with the matrix held, which is of order 2 as the method is for any matrix. One
-inverse serves both stages and all columns, and is kept while step and Jacobian stay nearly the same.
+inverse serves both stages and all columns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +20,11 @@ from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
-from warmlink.orchestration.diagnosis.model.equations import Equations, Linearised
+from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
 from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite, inverse_of_step
 
 PAD_OFF = 0
-
-_STALE = 0.02
-"""Change of step times Jacobian beyond which the inverse is made anew."""
 
 
 class NotSimulatedError(InputError):
@@ -77,6 +74,10 @@ Forcing = Callable[[Array, float], Array]
 """Derivatives of the rates by whatever is wanted, from those by slot, at a time in s."""
 
 
+Acting = Sequence[tuple[Array, float]]
+"""Inputs that act in a step, shape (externals,), each with its share of it."""
+
+
 class Forward:
     """Simulates one run, again and again, with other values of the freed variables.
 
@@ -90,7 +91,6 @@ class Forward:
     Attributes
     ----------
     rig, slots : as of the equations
-    steps : what they are in time
     """
 
     def __init__(
@@ -110,11 +110,14 @@ class Forward:
         self._known, self._w, self._rows = known, input_table(rig, run, known), run.time
         self._course = lru_cache(maxsize=1)(self._integrated)  # instruments are fitted to the same course
         discrete = np.array([rig.variables[name].is_discrete for name in rig.externals], dtype=bool)
-        levels = Levels(run.time, self._w, discrete)
-        if isinstance(grid, Forward):
-            self.steps: Steps = levels.halved(grid.steps.time)
-        else:
-            self.steps = self._controlled(levels, grid)
+        self._levels, self._grid = Levels(run.time, self._w, discrete), grid
+
+    @cached_property
+    def steps(self) -> Steps:
+        """What the steps are in time; found when they are first needed."""
+        if isinstance(self._grid, Forward):
+            return self._levels.halved(self._grid.steps.time)
+        return self._controlled(self._grid)
 
     @property
     def time(self) -> Array:
@@ -137,11 +140,11 @@ class Forward:
         current, torque = (self._w[rig.externals.index(f"motor.{name}")] for name in ("current", "torque"))
         return np.asarray((current + torque / constant)[held_row(self._rows, times)])
 
-    def _controlled(self, levels: Levels, resolution: Resolution) -> Steps:
+    def _controlled(self, resolution: Resolution) -> Steps:
         rates = self.equations.stepper()
         rates.z[:], rates.p[:] = self.start_values(), self._p
         begun, _ = self.equations.begin(rates.z, self._p, self._w[:, 0])
-        return controlled(rates, levels, begun, resolution)
+        return controlled(rates, self._levels, begun, resolution)
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate.
@@ -174,60 +177,41 @@ class Forward:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
         rates = self.equations.stepper()
         rates.z[:], rates.p[:] = z, self._p
+
+        def slopes(time: float, acting: Acting, at: Array) -> tuple[Array, Array]:
+            """Slopes of states and sensitivities, shape as `at`, and the Jacobian."""
+            by_time, jacobian, by_slot = rates.averaged(at[:, 0], time, acting)
+            result = jacobian @ at
+            result[:, 0] = by_time
+            result[:, 1:] += forcing(by_slot, time)
+            return result, jacobian
+
+        def slopes_alone(time: float, acting: Acting, at: Array) -> Array:
+            return slopes(time, acting, at)[0]
+
         x, _ = self.equations.begin(z, self._p, self._w[:, 0])
         joined = np.column_stack([x, begun])
-        count, shape = len(self.steps.shares), joined.shape
-        states = np.empty((count + 1, *shape))
-        left, right = np.empty((count, *shape)), np.empty((count, *shape))
+        time, all_shares = self.steps.time.tolist(), self.steps.shares
+        count = len(all_shares)
+        states = np.empty((count + 1, *joined.shape))
+        left, right = np.empty((2, count, *joined.shape))
         states[0] = joined
-        inverse = kept = np.full((x.size, x.size), np.inf)
         following = np.zeros(count, dtype=bool)  # where the slope at the end is that of the next step's start
-        time = self.steps.time
-        for k, shares in enumerate(self.steps.shares):
-            step = time[k + 1] - time[k]
-            first, jacobian = self._slopes(rates, joined, time[k], shares, forcing)
-            left[k] = first
-            scaled = (GAMMA * step) * jacobian
-            if not np.abs(scaled - kept).max() < _STALE:
-                kept, inverse = scaled, inverse_of_step(scaled)
-            joined = self._stepped(rates, joined, first, inverse, k, forcing)
+        for k, shares in enumerate(all_shares):
+            start, end = time[k : k + 2]
+            acting = [(self.steps.inputs[level], share) for level, share in shares]
+            left[k], jacobian = slopes(start, acting, joined)
+            inverse = inverse_of_step((GAMMA * (end - start)) * jacobian)
+            ending = partial(slopes_alone, end, acting)
+            joined = ros2(left[k], inverse.__matmul__, ending, joined, end - start)
             states[k + 1] = joined
-            same = k + 1 < count and self.steps.shares[k + 1][0][0] == shares[-1][0] and len(shares) == 1
-            following[k] = same and len(self.steps.shares[k + 1]) == 1
+            following[k] = len(shares) == 1 and all_shares[k + 1 : k + 2] == (shares,)
             if not following[k]:
-                right[k], _ = self._slopes(rates, joined, time[k + 1], shares, forcing)
+                right[k] = ending(joined)
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
         right[following] = left[1:][following[:-1]]
         return states, left, right
-
-    def _stepped(
-        self, rates: Linearised, joined: Array, first: Array, inverse: Array, k: int, forcing: Forcing
-    ) -> Array:
-        """States and sensitivities after a step that begins with the slopes `first`."""
-        start, end = self.steps.time[k : k + 2]
-
-        def slope_ahead(ahead: Array) -> Array:
-            return self._slopes(rates, ahead, end, self.steps.shares[k], forcing)[0]
-
-        after: Array = ros2(first, inverse.__matmul__, slope_ahead, joined, end - start)
-        return after
-
-    def _slopes(
-        self,
-        rates: Linearised,
-        joined: Array,
-        time: float,
-        shares: Sequence[tuple[int, float]],
-        forcing: Forcing,
-    ) -> tuple[Array, Array]:
-        """Slopes of states and sensitivities, shape as `joined`, and the Jacobian, averaged over inputs."""
-        acting = [(self.steps.inputs[:, column], share) for column, share in shares]
-        slopes, jacobian, by_slot = rates.averaged(joined[:, 0], time, acting)
-        result = jacobian @ joined
-        result[:, 0] = slopes
-        result[:, 1:] += forcing(by_slot, time)
-        return result, jacobian
 
     def _interpolated(
         self, z: Array, states: Array, left: Array, right: Array, times: Array
@@ -240,7 +224,7 @@ class Forward:
         columns = [shares[0][0] for shares in self.steps.shares]
         columns.append(columns[-1])
         y, by_state, direct = self.equations.observe(
-            states[:, :, 0].T, z, self._p, self.steps.inputs[:, columns], time
+            states[:, :, 0].T, z, self._p, self.steps.inputs[columns].T, time
         )
         # (points, outputs, 1 + slots): value and sensitivity through the states
         through = by_state @ states

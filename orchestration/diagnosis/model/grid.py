@@ -57,7 +57,7 @@ class Steps:
     Attributes
     ----------
     time : s, points between the steps, shape (steps + 1,)
-    inputs : levels that the inputs take, shape (inputs, levels)
+    inputs : levels that the inputs take, shape (levels, inputs)
     shares : for each step the levels that act in it and their shares of its length
     """
 
@@ -119,7 +119,7 @@ class Levels:
         """Two steps for each between points in s, and every level as it is."""
         time = np.insert(points, np.arange(1, points.size), (points[:-1] + points[1:]) / 2)
         shares = tuple(self.within(a, b) for a, b in pairwise(time.tolist()))
-        return Steps(time, self.values, shares)
+        return Steps(time, np.ascontiguousarray(self.values.T), shares)
 
 
 def layout(levels: Levels, resolution: Resolution) -> Array:

@@ -102,7 +102,7 @@ class _Control:
 
     def steps(self) -> Steps:
         """All steps that were settled."""
-        inputs = np.column_stack([self._levels.values, *self._means])
+        inputs = np.vstack([self._levels.values.T, *self._means])
         return Steps(np.array(self._time), inputs, tuple(self._shares))
 
     def settle(self, step: _Step, cuts: int) -> Array:

@@ -15,6 +15,7 @@ from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
+from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import (
@@ -188,6 +189,17 @@ def test_at_least_eight_effects_lie_outside_the_catalogue() -> None:
 def test_an_effect_outside_the_catalogue_is_unknown(tmp_path: Path, name: str) -> None:
     full = f"{name}:middle_temperature" if EFFECTS[name].per_channel else name
     assert assessed(tmp_path, sized(full), seed=16).word == "unknown"
+
+
+@pytest.mark.slow
+def test_a_search_ends_when_fits_are_in_vain(tmp_path: Path) -> None:
+    search = assessed(tmp_path, sized("churning"), seed=16).search
+    again = Search(search.fitter)
+    again.run(near=0.0, patience=1)
+    lowest = min(map(again.score, again.fits.values()))
+    scores = [again.score(fit) for fit in again.fits.values()]
+    assert len(scores) < len(search.fits)
+    assert scores.index(lowest) >= len(scores) - 5  # no more than one round was in vain
 
 
 def test_real_noise(tmp_path: Path) -> None:
