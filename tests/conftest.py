@@ -37,7 +37,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneWorker
     return OneWorkerPerFile(config, log)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--slow", action="store_true", help="run the slow tests too, as .ci/run does")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Begin with the files that have slow tests, so that no worker waits long for the other at the end."""
-    slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    slow = [item for item in items if item.get_closest_marker("slow")]
+    paths = {item.path for item in slow}
+    items.sort(key=lambda item: item.path not in paths)
+    for item in slow if not config.getoption("slow") else ():
+        item.add_marker(pytest.mark.skip(reason="slow: --slow runs it too"))

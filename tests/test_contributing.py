@@ -10,6 +10,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 ROOMS = ("fmus", "controllers", "orchestration", "tests")
@@ -19,6 +21,7 @@ PACKAGES = re.findall(r'^    "warmlink\.[\w.]+",$', TEXT, re.MULTILINE)
 COMMANDS = re.findall(r"^pytest (\S+)$", TEXT, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_the_recipes_work(tmp_path: Path) -> None:
     home = tmp_path / "warmlink"
     for room in ROOMS:

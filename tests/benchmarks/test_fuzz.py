@@ -125,6 +125,7 @@ def work_with_memory(pipe: Connection, name: str, seed: int, numbers: range) -> 
     worker._work(pipe, name, seed, numbers)
 
 
+@pytest.mark.slow
 def test_memory_is_counted_where_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TARGETS, "memory", MEMORY)
     monkeypatch.setattr(worker, "_work", work_with_memory)

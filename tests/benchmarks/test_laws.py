@@ -13,17 +13,17 @@ from warmlink.fmus.errors import InputError
 @pytest.mark.slow
 @pytest.mark.xdist_group("closed_loop")
 def test_a_small_bench_counts_what_it_was_asked_for() -> None:
-    counts = Counts(coverage=2, whiteness=2, mismatch=2, faults=4)
+    counts = Counts(coverage=1, whiteness=1, mismatch=1, faults=2)
     trials = bench_laws(counts, seed=7)
     for law in WITH_CAMERA:
         kinds = [trial.kind for trial in trials if trial.law == law]
-        assert [kinds.count(kind) for kind in ("coverage", "mismatch", "faults")] == [2, 2, 4]
-    assert sum(trial.kind == "whiteness" for trial in trials) == 2
+        assert [kinds.count(kind) for kind in ("coverage", "mismatch", "faults")] == [1, 1, 2]
+    assert sum(trial.kind == "whiteness" for trial in trials) == 1
     assert trials == bench_laws(counts, seed=7)
     assert trials != bench_laws(counts, seed=8)
     text = laws_table(trials)
     assert "at 2 sigma" in text
-    assert "4 runs, worse than uncompensated by" in text
+    assert "2 runs, worse than uncompensated by" in text
 
 
 def test_no_process_is_refused() -> None:

@@ -100,6 +100,7 @@ def test_a_wrong_model_costs_little(cell_of: CellOf, component: Component, least
         assert record["distrusted"].mean() < 0.01, "a wrong model is no fault of a sensor"
 
 
+@pytest.mark.slow
 def test_regression_is_worse_than_the_observer(cell_of: CellOf) -> None:
     for duty in ("windshield_wiper", "still_with_pad", "stop_and_go"):
         simple, better = (removed_percent(run(cell_of(each), duty)) for each in (REGRESSION, OBSERVER))

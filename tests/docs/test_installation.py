@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
@@ -42,8 +43,19 @@ def copy(tmp_path: Path) -> Path:
     return Path(shutil.copytree(ROOT, tmp_path / "warmlink", ignore=NOT_THERE))
 
 
-def done(lines: str, folder: Path) -> str:
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+@pytest.fixture
+def installed(tmp_path: Path) -> Path:
+    """Folder of what is installed here, warmlink apart: pip finds it there and fetches nothing of it."""
+    folder = tmp_path / "installed"
+    folder.mkdir()
+    for each in Path(sysconfig.get_path("purelib")).iterdir():
+        if "warmlink" not in each.name:
+            (folder / each.name).symlink_to(each)
+    return folder
+
+
+def done(lines: str, folder: Path, beside: str = "") -> str:
+    environment = {**os.environ, "PYTHONPATH": beside, "PIP_NO_COMPILE": "1"}
     environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), environment["PATH"]])
     run = subprocess.run(["bash", "-euc", lines], cwd=folder, env=environment, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
@@ -59,7 +71,7 @@ def test_the_first_page_installs_and_runs(copy: Path) -> None:
     assert USE.splitlines()[0] in blocks((ROOT / "README.md").read_text("utf-8"), "sh")[0]
 
 
-def test_who_changes_it_installs_it_in_place(copy: Path) -> None:
+def test_who_changes_it_installs_it_in_place(copy: Path, installed: Path) -> None:
     found = "cd /\nimported='import warmlink.orchestration.cli as it; print(it.__file__)'\n"
-    told = done(CHANGE + found + f'{copy}/.venv/bin/python -c "$imported"', copy)
+    told = done(CHANGE + found + f'{copy}/.venv/bin/python -c "$imported"', copy, str(installed))
     assert told.splitlines()[-1] == str(copy / "orchestration" / "cli.py")

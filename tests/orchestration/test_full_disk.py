@@ -128,6 +128,7 @@ def test_simulate(library: Path, system: Path, tmp_path: Path) -> None:
         assert "a.y" in each["out"]  # the answer is given nevertheless
 
 
+@pytest.mark.slow
 def test_simulate_with_checkpoints(library: Path, system: Path, tmp_path: Path) -> None:
     options = ("--checkpoint", "100", "--no-error-budget")
     whole, disturbed = at_every_write(library, tmp_path, "simulate", str(system), *options)

@@ -83,6 +83,7 @@ def test_json_for_machines_and_no_report(
     assert not (tmp_path / "out" / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_native_and_python_fmus_give_one_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     elongation = {}
     for kind in ("native", "python"):

@@ -229,6 +229,7 @@ def test_ctrl_c_keeps_what_was_computed(
     assert "Stopped early: interrupted at" in Path("o/report.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_the_second_run_costs_the_coupling_error_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:

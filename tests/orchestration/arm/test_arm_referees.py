@@ -68,6 +68,7 @@ def variables(arm: System) -> Variables:
     return found
 
 
+@pytest.mark.slow
 def test_libcosim_agrees(arm: System, flat: Path, ours: np.ndarray) -> None:
     theirs = libcosim(flat, STEPS, variables(arm))
     assert np.all(np.abs(theirs - ours) < TOLERANCE), np.abs(theirs - ours).max(axis=0)

@@ -88,6 +88,7 @@ def test_finer_steps_converge_with_second_order() -> None:
     assert np.log2(coarse / fine) > 1.8
 
 
+@pytest.mark.slow
 def test_sensitivities_equal_differences() -> None:
     slots = freed()
     duty = tuple(replace(s, pad_mode=NO_PAD) for s in INFORMATIVE[:6])

@@ -29,6 +29,7 @@ def test_a_dead_channel_is_refused(tmp_path: Path, clean: Columns) -> None:
         diagnosed(tmp_path, columns)
 
 
+@pytest.mark.slow
 def test_swapped_temperatures_are_not_explained(tmp_path: Path, clean: Columns) -> None:
     a, b = "winding_temperature [degC]", "tip_temperature [degC]"
     assert diagnosed(tmp_path, {**clean, a: clean[b], b: clean[a]}) == "unknown"

@@ -82,6 +82,7 @@ def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
     assert assessed(tmp_path, {}, seed=31).word == "adequate"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "seed"),
     [

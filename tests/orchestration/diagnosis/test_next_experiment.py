@@ -52,6 +52,7 @@ def written(folder: Path, name: str, columns: dict[str, np.ndarray]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_carried_out_it_names_what_an_hour_at_rest_left_open(tmp_path: Path) -> None:
     hidden = {"still_air_convection": 1.2}
     first = written(tmp_path, "first", hide(hidden, STILL, seed=2))
@@ -105,6 +106,7 @@ labels = {fan = "off"}
 """
 
 
+@pytest.mark.slow
 def test_runs_with_labels_lead_to_a_next_one(tmp_path: Path) -> None:
     """Also where a label is given of one run alone."""
     for seed, name in enumerate(("on", "off")):
@@ -133,6 +135,7 @@ def test_a_next_run_starts_cold_where_others_start_from_what_was_measured(tmp_pa
     assert nominal == measured
 
 
+@pytest.mark.slow
 def test_what_no_duty_tells_is_said_without_what_is_certain(tmp_path: Path) -> None:
     """A wrong scale of the camera and a wrong expansion coefficient are one; the resistance is certain."""
     hidden = {"joint_resistance": 0.3, "expansion_coefficient": 1.03}

@@ -166,6 +166,7 @@ def test_a_camera_that_sticks_is_said_and_misleads_nobody(tmp_path: Path) -> Non
     assert assess(experiment).word == "adequate"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stuck_sensor:shaft_temperature", "slipped_sensor:base_temperature"])
 def test_a_burst_of_misfit_does_not_pass_for_noise(tmp_path: Path, name: str) -> None:
     assert assessed(tmp_path, sized(name), noise=REAL, seed=21).word == "unknown"

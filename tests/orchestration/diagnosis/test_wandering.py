@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from benchmarks.strange_runs import LINES, measured
@@ -80,6 +81,7 @@ def test_each_of_several_runs_has_a_course_of_its_own(tmp_path: Path) -> None:
     assert 0.5 * plain < fitter.at((), np.empty(0)).chi2 < plain
 
 
+@pytest.mark.slow
 def test_where_no_cause_is_established_the_page_tells_when_heat_is_missing(tmp_path: Path) -> None:
     columns = hide({"brake_heat": 12.0}, interval=20.0, seed=4)
     write_csv(columns, tmp_path / "run.csv")

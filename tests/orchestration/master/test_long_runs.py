@@ -127,6 +127,7 @@ print(result.status, result.reason, len(result.times), flush=True)
 """
 
 
+@pytest.mark.slow
 def test_kills_at_random_moments_change_nothing(trivial2: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     command = [sys.executable, "-c", KILLED, str(trivial2), str(folder)]

@@ -23,6 +23,7 @@ def reduce(*arguments: object) -> None:
     cli.application(given)(given, standalone_mode=False)
 
 
+@pytest.mark.slow
 def test_a_part_becomes_an_fmu_that_passes_its_checks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

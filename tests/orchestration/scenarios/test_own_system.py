@@ -109,6 +109,7 @@ def test_the_chain_is_run_and_scored(warmlink: Warmlink) -> None:
     assert "chain · Windshield wiper · lag" in text
 
 
+@pytest.mark.slow
 def test_the_chain_is_compared(warmlink: Warmlink) -> None:
     options = ("--controllers", "lag", "--mismatch", "nominal,thermal_high", "--jobs", "1", "--no-report")
     assert warmlink("compare", "--duty-cycles", "chain.toml", *options, "--out", "o") == 0

@@ -170,6 +170,7 @@ def lines(folder: Path) -> int:
     return ledger.read_bytes().count(b"\n") if ledger.is_file() else 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_disk_that_is_full_at_any_write_costs_nothing_that_is_finished(
     name: str, folder: Path, run: Callable[[list[str]], tuple[int, str]], disk: Disk

@@ -56,6 +56,7 @@ def run(cells: dict[FmiVersion, Path]) -> dict[str, np.ndarray]:
     return {name: result[f"whole.{name}"] for name in WATCHED}
 
 
+@pytest.mark.slow
 def test_the_joined_cell_is_exact(run: dict[str, np.ndarray]) -> None:
     exact = integrate(plant(), PHASES, ["link.elongation"], every=60.0, tolerance=1e-11)
     off = run["link.elongation"][::60] - exact.values["link.elongation"]
@@ -73,6 +74,7 @@ def test_the_co_simulated_cell_differs_by_its_coupling_error(run: dict[str, np.n
     assert all(each <= bound.largest for each, bound in zip(off, bounds, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_the_joined_cell_is_sound(cells: dict[FmiVersion, Path], version: FmiVersion) -> None:
     found = check_fmu(cells[version])

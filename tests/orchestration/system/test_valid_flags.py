@@ -46,6 +46,7 @@ def told(plain: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> di
     return plain | {path.stem: path for path in built}
 
 
+@pytest.mark.slow
 def test_the_cell_with_flags_does_what_the_cell_with_nan_does(
     plain: dict[str, Path], told: dict[str, Path], tmp_path: Path
 ) -> None:

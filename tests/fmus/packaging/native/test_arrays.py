@@ -84,6 +84,7 @@ def test_the_same_bits_in_fmpy(name: str, arrays: Callable[[str], Path], native_
     assert any(np.ptp(np.nan_to_num(alone[scalar])) > 0 for scalar in component.y.names)
 
 
+@pytest.mark.slow
 def test_the_same_bits_in_our_master(arrays: Callable[[str], Path], native_fmu: BuildNative) -> None:
     kinds = set(WARMUP_CELL.components_with(LAW).values())
     scalars = FmuStore("native").files(kinds)

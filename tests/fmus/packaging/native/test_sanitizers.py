@@ -15,10 +15,12 @@ from .sanitized import COMPONENTS, VERSIONS, compile_sanitized
 pytestmark = pytest.mark.xdist_group("sanitized")
 
 HERE = Path(__file__).parent
+LARGE = ("ThermalLink", "ObserverCompensator", "ObserverDriftCompensator")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", COMPONENTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in LARGE else n for n in COMPONENTS]
+)
 def test_sanitizers_find_nothing(name: str, c_compiler: Compiler, sanitized_folder: Path) -> None:
     for version in VERSIONS:
         driver = HERE / "drivers" / f"drive_fmi{version[0]}.c"
