@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+import pytest
+
 from benchmarks.redesign import of_chain
 
 
+@pytest.mark.slow
 def test_an_observer_of_the_extended_chain_removes_what_the_old_one_leaves(tmp_path: Path) -> None:
     found = of_chain(tmp_path, 0.3, 1)
     assert found.said == "named flange"

@@ -31,7 +31,9 @@ def run(folder: Path, law: str, *flags: str) -> str:
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(
+    "law", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n for n in LAWS]
+)
 def test_it_meets_its_test_vectors(law: str, precision: Precision, tmp_path: Path) -> None:
     core = Core(controllers()[law], law, precision)
     assert "largest difference" in run(

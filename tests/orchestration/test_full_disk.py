@@ -120,6 +120,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "two.ssp"
 
 
+@pytest.mark.slow
 def test_simulate(library: Path, system: Path, tmp_path: Path) -> None:
     whole, disturbed = at_every_write(library, tmp_path, "simulate", str(system), "--no-error-budget")
     assert len(disturbed) >= 4

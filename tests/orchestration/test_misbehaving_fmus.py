@@ -153,6 +153,7 @@ def test_an_fmu_that_forks_leaves_one_run(fmu: Path, options: list[str]) -> None
     assert rows() == STEPS + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("options", "presses"), [([], 2), (["--isolate"], 1)], ids=["guarded", "isolated"])
 def test_ctrl_c_ends_an_endless_step_and_keeps_the_values(
     fmu: Path, options: list[str], presses: int

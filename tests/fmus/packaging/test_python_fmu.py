@@ -113,6 +113,7 @@ def test_versions_of_one_component_have_their_own_modules_and_guid(
     assert len(guids) == 2
 
 
+@pytest.mark.slow
 def test_a_serialised_state_goes_on_bit_for_bit(python_fmus: dict[str, Path]) -> None:
     outcome = run_apart("restore", *map(str, python_fmus.values()))
     moving = {Path(fmu).stem: max(counts) for fmu, counts in outcome.result.items()}

@@ -143,6 +143,7 @@ def explained(found: Assessment, effect: dict[str, float]) -> None:
         assert -25 < search.score(found.best) - search.score(truth) < 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(SAMPLED))
 def test_a_cause_that_nobody_chose_is_found(number: int, tmp_path: Path) -> None:
     """In a run with pads, ambient row by row, uneven rows, two columns and many cells missing."""

@@ -35,6 +35,7 @@ def test_swapped_temperatures_are_not_explained(tmp_path: Path, clean: Columns) 
     assert diagnosed(tmp_path, {**clean, a: clean[b], b: clean[a]}) == "unknown"
 
 
+@pytest.mark.slow
 def test_shuffled_inputs_are_not_explained(tmp_path: Path, clean: Columns) -> None:
     a, b = "speed [rad/s]", "torque [N.m]"
     assert diagnosed(tmp_path, {**clean, a: clean[b], b: clean[a]}) == "unknown"
@@ -59,6 +60,7 @@ def test_a_column_that_is_written_more_often_than_sampled_is_no_late_sensor(
     assert diagnose_experiment(experiment).verdict == "adequate"
 
 
+@pytest.mark.slow
 def test_fahrenheit_called_celsius_is_not_explained(tmp_path: Path, clean: Columns) -> None:
     columns = {
         name: 32 + 1.8 * v if name.endswith("temperature [degC]") and "pad" not in name else v

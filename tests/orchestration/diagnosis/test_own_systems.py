@@ -67,6 +67,7 @@ between = ["0 s", "10 min"]
 """
 
 
+@pytest.mark.slow
 def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: Path) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, FLANGE + OTHERS)
     own = Own.of(chain(), read_causes(tmp_path / "causes.toml").paths)

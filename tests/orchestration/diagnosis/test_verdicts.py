@@ -109,6 +109,7 @@ def test_a_cause_that_promised_less_is_tried_where_the_best_explains_too_little(
     assert found.best.key == {"sensor_lag:winding_temperature"}
 
 
+@pytest.mark.slow
 def test_the_error_of_the_grid_is_not_taken_for_a_partner_of_a_strong_cause(tmp_path: Path) -> None:
     """The base follows the air through the hub at once; an error in that was called a heat capacity."""
     swings = (
@@ -122,6 +123,7 @@ def test_the_error_of_the_grid_is_not_taken_for_a_partner_of_a_strong_cause(tmp_
     assert found.best.key == {"hub_heat_loss"}
 
 
+@pytest.mark.slow
 def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Path) -> None:
     found = diagnose_experiment(read([file_with(tmp_path, sized("expansion_coefficient"), seed=12)]))
     assert found.verdict == "ambiguous"
@@ -149,6 +151,7 @@ def test_nothing_hidden_is_adequate(tmp_path: Path, noise: Noise) -> None:
     assert assessed(tmp_path, {}, noise=noise, seed=15).word == "adequate"
 
 
+@pytest.mark.slow
 def test_nothing_hidden_is_seldom_taken_for_a_cause(tmp_path: Path) -> None:
     # Eight in a thousand are, by design; seed 15 is one of them.
     words = [assessed(tmp_path, {}, seed=seed).word for seed in (15, 16, 17, 18)]

@@ -124,11 +124,13 @@ def test_the_chain_is_compared(warmlink: Warmlink) -> None:
     assert rows[0]["max_abs_um"] != rows[1]["max_abs_um"], "the mismatch reaches both motors and links"
 
 
+@pytest.mark.slow
 def test_the_chain_is_tuned(warmlink: Warmlink) -> None:
     assert warmlink("tune", "study.toml", "--jobs", "1", "--out", "o") == 0
     assert (Path("o") / "trials.csv").is_file() or list(Path("o").glob("*.csv"))
 
 
+@pytest.mark.slow
 def test_an_observer_designed_for_the_chain_knows_both_links(warmlink: Warmlink) -> None:
     Path("chain.toml").write_text(ROLES.replace("windshield_wiper", "stop_and_go") + NOISE)
     assert warmlink("design", "chain.toml", "--law", "observer", "--out", "observer.ssv") == 0

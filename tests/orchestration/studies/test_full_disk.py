@@ -199,6 +199,7 @@ def test_a_disk_that_is_full_at_any_write_costs_nothing_that_is_finished(
         assert not list(out.glob(".*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("disk", ["report.html"], indirect=True)
 def test_a_disk_that_is_full_at_the_report_costs_the_results_of_that_time(

@@ -106,6 +106,7 @@ def test_the_same_bits_in_our_master(arrays: Callable[[str], Path], native_fmu: 
     assert np.ptp(one["compensator.correction"]) > 0
 
 
+@pytest.mark.slow
 def test_check_finds_nothing(arrays: Callable[[str], Path]) -> None:
     quick = ["runs its default experiment", "state restore is bit-identical", "directional derivatives"]
     results = check_fmu(arrays("ThermalLink"), cases=[*quick, "dependencies proven by perturbation"])
