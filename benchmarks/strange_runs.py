@@ -162,13 +162,17 @@ def _sticking_camera(random: np.random.Generator) -> Hidden:
 
 
 def _one_way_speed(random: np.random.Generator) -> Hidden:
-    """A speed sensor that reads wrong in one direction, which the joint takes in some of its segments."""
+    """A speed sensor that reads wrong in one direction, which the joint takes in some of its segments.
+
+    Taken in all of them, it would be a speed log of another scale.
+    """
     factor = 1 + random.uniform(0.1, 0.3) * _sign(random)
-    levels = random.random(1000) < 0.5
 
     def change(speed: Vector) -> Vector:
         segment = np.cumsum(np.diff(speed, prepend=speed[0]) != 0)
-        return np.where(levels[segment], speed * factor, speed)
+        moving = random.permutation(np.unique(segment[speed != 0]))
+        wrong = moving[: random.integers(1, max(moving.size, 2))]
+        return np.where(np.isin(segment, wrong), speed * factor, speed)
 
     return Hidden(mislogged=_changed("speed", change))
 

@@ -23,3 +23,15 @@ def test_a_run_is_logged_as_a_machine_would() -> None:
     assert tables[0]["time [s]"].size != tables[2]["time [s]"].size
     assert np.ptp(tables[0]["ambient_temperature [degC]"]) > 0
     assert all(np.isfinite(values).all() for name, values in tables[0].items() if "pad" not in name)
+
+
+def test_a_speed_wrong_one_way_is_right_the_other_way() -> None:
+    speed = np.repeat([2.0, 0.0, 1.0, 3.0], 5)
+    for seed in range(20):
+        mislogged = LINES["speed wrong one way"](np.random.default_rng(seed)).mislogged
+        assert mislogged is not None
+        logged = {"speed": speed.copy()}
+        mislogged(logged)
+        ratio = logged["speed"][speed > 0] / speed[speed > 0]
+        assert np.ptp(ratio) > 0.09
+        assert ratio.min() == 1 or ratio.max() == 1

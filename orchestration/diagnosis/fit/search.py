@@ -48,7 +48,7 @@ _MOST_FITS, _PER_ROUND = 45, 4
 PATIENT, IMPATIENT = 10, _PER_ROUND
 """Fits in vain, one after another, at which a search ends; the fewer where nothing will explain the data."""
 
-_ALONE, _MOST_ALONE = 0.3, 12
+_ALONE, _MOST_ALONE = 0.3, 6
 """Share of the best set's gain that is expected of a cause for it to be fitted alone, and number of those."""
 
 
