@@ -28,8 +28,7 @@ def root_of(covariance: Array) -> Array:
 def orthonormal(columns: Array, least: float = 1e-7) -> Array:
     """Orthonormal basis of the columns' span, shape (rows, rank), without what adds less than a share."""
     size = np.linalg.norm(columns, axis=0)
-    kept = columns[:, size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)]
-    if kept.shape[1] == 0:
+    if not size.any():
         return np.zeros((columns.shape[0], 0))
-    left, singular, _ = np.linalg.svd(kept / np.linalg.norm(kept, axis=0), full_matrices=False)
+    left, singular, _ = np.linalg.svd(columns[:, size > 0] / size[size > 0], full_matrices=False)
     return left[:, singular > least * singular[0]]

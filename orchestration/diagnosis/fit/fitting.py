@@ -25,8 +25,12 @@ _MOST_EVALUATIONS, _TRIED = 12, 3
 _BEYOND = 10.8
 """Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
 
-_SMALL = 0.2
-"""Expected decrease of chi-square below which a fit has arrived."""
+_SMALL, _SHARE = 0.2, 1e-3
+"""Decrease of chi-square below which a fit has arrived: that, or a share of what it leaves unexplained."""
+
+
+_NOTHING = 1e-9
+"""Change of all residuals together, in standard deviations, that is one of rounding alone."""
 
 
 @dataclass(frozen=True)
@@ -226,7 +230,7 @@ class Fitter:
             if evaluations <= _MOST_EVALUATIONS - _TRIED and point.chi2 - expected > worth:
                 break
             tried, gained, share = None, 0.0, min(1.0, 4 * share)
-            while gained <= 0 and share * expected >= _SMALL and evaluations > 0:
+            while gained <= 0 and share * expected >= self._small(point) and evaluations > 0:
                 ahead = np.clip(theta + share * step, lower, upper)  # which rounding may leave
                 tried, evaluations = self._tried(freed, ahead), evaluations - 1
                 if tried is None:
@@ -251,12 +255,16 @@ class Fitter:
         lower, upper, _ = _bounds(freed)
         columns = Columns(freed, freed, point)
         step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
-        if not 0 < expected < _SMALL:
+        if not 0 < expected < self._small(point):
             return theta, point
         ahead = np.clip(theta + step, lower, upper)
         slots = np.eye(point.gradient[0].size)
         steps = [by_number(slots, freed, run, freed) @ (ahead - theta) for run in range(len(point.gradient))]
         return ahead, point.moved(steps)
+
+    def _small(self, point: Point) -> float:
+        """Decrease of chi-square that is not worth a simulation."""
+        return max(_SMALL, _SHARE * (point.chi2 - self.count))
 
     def _tried(self, freed: Sequence[Freed], theta: Array) -> Point | None:
         """Chi-square and its linearisation; None where nothing can be simulated with such values."""
@@ -287,7 +295,8 @@ def _bounds(freed: Sequence[Freed]) -> Array:
 def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tuple[Array, float]:
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
     correlation, scale = correlation_of(gram)
-    alive = np.diag(gram) > 1e-18 * max(float(np.diag(gram).max()), 1e-300)
+    # What changes nothing over all its room stays where it is.
+    alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e300) > _NOTHING
     matrix = correlation + 1e-11 * np.eye(scale.size)
     matrix[~alive, :] = 0.0
     matrix[:, ~alive] = 0.0

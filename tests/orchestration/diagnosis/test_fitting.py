@@ -7,7 +7,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point, bounded_step
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
 from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
@@ -19,7 +20,7 @@ class Parabola(Fitter):
     def __init__(self, weight: float, start: float, least: float = -1.0) -> None:
         number = Freed("link.emissivity", (0,), (0,), 0.1, 0.9, start, calibrated=True)
         self.problem = cast("Problem", SimpleNamespace(calibrated=(number,)))
-        self.weight, self.asked, self.least = weight, [start], least
+        self.weight, self.asked, self.least, self.count = weight, [start], least, 1
 
     def at(self, freed: Sequence[Freed], theta: Any) -> Point:
         self.asked.append(float(theta[0]))
@@ -43,6 +44,23 @@ def test_a_fit_ends_at_the_least_value_though_it_began_within_its_deviation() ->
     assert fit.theta[0] == pytest.approx(start + 0.2 * deviation, abs=1e-9 * deviation)
     assert fit.chi2 == pytest.approx(0.0, abs=1e-9)
     assert fit.point.gradient[0] == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1.0, 1e10])
+def test_no_number_stays_where_it_is_because_another_ones_unit_is_small(unit: float) -> None:
+    """A camera's drift in m/s told a hundred billion times as much as a heat capacity, which then stayed."""
+    columns = np.random.default_rng(4).standard_normal((50, 2)) / [unit, 1.0]
+    wanted = np.array([0.3 * unit, -0.2])
+    room = np.array([unit, 1.0])
+    step, expected = bounded_step(columns.T @ columns, columns.T @ (columns @ wanted), -room, room)
+    np.testing.assert_allclose(step, wanted, rtol=1e-6)
+    assert expected == pytest.approx(np.sum((columns @ wanted) ** 2))
+    assert orthonormal(columns).shape == (50, 2)
+
+
+def test_what_changes_nothing_stays_where_it_is() -> None:
+    step, _ = bounded_step(np.diag([2.0, 0.0]), np.array([1.0, 0.0]), np.full(2, -np.inf), np.full(2, np.inf))
+    np.testing.assert_allclose(step, [0.5, 0.0])
 
 
 class Cliff(Parabola):
