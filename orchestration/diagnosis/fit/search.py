@@ -46,7 +46,10 @@ _MOST_FITS, _PER_ROUND = 45, 4
 """Fits that a search may take, and those between two looks at what is most promising."""
 
 PATIENT, IMPATIENT = 10, _PER_ROUND
-"""Fits in vain, one after another, at which a search ends; the fewer where nothing will explain the data."""
+"""Fits in vain, one after another, at which a hopeless search ends; fewer where it was so before."""
+
+HOPELESS = 1e-30
+"""Chance level of what the best set leaves below which nothing will explain it."""
 
 _ALONE, _MOST_ALONE = 0.3, 6
 """Share of the best set's gain that is expected of a cause for it to be fitted alone, and number of those."""
@@ -149,12 +152,12 @@ class Search:
         Parameters
         ----------
         near : chi-square by which a fit may be worse than the best without being in vain
-        patience : fits in vain, one after another, at which the search ends
+        patience : fits in vain, one after another, at which the search ends where nothing explains the data
         """
         alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
-            if self._in_vain(bar + near) >= patience:
+            if self._in_vain(bar + near) >= patience and self.lack_of_fit_p(best) < HOPELESS:
                 break
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]

@@ -18,7 +18,7 @@ from warmlink.orchestration.diagnosis.fit.lack_of_fit import (
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.fit.search import IMPATIENT, PATIENT, Search
+from warmlink.orchestration.diagnosis.fit.search import HOPELESS, IMPATIENT, PATIENT, Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 
 Word = Literal["adequate", "named", "ambiguous", "unknown"]
@@ -28,10 +28,6 @@ _SEEDS = 4
 
 _GRID = 100.0
 """Chi-square that the grid's error at the values of another set may cost a set."""
-
-_HOPELESS = 1e-30
-"""Chance level of what the best set leaves, with the first noise and with the better known one, below which
-nothing will explain it."""
 
 _LIKE_STATED = 0.7
 """Ratio of the scatter to the stated noise above which the stated figure adds nothing."""
@@ -144,7 +140,7 @@ def _searched_again(
     fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
     for seed in seeds[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
-    hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < _HOPELESS
+    hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < HOPELESS
     return fresh, fresh.run(patience=IMPATIENT if hopeless else PATIENT)
 
 

@@ -15,7 +15,7 @@ from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
-from warmlink.orchestration.diagnosis.fit.search import Search
+from warmlink.orchestration.diagnosis.fit.search import HOPELESS, Search
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import (
@@ -196,13 +196,13 @@ def test_an_effect_outside_the_catalogue_is_unknown(tmp_path: Path, name: str) -
 
 
 @pytest.mark.slow
-def test_a_search_ends_when_fits_are_in_vain(tmp_path: Path) -> None:
-    search = assessed(tmp_path, sized("churning"), seed=16).search
+def test_a_hopeless_search_ends_when_fits_are_in_vain(tmp_path: Path) -> None:
+    search = assessed(tmp_path, sized("draught"), seed=16).search
     again = Search(search.fitter)
     again.run(near=0.0, patience=1)
     lowest = min(map(again.score, again.fits.values()))
     scores = [again.score(fit) for fit in again.fits.values()]
-    assert len(scores) < len(search.fits)
+    assert again.lack_of_fit_p(again.best) < HOPELESS
     assert scores.index(lowest) >= len(scores) - 5  # no more than one round was in vain
 
 
