@@ -28,7 +28,6 @@ _BEYOND = 10.8
 _SMALL, _SHARE = 0.2, 1e-3
 """Decrease of chi-square below which a fit has arrived: that, or a share of what it leaves unexplained."""
 
-
 _NOTHING = 1e-9
 """Change of all residuals together, in standard deviations, that is one of rounding alone."""
 

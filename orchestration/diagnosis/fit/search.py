@@ -46,7 +46,7 @@ _MOST_FITS, _PER_ROUND = 45, 4
 """Fits that a search may take, and those between two looks at what is most promising."""
 
 PATIENT, IMPATIENT = 10, _PER_ROUND
-"""Fits in vain, one after another, at which a hopeless search ends; fewer where it was so before."""
+"""Fits since the best one at which a hopeless search ends; fewer where the one before was hopeless too."""
 
 HOPELESS = 1e-30
 """Chance level of what the best set leaves below which nothing will explain it."""
@@ -146,18 +146,17 @@ class Search:
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
-    def run(self, near: float = NEAR, patience: int = PATIENT) -> Fit:
-        """Search until no proposal may be better or as good, or enough fits were made.
+    def run(self, patience: int = PATIENT) -> Fit:
+        """Search until no proposal may be better or as good, or so many fits were made.
 
         Parameters
         ----------
-        near : chi-square by which a fit may be worse than the best without being in vain
-        patience : fits in vain, one after another, at which the search ends where nothing explains the data
+        patience : fits since the best one at which the search ends where nothing explains the data
         """
         alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
-            if self._in_vain(bar + near) >= patience and self.lack_of_fit_p(best) < HOPELESS:
+            if self._since(best) >= patience and self.lack_of_fit_p(best) < HOPELESS:
                 break
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
@@ -173,10 +172,9 @@ class Search:
                 self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
 
-    def _in_vain(self, enough: float) -> int:
-        """Number of fits since the last one with a score that is good enough."""
-        scores = map(self.score, reversed(self.fits.values()))
-        return next(since for since, score in enumerate(scores) if score <= enough)
+    def _since(self, fit: Fit) -> int:
+        """Number of fits made after one."""
+        return len(self.fits) - 1 - list(self.fits).index(fit.key)
 
     def _doubtful(self, best: Fit) -> bool:
         """Whether a cause that promises less may be better: the best has several, or explains too little."""

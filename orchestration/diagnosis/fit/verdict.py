@@ -87,8 +87,8 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         problem.refine(problem.values_by_run(calibrated.freed, calibrated.theta))
         noise = _noise(problem, calibrated)
     search = _search(problem, noise, (), progress)
+    best = search.run()
     lasting = any(n.lasting for n in search.fitter.noise)
-    best = search.run() if lasting else search.run(near=0.0)  # what comes near is looked for again
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)

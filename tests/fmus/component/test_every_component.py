@@ -149,15 +149,14 @@ def same(found: casadi.DM, expected: np.ndarray, scale: float | np.ndarray = 1e-
 
 
 def rounding(of: Callable[[np.ndarray], np.ndarray], at: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Ten times what a function's values move when its numbers, or squares of 100 K, are rounded once.
+    """Ten times what a function's values move when each of its numbers is rounded once, and when none is.
 
     A reading takes from a covariance of thousands of squared kelvins all but a hundredth: what is left has
-    the rounding of what was there, also where rounding the numbers themselves moves nothing.
+    the rounding of what was there. That within the function shows where it computes with longer numbers.
     """
-    eps = np.finfo(float).eps
-    either_way = 1 + eps * rng.choice([-1, 1], size=(4, at.size))
-    moved = np.nan_to_num(np.abs([of(at * each) - of(at) for each in either_way]).max(axis=0))
-    return 10 * (moved + eps * 100.0**2)
+    either_way = 1 + np.finfo(float).eps * rng.choice([-1, 1], size=(4, at.size))
+    others = [*(at * each for each in either_way), at.astype(np.longdouble)]
+    return 10 * np.nan_to_num(np.abs([of(other) - of(at) for other in others]).max(axis=0))
 
 
 def flat(instance: Instance) -> tuple[np.ndarray, np.ndarray]:

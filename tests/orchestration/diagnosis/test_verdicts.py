@@ -199,7 +199,7 @@ def test_an_effect_outside_the_catalogue_is_unknown(tmp_path: Path, name: str) -
 def test_a_hopeless_search_ends_when_fits_are_in_vain(tmp_path: Path) -> None:
     search = assessed(tmp_path, sized("draught"), seed=16).search
     again = Search(search.fitter)
-    again.run(near=0.0, patience=1)
+    again.run(patience=1)
     lowest = min(map(again.score, again.fits.values()))
     scores = [again.score(fit) for fit in again.fits.values()]
     assert again.lack_of_fit_p(again.best) < HOPELESS
