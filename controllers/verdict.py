@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from warmlink.fmus.component import Parameter, Record
-from warmlink.fmus.component.arithmetic import Number, where
+from warmlink.fmus.component.arithmetic import Number, truth
 
 SIGMAS = 2.0
 """Standard deviations of the correction's error that must fit into the tolerance, for 95 %."""
@@ -11,7 +11,7 @@ SIGMAS = 2.0
 
 def ready(correction_std: Number, tolerance: Number) -> Number:
     """1 where the remaining error is expected within the tolerance, else 0; both in m."""
-    return where(SIGMAS * correction_std <= tolerance, 1.0, 0.0)
+    return truth(SIGMAS * correction_std <= tolerance)
 
 
 def error_parameters(least: float) -> tuple[Parameter, ...]:

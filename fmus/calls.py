@@ -22,16 +22,28 @@ def kept_whole(function: Called) -> Called:
     function : takes numbers, vectors, and named tuples of them, by position, and returns the same; integers
         among the arguments become constants of the C
     """
+    return _kept(function, idle=False)
 
+
+def idle_at_zero(function: Called) -> Called:
+    """Mark a function, kept whole, that returns its first argument as it is where its last one is 0.
+
+    It must do so by its own arithmetic too; floats and the C skip it there.
+    """
+    return _kept(function, idle=True)
+
+
+def _kept(function: Called, idle: bool) -> Called:
     @wraps(function)
     def called(*given: Any) -> Any:
         first: Any = given  # it decides, since floats must not wait for a search through all
         while isinstance(first, tuple):
             first = first[0]
         if not _is_graph(first):
-            return function(*given)
+            skipped = idle and isinstance(given[-1], float) and given[-1] == 0
+            return given[0] if skipped else function(*given)
         given = _as_graphs(given)
-        whole = _whole(function, _shape(given))
+        whole = _whole(function, _shape(given), idle)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
         results = whole.function.call([arguments[i] for i in whole.used])
         return _rebuilt(whole.result, iter(results))
@@ -56,24 +68,35 @@ class _Whole(NamedTuple):
 
 
 @cache
-def _whole(function: Callable[..., Any], shape: Any) -> _Whole:
-    """The function for arguments of a shape, as `_shape` gives it; the same one each time."""
+def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> _Whole:
+    """The function for arguments of a shape, as `_shape` gives it; the same one each time.
+
+    What is idle most of the time is made of calls and loops, which are short; all else is written out.
+    """
     import casadi
 
+    kind: Any = casadi.MX if idle else casadi.SX
     symbols: list[Any] = []
 
     def filled(part: Any) -> Any:
         if isinstance(part, _Symbol):
-            symbols.append(casadi.SX.sym("a", casadi.Sparsity(*part.size, part.columns, part.rows)))
+            symbols.append(kind.sym("a", casadi.Sparsity(*part.size, part.columns, part.rows)))
             return symbols[-1]
         return _like(part, [filled(each) for each in part]) if isinstance(part, tuple) else part
 
-    result = function(*filled(shape))
-    results = casadi.cse([casadi.SX(leaf) for leaf in _leaves(result)])
+    given = filled(shape)
+    result = function(*given)
+    results = [kind(leaf) for leaf in _leaves(result)]
     everything = casadi.vertcat(*(casadi.vec(each) for each in results))
-    used = [i for i, symbol in enumerate(symbols) if casadi.depends_on(everything, symbol)]
+    unchanged = sum(1 for _ in _leaves(given[0])) if idle else 0
+    used = [i for i, s in enumerate(symbols) if i < unchanged or casadi.depends_on(everything, s)]
+    arguments = [symbols[i] for i in used]
     name = function.__name__.strip("_")
-    return _Whole(casadi.Function(name, [symbols[i] for i in used], results), used, result)
+    if not idle:
+        return _Whole(casadi.Function(name, arguments, casadi.cse(results)), used, result)
+    run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
+    skip = casadi.Function(f"{name}_skip", arguments, arguments[:unchanged])
+    return _Whole(casadi.Function.if_else(name, run, skip), [len(symbols) - 1, *used], result)
 
 
 def _shape(value: Any) -> Any:

@@ -83,9 +83,7 @@ def elongation(rise: Number, time: Number, p: Record) -> Number:
     depth = sqrt(diffusivity * maximum(time, _SHORTEST))
     length, expansion = p.heated_length, p.expansion_coefficient
     return where(
-        p.form == PRINTED,
-        printed(rise, depth, length, expansion),
-        corrected(rise, depth, length, expansion),
+        p.form == PRINTED, printed(rise, depth, length, expansion), corrected(rise, depth, length, expansion)
     )
 
 

@@ -158,6 +158,8 @@ def _operations(function: Any) -> int:
     """Operations of a CasADi function and of those it calls; those on vectors count once for each element."""
     import casadi
 
+    if function.class_name() == "Switch":  # one of two functions runs
+        return max(map(_operations, function.find_functions(0)))
     if not function.is_a("MXFunction"):
         moved = (casadi.OP_INPUT, casadi.OP_OUTPUT, casadi.OP_CONST)
         kinds = (function.instruction_id(k) for k in range(function.n_instructions()))

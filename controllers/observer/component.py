@@ -103,7 +103,7 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
 def observer_derived(disturbances: int) -> tuple[Derived, ...]:
     """Values that follow from the parameters alone: decay over a sample, and those of the witnesses."""
     kept = (Derived("decay", "1", size=_MODES), Derived("reach", "s", size=_MODES))
-    return (*kept, Derived("fade", "1", size=disturbances), *witnesses.DERIVED)
+    return (*kept, Derived("fade", "1", size=disturbances), *model.GROWTHS)
 
 
 def observer_states(size: int) -> tuple[State, ...]:

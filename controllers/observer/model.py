@@ -8,13 +8,14 @@ P_w and P_s are the motor's losses by its own equations.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.matrices import diagonal_of, dot, matrix, product
+from warmlink.controllers.matrices import diagonal, dot, matrix, outer, symmetric
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum
+from warmlink.fmus.component import Derived, Record
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum, stack, total, truth
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 MODES = 7
@@ -45,6 +46,10 @@ _WINDING = SENSED.index("winding_temperature")
 _SHAFT = SENSED.index("shaft_temperature")
 
 
+GROWTHS = (Derived("growth_by_all", "m/K", size=SENSORS), Derived("growth_by_one", "m/K", size=SENSORS))
+"""Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone."""
+
+
 class Duty(NamedTuple):
     """What the motor's loss equations ask of the inputs."""
 
@@ -62,7 +67,7 @@ def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
 def stability_margin(p: Record) -> Number:
     """By how much a sample shrinks the slowest error of a mode, at standstill and at the rated speed."""
     decay, reach = decay_and_reach(p, p.sample_time)
-    gained = reach * p.rated_speed * diagonal_of(matrix(p.convection, MODES))
+    gained = reach * p.rated_speed * diagonal(matrix(p.convection, MODES))
     least: Number = 1.0
     for i in range(MODES):
         least = minimum(least, 1.0 - maximum(absolute(decay[i] + gained[i]), decay[i]))
@@ -84,7 +89,7 @@ def known_heat(modes: Number, u: Record, p: Record) -> Number:
         p.winding_heat_gain * winding_loss
         + p.shaft_heat_gain * shaft_loss
         + (p.ambient_gain + speed * p.ambient_convection_gain) * ambient
-        + speed * product(matrix(p.convection, MODES), modes)
+        + speed * (matrix(p.convection, MODES) @ modes)
     )
 
 
@@ -109,3 +114,27 @@ def elongation(mean: Number, p: Record) -> Number:
     """Elongation in m that the modes make."""
     shift = p.elongation_per_kelvin * (p.reference_temperature - p.linearisation_temperature)
     return dot(p.elongation_row, mean[:MODES]) - shift
+
+
+def growths(p: Record) -> Mapping[str, Number]:
+    """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
+
+    G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other
+    """
+    spread = 100.0 * (symmetric(p.warm_spread, MODES) + outer(p.uniform_profile, p.uniform_profile))
+    rows = [sensor_row(i, p) for i in range(SENSORS)]
+    alone = []
+    for i in range(SENSORS):
+        across = spread @ rows[i]
+        used = truth(p.sensor_std[i] > 0)
+        alone.append(used * total(p.elongation_row * across) / maximum(total(rows[i] * across), 1e-9))
+    # The gain of all at once, as the filter that takes one after the other makes it: mean = K y.
+    gain = outer(p.uniform_profile, stack(*[0.0] * SENSORS))
+    for i in range(SENSORS):
+        across = spread @ rows[i]
+        used = truth(p.sensor_std[i] > 0)
+        k = across * (used / (total(rows[i] * across) + p.sensor_std[i] ** 2 + 1e-9))
+        picked = stack(*[1.0 if j == i else 0.0 for j in range(SENSORS)])
+        gain = gain + outer(k, picked - gain.T @ rows[i])
+        spread = spread - outer(k, across)
+    return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from warmlink.controllers import fail_safe
-from warmlink.controllers.kalman import Belief, corrected, variance_along
+from warmlink.controllers.kalman import Sight, sighted, taught
 from warmlink.controllers.matrices import dot
-from warmlink.controllers.observer.filters import Filters, believed_spread
+from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, sensor_row
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, stack, where
+from warmlink.fmus.component.arithmetic import Number, maximum, stack, truth, where
 
 
 def sense(
@@ -22,55 +24,90 @@ def sense(
     step: Number,
 ) -> tuple[Filters, fail_safe.Trust]:
     """Beliefs and trust after the readings, taken one after the other; the alert filter judges them."""
-    gates = fail_safe.gates_of(p)
-    means, calm, out = [], [], []
+    gates = fail_safe.gates_of(p, step)
+    memories = []
     for i in range(SENSORS):
-        row = stack(sensor_row(i, p), *[0.0] * (filters.alert.mean.shape[0] - MODES))
-        signal = fail_safe.Trust(*(each[i] for each in trust))
-        relative = readings[i] - p.linearisation_temperature
-        variance, verdict = judge(
-            filters.alert, signal, row, relative, p.sensor_std[i], news[i], seen, gates, step
-        )
-        filters = Filters(*(take(belief, row, relative, variance, verdict.use) for belief in filters))
-        means.append(verdict.mean)
-        calm.append(verdict.calm_for)
-        out.append(verdict.out)
-    return filters, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+        reading = Reading(sensor_row(i, p), readings[i] - p.linearisation_temperature, p.sensor_std[i])
+        memory = Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
+        used = truth(p.sensor_std[i] > 0)
+        filters, memory = _taken((filters, memory), reading, news[i], seen, gates, step, used)
+        memories.append(memory)
+    mean, calm_for, out = (stack(*each) for each in zip(*memories, strict=True))
+    return filters, trust._replace(mean=mean, calm_for=calm_for, out=out)
 
 
-@kept_whole
-def judge(
-    alert: Belief,
-    trust: fail_safe.Trust,
-    row: Number,
-    reading: Number,
-    std: Number,
+class Reading(NamedTuple):
+    """A thermometer's reading.
+
+    Attributes
+    ----------
+    row : derivative of the temperature by the modes, shape (7,)
+    value : in K above the temperature of linearisation
+    std : standard deviation of its noise in K; 0 where the sensor is not in use
+    """
+
+    row: Number
+    value: Number
+    std: Number
+
+
+class Memory(NamedTuple):
+    """What `fail_safe.Trust` remembers of one sensor's innovations."""
+
+    mean: Number
+    calm_for: Number
+    out: Number
+
+
+@idle_at_zero
+def _taken(
+    before: tuple[Filters, Memory],
+    reading: Reading,
     news: Number,
     seen: Number,
     gates: fail_safe.Gates,
     step: Number,
-) -> tuple[Number, fail_safe.Judgement]:
-    """The variance of a reading's noise in K2, and the verdict on it.
+    used: Number,
+) -> tuple[Filters, Memory]:
+    """Both filters and the sensor's memory after the alert filter has judged a reading.
 
     Parameters
     ----------
-    alert : belief of the alert filter
-    trust : memory of this sensor
-    row : derivative of the reading by the state, shape (n,)
-    reading : in K above the temperature of linearisation
-    std : standard deviation of its noise in K; 0 where the sensor is not in use
     news : 1 if the reading is present and new, else 0
+    used : 1 where the sensor is in use, else 0
     """
-    used = where(std > 0, 1.0, 0.0)
-    variance = where(used > 0, std**2, 1.0)
-    widest = variance_along(alert.spread, row) + variance
-    sure = variance_along(believed_spread(alert, alert, seen), row) + variance
-    innovation = reading - dot(row, alert.mean)
-    verdict = fail_safe.judged(trust, used * news, innovation, widest, sure, gates, step)
-    return variance, verdict._replace(out=used * verdict.out)
+    filters, memory = before
+    sights = [sighted(each, reading.row) for each in filters]
+    mean, sight = filters.alert.mean, sights[0]
+    memory, variance, use = _judged(memory, mean, sight, reading, used * news, seen, gates, step)
+    return Filters(
+        *(
+            taught(each, reading.row, sight, _innovation(reading, each.mean), variance, use)
+            for each, sight in zip(filters, sights, strict=True)
+        )
+    ), memory
 
 
 @kept_whole
-def take(belief: Belief, row: Number, reading: Number, variance: Number, use: Number) -> Belief:
-    """Belief after a reading in K above the temperature of linearisation."""
-    return corrected(belief, row, reading - dot(row, belief.mean), variance, use)
+def _judged(
+    memory: Memory,
+    mean: Number,
+    sight: Sight,
+    reading: Reading,
+    news: Number,
+    seen: Number,
+    gates: fail_safe.Gates,
+    step: Number,
+) -> tuple[Memory, Number, Number]:
+    """What is remembered of a sensor, the variance of its noise in K2, and 1 where its reading is used."""
+    variance = where(reading.std > 0, reading.std**2, 1.0)
+    expected, by_noise = (dot(reading.row, each[:MODES]) for each in sight)
+    widest = maximum(expected, 0.0) + variance
+    sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
+    trust = fail_safe.Trust(0.0, 0.0, *memory)
+    verdict = fail_safe.judged(trust, news, _innovation(reading, mean), widest, sure, gates, step)
+    return Memory(verdict.mean, verdict.calm_for, verdict.out), variance, verdict.use
+
+
+def _innovation(reading: Reading, mean: Number) -> Number:
+    return reading.value - dot(reading.row, mean[:MODES])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.fmus.component import Parameter, Record, State
-from warmlink.fmus.component.arithmetic import Number, absolute, clip, maximum, where
+from warmlink.fmus.component.arithmetic import Number, absolute, clip, maximum, truth, where
 
 PARAMETERS = (
     Parameter(
@@ -58,8 +58,8 @@ def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told,
     A speed or torque beyond its rating is no news: the filter goes on with the last one that was, and the
     duty as a witness with none, which is the least that can have been.
     """
-    speed_well = where(absolute(u.speed) <= p.rated_speed, 1.0, 0.0)
-    torque_well = where(absolute(u.torque) <= p.rated_torque, 1.0, 0.0)
+    speed_well = truth(absolute(u.speed) <= p.rated_speed)
+    torque_well = truth(absolute(u.torque) <= p.rated_torque)
     speed = where(speed_well > 0, u.speed, x.believed_speed)
     torque = where(torque_well > 0, u.torque, x.believed_torque)
     well = ambient_well(u)
@@ -83,5 +83,5 @@ def first_believed(u: Record, p: Record) -> Told:
 
 def ambient_well(u: Record) -> Number:
     """1 where the surroundings' temperature can be one, else 0."""
-    above = where(u.ambient_temperature >= COLDEST, 1.0, 0.0)
+    above = truth(u.ambient_temperature >= COLDEST)
     return where(u.ambient_temperature <= WARMEST, above, 0.0)

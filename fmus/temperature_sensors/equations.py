@@ -12,8 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.fmus import faults, noise
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, where
+from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, total, where
 
 CHANNELS = 8
 
@@ -48,16 +49,21 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample: temperatures in K, and states of the random generators."""
+    noisy = where(total(p.noise) > 0, 1.0, 0.0)
+    number, a, b = noise.normals(x.generator_a, x.generator_b, noisy)
+    sensed, reading = _read(x.sensed, x.reading, number, u, p, time)
+    return {"sensed": sensed, "reading": reading, "generator_a": a, "generator_b": b}
+
+
+@kept_whole
+def _read(
+    sensed: Number, reading: Number, number: Number, u: Record, p: Record, time: Number
+) -> tuple[Number, Number]:
+    """Next values of what is sensed and read."""
     target = attained(u, p)
-    sensed = target + (x.sensed - target) * p.kept
-    number, a, b = noise.normals(x.generator_a, x.generator_b)
+    sensed = target + (sensed - target) * p.kept
     value = disturbed(sensed, number, p, time)
-    return {
-        "sensed": sensed,
-        "reading": faults.replaced(value, x.reading, p.fault_kind, time - p.fault_time),
-        "generator_a": a,
-        "generator_b": b,
-    }
+    return sensed, faults.replaced(value, reading, p.fault_kind, time - p.fault_time)
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:

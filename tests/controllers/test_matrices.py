@@ -27,10 +27,10 @@ def test_both_arithmetics_agree(size: int) -> None:
         return [
             m.dot(a, b),
             m.outer(a, b),
-            m.product(square, a),
-            m.product(m.matrix(flat, 2), a),
-            m.upper(m.product(square, m.diagonal(b))),
-            m.diagonal_of(square),
+            square @ a,
+            m.matrix(flat, 2) @ a,
+            m.upper(square @ m.diagonal(b)),
+            m.diagonal(square),
             stacked,
         ]
 

@@ -13,8 +13,17 @@ from warmlink.fmus.packaging.native.symbols import Expression
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""
 
-_TABLE = re.compile(r"static const casadi_int (casadi_s\d+)\[\d+\] =.*?;\n", re.DOTALL)
-"""A table of indices."""
+_TABLE = re.compile(r"static const casadi_\w+ (casadi_s\d+|casadi_zeros)\[\d+\] =.*?;\n", re.DOTALL)
+"""A table of indices, or of zeros."""
+
+_COPIES = (
+    (r"for \(i=0; i<n; \+\+i\) \*y\+\+ = \*x\+\+;", "memmove(y, x, n*sizeof *x);"),
+    (
+        r"for \(i=0, cs=(\w+); i<(\d+); \+\+i\) \*rr\+\+ = \*cs\+\+;",
+        r"memmove(rr, \1, \2*sizeof *rr); rr += \2;",
+    ),
+)
+"""Loops that copy, number by number, and what takes their place."""
 
 
 def function(name: str, arguments: list[Expression], result: Expression) -> Any:
@@ -40,7 +49,10 @@ def unsimplified() -> Iterator[None]:
 
 def functions_file(prefix: str, functions: Iterable[Any]) -> str:
     """C file with functions from `function` for `model.h`."""
-    return '#include "model.h"\n\n' + functions_text(prefix, functions)
+    text = functions_text(prefix, functions)
+    for loop, copy in _COPIES:
+        text = re.sub(loop, copy, text)
+    return '#include "model.h"\n' + "#include <string.h>\n" * ("memmove(" in text) + "\n" + text
 
 
 def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[str] = DECLARED) -> str:
@@ -72,8 +84,8 @@ def _trimmed(text: str) -> str:
             kept.append(line)
         ends = line == "}\n" or (described and line.endswith("}\n"))
         dropping = (dropping or described) and not ends
-    text = re.sub(r"(arg\[\d+\]) ?\? \1(\[\d+\]) : 0", r"\1\2", "".join(kept))
-    named = Counter(re.findall(r"casadi_s\d+", text))  # where prefixed and where defined, at least
+    text = re.sub(r"(arg\[\d+\]) ?\? \1(\[\d+\])? : (0|casadi_zeros)", r"\1\2", "".join(kept))
+    named = Counter(re.findall(r"casadi_s\d+|casadi_zeros", text))  # where prefixed and defined, at least
     return _TABLE.sub(lambda table: table[0] if named[table[1]] > 2 else "", text)
 
 

@@ -15,10 +15,6 @@ Function = tuple[str, list[Expression], Expression]
 """Name, arguments and result of a function that CasADi writes."""
 
 
-_MANY_STATES = 100
-"""States from which on the code of a component that samples is shorter, and no slower, with calls."""
-
-
 @dataclass(frozen=True)
 class Symbols:
     """What the functions of a component depend on, flat, as CasADi symbols."""
@@ -49,7 +45,7 @@ class Symbols:
 
 def sampling_symbols(component: Component) -> Symbols:
     """Symbols for what runs when a component begins and samples."""
-    return Symbols.of(component, calls=component.sampled and component.x.size >= _MANY_STATES)
+    return Symbols.of(component, calls=component.sampled)
 
 
 def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
