@@ -16,8 +16,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.interface import SENSED
-from warmlink.controllers.verdict import ready
+from warmlink.controllers.interface import SENSED, length, ready
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import (
@@ -33,12 +32,10 @@ from warmlink.fmus.component.arithmetic import (
 )
 
 LIMITS = (
-    Parameter(
+    length(
         "correction_limit",
-        "m",
         5e-4,
         "largest correction to either side",
-        display="um",
         positive=True,
         nominal=1e-4,
         tunable=True,
@@ -53,12 +50,10 @@ LIMITS = (
         nominal=1e-6,
         tunable=True,
     ),
-    Parameter(
+    length(
         "warning_limit",
-        "m",
         2.5e-4,
         "correction from which on a warning is raised",
-        display="um",
         positive=True,
         nominal=1e-4,
         tunable=True,
@@ -68,44 +63,21 @@ LIMITS = (
 MEAN_SAMPLES, STUCK_SAMPLES, RETURN_SAMPLES = 12, 3, 6
 """Least number of samples in `mean_time`, `stuck_time` and `return_time`: a mean of fewer is mostly noise."""
 
+
+def _gate(name: str, start: float, description: str) -> Parameter:
+    return Parameter(name, "1", start, description, positive=True, tunable=True)
+
+
+def _time(name: str, start: float, description: str, samples: int) -> Parameter:
+    return Parameter(name, "s", start, f"{description}; {samples} samples at least", positive=True)
+
+
 DOUBT = (
-    Parameter(
-        "gate",
-        "1",
-        5,
-        "innovation, in standard deviations, beyond which a reading is left out",
-        positive=True,
-        tunable=True,
-    ),
-    Parameter(
-        "mean_gate",
-        "1",
-        0.6,
-        "mean innovation, in standard deviations, beyond which a signal is left out",
-        positive=True,
-        tunable=True,
-    ),
-    Parameter(
-        "mean_time",
-        "s",
-        120,
-        f"time over which the innovation's mean is taken; {MEAN_SAMPLES} samples at least",
-        positive=True,
-    ),
-    Parameter(
-        "stuck_time",
-        "s",
-        30,
-        f"time of equal readings after which a signal is left out; {STUCK_SAMPLES} samples at least",
-        positive=True,
-    ),
-    Parameter(
-        "return_time",
-        "s",
-        60,
-        f"time of small innovations after which a signal is used again; {RETURN_SAMPLES} samples at least",
-        positive=True,
-    ),
+    _gate("gate", 5, "innovation, in standard deviations, beyond which a reading is left out"),
+    _gate("mean_gate", 0.6, "mean innovation, in standard deviations, beyond which a signal is left out"),
+    _time("mean_time", 120, "time over which the innovation's mean is taken", MEAN_SAMPLES),
+    _time("stuck_time", 30, "time of equal readings after which a signal is left out", STUCK_SAMPLES),
+    _time("return_time", 60, "time of small innovations after which a signal is used again", RETURN_SAMPLES),
 )
 
 SENSOR_STD = Parameter(

@@ -35,9 +35,7 @@ from warmlink.controllers.observer.model import (
     SENSORS,
     STATES,
     by_duty,
-    decay_and_reach,
     elongation,
-    growths,
     known_heat,
     temperature,
 )
@@ -50,7 +48,6 @@ from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
     clip,
-    exp,
     finite,
     maximum,
     minimum,
@@ -187,13 +184,6 @@ def settled(
         "correction": fail_safe.limited(x.correction, wanted, p, step),
         "distrusted": doubted,
     }
-
-
-def derive(p: Record) -> Mapping[str, Number]:
-    """Values that follow from the parameters alone: decay over a sample, and those of the witnesses."""
-    decay, reach = decay_and_reach(p, p.sample_time)
-    fade = exp(-p.sample_time / p.disturbance_time)
-    return {"decay": decay, "reach": reach, "fade": fade, **growths(p)}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:

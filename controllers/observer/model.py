@@ -116,7 +116,13 @@ def elongation(mean: Number, p: Record) -> Number:
     return dot(p.elongation_row, mean[:MODES]) - shift
 
 
-def growths(p: Record) -> Mapping[str, Number]:
+def derive(p: Record) -> Mapping[str, Number]:
+    """Values that follow from the parameters alone: decay over a sample, and the growths by the sensors."""
+    decay, reach = decay_and_reach(p, p.sample_time)
+    return {"decay": decay, "reach": reach, "fade": exp(-p.sample_time / p.disturbance_time), **_growths(p)}
+
+
+def _growths(p: Record) -> Mapping[str, Number]:
     """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
 
     G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other

@@ -78,6 +78,12 @@ class Camera(NamedTuple):
     said: Number
 
 
+CAMERA_UNITS = Camera(
+    last="m", age="s", calm_for="s", out="1", free_for="s", evidence="1", says="m", said="1"
+)
+"""Units of the states that hold it."""
+
+
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: those of the observer, and no reading of the camera yet."""
     filters, states = observer.begun(u, p, STATES)
