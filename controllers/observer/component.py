@@ -7,7 +7,7 @@ from typing import Any
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
-from warmlink.controllers.observer import law, model, retained, told, witnesses
+from warmlink.controllers.observer import law, model, retained, witnesses
 from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import Values, shipped_design, with_values
 from warmlink.fmus.component import Check, Component, Derived, Parameter, State
@@ -31,7 +31,7 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
     return (
         *fail_safe.LIMITS,
         *fail_safe.DOUBT,
-        *told.PARAMETERS,
+        *model.TOLD_PARAMETERS,
         *(parameter for parameter in MOTOR.parameters if parameter.name in model.LOSSES),
         Parameter(
             "reference_temperature",
@@ -198,7 +198,7 @@ def observer(
         (
             *filter_states(size),
             State("evidence", "1"),
-            *told.STATES,
+            *model.TOLD_STATES,
             *witnesses.STATES,
             State("duty_modes", "1", size=_MODES),
             State("plausible_heat", "W"),

@@ -8,8 +8,7 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, losses, temperature
-from warmlink.controllers.observer.told import Told
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, losses, temperature
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, truth, where

@@ -28,20 +28,22 @@ from warmlink.controllers.observer.filters import (
     filters_of,
     led,
     quieted,
+    sense,
 )
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
     SENSORS,
     STATES,
+    Told,
+    believed,
     by_duty,
     elongation,
+    first_believed,
     known_heat,
     temperature,
+    told_named,
 )
-from warmlink.controllers.observer.readings import sense
-from warmlink.controllers.observer.told import Told, believed, first_believed
-from warmlink.controllers.observer.told import named as told_named
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (

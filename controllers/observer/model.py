@@ -3,7 +3,8 @@
     dz/dt = diag(mode_rate) z + |speed| M z + B_w P_w + B_s P_s + (B_a + |speed| B_av) (T_a - T_0)
     T_j   = c_j z + T_0,        elongation = e z - e_1 (T_ref - T_0)
 
-P_w and P_s are the motor's losses by its own equations.
+P_w and P_s are the motor's losses by its own equations. Duty and surroundings are believed within ratings,
+bands and rates; beyond them a signal is no news.
 """
 
 from __future__ import annotations
@@ -14,8 +15,19 @@ from typing import NamedTuple
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, symmetric
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Derived, Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum, stack, total, truth
+from warmlink.fmus.component import Derived, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    exp,
+    maximum,
+    minimum,
+    stack,
+    total,
+    truth,
+    where,
+)
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 MODES = 7
@@ -144,3 +156,83 @@ def _growths(p: Record) -> Mapping[str, Number]:
         gain = gain + outer(k, picked - gain.T @ rows[i])
         spread = spread - outer(k, across)
     return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}
+
+
+TOLD_PARAMETERS = (
+    Parameter(
+        "rated_speed", "rad/s", 8, "speed of the joint beyond which the signal is not believed", positive=True
+    ),
+    Parameter("rated_torque", "N.m", 8, "rms torque beyond which the signal is not believed", positive=True),
+    Parameter(
+        "ambient_rate_limit",
+        "K/s",
+        10 / 3600,
+        "fastest change of the surroundings' temperature that is believed",
+        display="K/h",
+        positive=True,
+        nominal=1e-3,
+    ),
+)
+
+TOLD_STATES = tuple(
+    State(f"believed_{name}", unit)
+    for name, unit in (("speed", "rad/s"), ("torque", "N.m"), ("ambient", "K"))
+)
+
+COLDEST, WARMEST = 223.15, 343.15
+"""K between which the surroundings' temperature is believed."""
+
+AMBIENT_DOUBT = 1.0
+"""K between given and believed temperature of the surroundings from which on it is doubted."""
+
+
+class Told(NamedTuple):
+    """Duty and surroundings as they are believed; the names are those of the inputs."""
+
+    speed: Number
+    torque: Number
+    ambient_temperature: Number
+
+
+def told_named(told: Told) -> dict[str, Number]:
+    """What is believed under the names of a law's states."""
+    return {
+        "believed_speed": told.speed,
+        "believed_torque": told.torque,
+        "believed_ambient": told.ambient_temperature,
+    }
+
+
+def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told, Number]:
+    """What to go by, the same with no duty where it tells nothing, and 1 where any of it is doubted.
+
+    A speed or torque beyond its rating is no news: the filter goes on with the last one that was, and the
+    duty as a witness with none, which is the least that can have been.
+    """
+    speed_well = truth(absolute(u.speed) <= p.rated_speed)
+    torque_well = truth(absolute(u.torque) <= p.rated_torque)
+    speed = where(speed_well > 0, u.speed, x.believed_speed)
+    torque = where(torque_well > 0, u.torque, x.believed_torque)
+    well = ambient_well(u)
+    given = where(well > 0, u.ambient_temperature, x.believed_ambient)
+    reach = p.ambient_rate_limit * step
+    ambient = x.believed_ambient + clip(given - x.believed_ambient, -reach, reach)
+    off = where(absolute(given - ambient) > AMBIENT_DOUBT, 1.0, 1.0 - well)
+    doubted = maximum(1.0 - speed_well * torque_well, off)
+    idle = Told(where(speed_well > 0, speed, 0.0), where(torque_well > 0, torque, 0.0), ambient)
+    return Told(speed, torque, ambient), idle, doubted
+
+
+def first_believed(u: Record, p: Record) -> Told:
+    """What is believed at the start."""
+    return Told(
+        where(absolute(u.speed) <= p.rated_speed, u.speed, 0.0),
+        where(absolute(u.torque) <= p.rated_torque, u.torque, 0.0),
+        where(ambient_well(u) > 0, u.ambient_temperature, p.reference_temperature),
+    )
+
+
+def ambient_well(u: Record) -> Number:
+    """1 where the surroundings' temperature can be one, else 0."""
+    above = truth(u.ambient_temperature >= COLDEST)
+    return where(u.ambient_temperature <= WARMEST, above, 0.0)

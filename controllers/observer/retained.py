@@ -12,8 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.observer import witnesses
-from warmlink.controllers.observer.model import MODES, STATES
-from warmlink.controllers.observer.told import Told
+from warmlink.controllers.observer.model import MODES, STATES, Told
 from warmlink.fmus.component import Output, Parameter, Record
 from warmlink.fmus.component.arithmetic import (
     Number,

@@ -11,8 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.observer.model import MODES, SENSORS, elongation, temperature
-from warmlink.controllers.observer.told import Told
+from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation, temperature
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (

@@ -6,9 +6,70 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.packaging.native.symbols import Expression
+from warmlink.fmus.component import Component
+
+Expression = Any
+"""A CasADi SX or MX."""
+
+Function = tuple[str, list[Expression], Expression]
+"""Name, arguments and result of a function that CasADi writes."""
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """What the functions of a component depend on, flat, as CasADi symbols."""
+
+    x: Expression
+    u: Expression
+    p: Expression
+    d: Expression
+    time: Expression
+    step: Expression
+
+    @classmethod
+    def of(cls, component: Component, calls: bool = False) -> Symbols:
+        """Fresh symbols for a component; `d` are the parameters and what they settle.
+
+        Parameters
+        ----------
+        calls : whether functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
+            written out number by number (SX)
+        """
+        import casadi
+
+        kind = casadi.MX if calls else casadi.SX
+        sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "d": component.d.size}
+        vectors = {name: kind.sym(name, size) for name, size in sizes.items()}
+        return cls(**vectors, time=kind.sym("time"), step=kind.sym("step"))
+
+
+def sampling_symbols(component: Component) -> Symbols:
+    """Symbols for what runs when a component begins and samples."""
+    return Symbols.of(component, calls=component.sampled)
+
+
+def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
+    """Yield `begin`, the states at the start, and `begin_tangent`, their derivative along inputs."""
+    import casadi
+
+    if not component.states:
+        return
+    s = sampling_symbols(component)
+    yield f"begin{suffix}", [s.u, s.d], component.states_at_start(s.u, s.d)
+    s = Symbols.of(component)
+    begun, along = component.states_at_start(s.u, s.d), casadi.SX.sym("also", component.u.size)
+    yield f"begin_tangent{suffix}", [s.u, s.d, along], casadi.jtimes(begun, s.u, along)
+
+
+def sampling(component: Component, clock: int, name: str = "sample") -> Function:
+    """States of a clock after a sample; the function's name ends with the clock's number."""
+    s = sampling_symbols(component)
+    updated = component.updated(s.x, s.u, s.d, s.time, s.step, component.clocks[clock])
+    return f"{name}_{clock}", [s.x, s.u, s.d, s.time, s.step], updated
+
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""

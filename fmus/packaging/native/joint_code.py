@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from warmlink.fmus.component import Component, Joint
-from warmlink.fmus.packaging.native.symbols import Expression, Function, beginning, sampling
+from warmlink.fmus.packaging.native.casadi_code import Expression, Function, beginning, sampling
 
 
 def starting_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:

@@ -30,8 +30,7 @@ def export(
 
     Example: `warmlink export observer --design observer.ssv --precision single --out plc`
     """
-    from warmlink.controllers.export.core import Core, designed
-    from warmlink.controllers.export.folder import export_files
+    from warmlink.controllers.export.core import Core, designed, export_files
     from warmlink.fmus.component import limits
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.files import fresh_folder
