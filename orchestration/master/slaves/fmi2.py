@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import byref, c_char_p, c_double, c_int
+from ctypes import byref, c_char, c_char_p, c_double, c_int
+from functools import cache
 from typing import Any, ClassVar
 
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch
-from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.fmu_log import fmi2_callbacks
+from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.description import Variable
 
@@ -27,25 +27,20 @@ class Fmi2Slave(FmiSlave):
     """One instance of an FMI 2.0 FMU."""
 
     prefix: ClassVar[str] = "fmi2"
-    spelling: ClassVar[dict[str, str]] = {
-        "GetFMUState": "GetFMUstate",
-        "SetFMUState": "SetFMUstate",
-        "FreeFMUState": "FreeFMUstate",
-        "SerializedFMUStateSize": "SerializedFMUstateSize",
-        "SerializeFMUState": "SerializeFMUstate",
-        "DeserializeFMUState": "DeSerializeFMUstate",
-    }
+    library_class: ClassVar[str] = "fmi2.FMU2Slave"
+    platform: ClassVar[str] = "platform"
+    byte: ClassVar[Any] = c_char
 
-    def load_class(self) -> tuple[Any, str]:
-        """Give FMPy's class and the platform's name in FMI 2.0."""
-        from fmpy import platform
-        from fmpy.fmi2 import FMU2Slave
-
-        return FMU2Slave, platform
+    def function(self, name: str) -> Any:
+        """Find a function, whose name FMI 2.0 may spell in another way."""
+        spelt = name.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize")
+        return super().function(spelt)
 
     def instantiate(self, library: Any) -> None:
         """Instantiate; the callbacks live as long as this object."""
-        self._callbacks = fmi2_callbacks(self.log)
+        shared = _callbacks()
+        self._callbacks = type(shared).from_buffer_copy(shared)
+        self._callbacks.componentEnvironment = self.log.key
         library.instantiate(callbacks=self._callbacks, loggingOn=False)
 
     def base_type(self, variable: Variable) -> tuple[str, Any] | None:
@@ -59,8 +54,8 @@ class Fmi2Slave(FmiSlave):
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Set up the experiment and enter initialization mode."""
         self.time = start_time
-        stop = 0.0 if stop_time is None else stop_time
-        self.call("SetupExperiment", self.component, 0, 0.0, start_time, int(stop_time is not None), stop)
+        times = start_time, int(stop_time is not None), stop_time or 0.0
+        self.call("SetupExperiment", self.component, 0, 0.0, *times)
         self.call("EnterInitializationMode", self.component)
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
@@ -79,9 +74,35 @@ class Fmi2Slave(FmiSlave):
                 self.end("DoStep answered discard and")
             self.fail("DoStep", status)
         if self.watched:
-            self.look_around()
+            self.watched = self.look_around("in a step")
 
     def _wants_to_end(self) -> bool:
         wanted = c_int(0)
         status = self.functions.fmi2GetBooleanStatus(self.component, _TERMINATED, byref(wanted))
         return bool(status <= 1 and wanted.value)
+
+
+@cache
+def _callbacks() -> Any:
+    """Callback functions that FMPy's proxy knows, kept alive as long as the process.
+
+    The proxy, which formats the variadic arguments of a log call, knows one Python callback in the whole
+    process and does not keep it alive. So there is one, and the environment pointer that each instance was
+    given says whose line it is.
+    """
+    from fmpy import calloc, fmi2, free
+    from fmpy.logging import addLoggerProxy
+
+    def log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        kept = FmuLog.open.get(environment or 0)
+        if kept is None:
+            fmi2.printLogMessage(environment, name, status, category, message)
+        else:
+            kept.add(status, message)
+
+    shared = fmi2.fmi2CallbackFunctions()
+    shared.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    shared.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
+    shared.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
+    addLoggerProxy(byref(shared))
+    return shared
