@@ -25,14 +25,10 @@ NOT_FOR_RUNNING = ("documentation", "sources")
 
 @dataclass
 class Assembly:
-    """Slaves, connections and start values; used once, then closed.
+    """Slaves in the system's order, connections and start values; used once, then closed.
 
     Attributes
     ----------
-    slaves : sequence of Slave
-        In the system's order.
-    connections : sequence of Connection
-        From outputs to inputs.
     values : mapping
         Start values by slave and variable, in the variables' own units.
     files : mapping

@@ -211,15 +211,7 @@ class _Guard:
 
 
 class Line:
-    """Connection over which a guarded run reports to its guard.
-
-    Parameters
-    ----------
-    pipe : Connection
-        To the guarding process.
-    memory : int
-        File descriptor of the memory for values.
-    """
+    """Connection over which a guarded run reports to its guard; the memory for values has a descriptor."""
 
     def __init__(self, pipe: Connection, memory: int) -> None:
         self._pipe, self._memory = pipe, memory
@@ -251,11 +243,12 @@ def serve(
     work: Callable[[Line | None], object], pipe: Connection, memory: int, status: mmap.mmap, parent: int
 ) -> NoReturn:
     """Do a guarded run, in the process that was made for it, and end that process."""
+    write_out = ctypes.CDLL(None).fflush  # what code in C has printed so far
     try:
         _become_inner(parent)
         under_way.share(status)
         work(Line(pipe, memory))
-        _flush()
+        write_out(None)
         pipe.send(("ended", None))
     except BaseException as fault:
         # The guarding process raises it again.
@@ -263,7 +256,7 @@ def serve(
             pipe.send(("fault", _portable(fault)))
     finally:
         # Nothing of Python's is flushed: what it has not written yet is a copy of what the other process has.
-        _flush()
+        write_out(None)
         os._exit(0)
 
 
@@ -280,11 +273,6 @@ def _become_inner(parent: int) -> None:
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")
     print_to_standard_error()
-
-
-def _flush() -> None:
-    """Write what code in C has printed so far."""
-    ctypes.CDLL(None).fflush(None)
 
 
 def _portable(fault: BaseException) -> BaseException:

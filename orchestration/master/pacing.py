@@ -15,15 +15,8 @@ from warmlink.orchestration.master.slaves import under_way
 class Clock:
     """Holds each communication point back until its time has come.
 
-    Parameters
-    ----------
-    pace : float
-        Simulated seconds for each second of wall time; 1 is real time.
-
-    Attributes
-    ----------
-    lag : float
-        Largest delay of a point behind its time, in s of wall time.
+    The pace is in simulated seconds for each second of wall time. The `lag` is the largest delay of a point
+    behind its time, in s of wall time.
     """
 
     def __init__(self, pace: float) -> None:

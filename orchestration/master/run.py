@@ -6,7 +6,7 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import obstacle
 from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose
-from warmlink.orchestration.master.guard import Line
+from warmlink.orchestration.master.guard import Line, Progress
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.pacing import Clock, interruption
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
@@ -34,8 +34,6 @@ from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.master.slaves.timed import TimedSlave
 from warmlink.orchestration.master.stability import instability
 from warmlink.orchestration.system.model import System
-
-Progress = Callable[[int, int], None]
 
 
 def simulate(

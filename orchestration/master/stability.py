@@ -32,15 +32,10 @@ def instability(
     start: Snapshot,
     memory: object,
 ) -> tuple[str, ...]:
-    """Say where a disturbance grows with the steps of an explicit algorithm, and what to do.
+    """Say where a disturbance grows with the steps of an explicit algorithm of that name, and what to do.
 
-    Parameters
-    ----------
-    name : str
-        The algorithm's.
-    start, memory
-        The network's state and the stepper's memory at the beginning of a run that is over; there the slaves
-        are left.
+    Start and memory are the network's state and the stepper's memory at the beginning of a run that is over;
+    there the slaves are left.
     """
     factor = _growth(network, stepper, points, start, memory)
     if factor is None or factor < GROWS_FROM:

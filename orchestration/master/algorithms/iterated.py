@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -43,13 +43,12 @@ class Iterated(Algorithm):
         Order 0, 1 or 2 of the inputs during a step.
     tolerance : float
         On the residual of each iterated input, as a fraction of its nominal value.
-    most : int
-        Iterations after which a step has not converged.
     """
 
     interpolation: int = 1
     tolerance: float = 1e-10
-    most: int = 50
+    most: ClassVar[int] = 50
+    """Iterations after which a step has not converged."""
 
     @property
     def order(self) -> int:
@@ -79,16 +78,10 @@ class FixedPoint(Iterated):
 
     D. G. Anderson, J. ACM 12 (1965) 547; the mixing of H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49
     (2011) 1715.
-
-    Parameters
-    ----------
-    interpolation, tolerance, most
-        As `Iterated`.
-    depth : int
-        How many earlier repetitions are mixed; 0 is the plain fixed-point iteration.
     """
 
-    depth: int = 5
+    depth: ClassVar[int] = 5
+    """How many earlier repetitions are mixed."""
 
     def solve(self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None) -> tuple[bool, None]:
         """Iterate to the tolerance; nothing is carried from step to step."""
@@ -103,7 +96,7 @@ class FixedPoint(Iterated):
             size = np.maximum(scale, np.abs(x))
             if np.all(np.abs(residual) <= self.tolerance * size):
                 return True, None
-            if previous is not None and self.depth:
+            if previous is not None:
                 steps = [*steps, x - previous[0]][-self.depth :]
                 changes = [*changes, residual - previous[1]][-self.depth :]
             previous = (x, residual)
@@ -124,7 +117,7 @@ class InterfaceNewton(Iterated):
     inputs during it.
     """
 
-    most: int = 20
+    most: ClassVar[int] = 20
 
     def solve(
         self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None

@@ -32,14 +32,7 @@ CAREFUL_STEPS = 16
 
 @dataclass(frozen=True)
 class InParts(Around):
-    """An algorithm that may do a step in parts.
-
-    Parameters
-    ----------
-    minimum_step : float, optional
-        In s; the run stops where an even smaller step were needed. Default: 1/1024 of the communication
-        step size.
-    """
+    """An algorithm that may do a step in parts, of `minimum_step` s or more (default: 1/1024 of it)."""
 
     minimum_step: float | None = field(default=None, kw_only=True)
     repeats_steps: ClassVar[bool] = True
@@ -48,16 +41,8 @@ class InParts(Around):
 class PartsStepper(StepperAround):
     """Covers each macro step with parts whose size follows an error estimate.
 
-    Parameters
-    ----------
-    network : Network
-        All slaves restore their state.
-    chosen : InParts
-        Its inner algorithm does the parts.
-    points : CommunicationPoints
-        The run's.
-    growth : float
-        The next part is doubled where the estimate is below this fraction of what is allowed.
+    The next part is doubled where the estimate is below the fraction `growth` of what is allowed. All slaves
+    must restore their state.
     """
 
     def __init__(self, network: Network, chosen: InParts, points: CommunicationPoints, growth: float) -> None:

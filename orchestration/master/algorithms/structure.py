@@ -73,14 +73,10 @@ def switching_outputs(network: Network) -> tuple[tuple[int, int], ...]:
 class Group:
     """Slaves that are stepped together.
 
-    Attributes
-    ----------
-    members : tuple of int
-        Iterated, in the order of a sweep; a single member without a loop needs no iteration.
-    followers : tuple of int
-        Part of the loop but without state restore: stepped once, when the members have converged.
-    torn : tuple of (slave, position)
-        Members' inputs that come from a member at the same place or later in the sweep: the unknowns.
+    The members are iterated in the order of a sweep; a single one without a loop needs no iteration. The
+    followers are part of the loop but cannot restore their state: they step once, when the members have
+    converged. The torn inputs (slave, position) come from a member at the same place or later in the sweep:
+    they are the unknowns.
     """
 
     members: tuple[int, ...]
@@ -92,14 +88,8 @@ class Group:
 class Plan:
     """The order of a macro step.
 
-    Attributes
-    ----------
-    groups : tuple of Group
-        Continuous slaves, each group after those it takes continuous signals from.
-    sampled : tuple of int
-        Slaves that act at samples, by direct feedthrough, after the continuous ones.
-    remarks : tuple of str
-        What slaves without state restore prevent.
+    The groups of continuous slaves come each after those it takes continuous signals from, then by direct
+    feedthrough those that act at samples; the remarks say what slaves without state restore prevent.
     """
 
     groups: tuple[Group, ...]

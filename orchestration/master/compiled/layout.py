@@ -35,14 +35,8 @@ Place = tuple[int, int]
 class Addressed(Protocol):
     """What compiled code needs to step a slave by itself: the addresses of its functions, as FMI has them.
 
-    Attributes
-    ----------
-    prefix : str
-        `fmi2` or `fmi3`, in whose way the functions are called.
-    component : ctypes pointer
-        Their first argument.
-    stepping : int
-        What `under_way` calls a step of it.
+    They are called in the way of the `prefix`, `fmi2` or `fmi3`, with the `component` as first argument;
+    `stepping` is what `under_way` calls a step.
     """
 
     prefix: str
@@ -71,15 +65,10 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
 
 
 class Layout:
-    """Tables of addresses and indices that the compiled loop runs over.
+    """Tables of addresses and indices that the compiled loop runs over: `tables`, as `Tables` in `loop.c`.
 
     The four buffers hold doubles, ints, bytes and long ints; each batch of a slave's variables has its
     stretch in one of them, so that FMI calls read and write there directly.
-
-    Attributes
-    ----------
-    tables : ndarray of int64
-        Addresses of all tables, and their sizes, as `Tables` in `loop.c`.
     """
 
     def __init__(

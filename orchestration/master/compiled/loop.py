@@ -71,22 +71,8 @@ def prepare() -> None:
 def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, slave_steps: int) -> bool:
     """Decide whether to step by the compiled loop, and prepare it.
 
-    Parameters
-    ----------
-    stepping : str
-        `auto` takes it where it can be had and the run is long enough to pay for laying out its tables,
-        `preferred` wherever it can be had, as one run of many does.
-    algorithm : Algorithm
-        Jacobi with held inputs and Gauss-Seidel can be compiled.
-    schedule : Schedule or None
-        The algorithm's.
-    slave_steps : int
-        Communication steps times slaves.
-
-    Raises
-    ------
-    InputError
-        Where `compiled` was asked for and cannot be had.
+    `auto` takes it where it can be had and so many steps of slaves pay for laying out its tables, `preferred`
+    wherever it can be had, as one run of many does; InputError where `compiled` cannot be had.
     """
     compiles = schedule is not None and not schedule.again
     if stepping == "compiled" and not compiles:
@@ -107,18 +93,9 @@ def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, 
 
 
 class CompiledLoop:
-    """Steps a network by the compiled loop, in chunks after which Python may look around.
+    """Steps an initialized network by the compiled loop, in chunks after which Python may look around.
 
-    Parameters
-    ----------
-    network : Network
-        Initialized; without `obstacle`.
-    schedule : Schedule
-        Of an algorithm that compiles.
-    recorder : Recorder
-        Its rows are filled directly.
-    points : CommunicationPoints
-        The run's.
+    The recorder's rows are filled directly.
     """
 
     def __init__(
@@ -177,6 +154,6 @@ class CompiledLoop:
         if what == _NOT_FINITE:
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
-        if what == _TERMINATE:
-            slave.end("DoStep")
-        slave.fail({_STEP: "DoStep", _GET: "Get"}.get(what, "Set"), detail)
+        if what in (_STEP, _TERMINATE):
+            slave.stop(detail)
+        slave.fail("Get" if what == _GET else "Set", detail)

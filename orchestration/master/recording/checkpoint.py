@@ -58,17 +58,9 @@ class Checkpoint:
 
 
 class Checkpoints:
-    """Writes and reads the checkpoint of one run.
+    """Writes and reads the checkpoint of one run; the run goes on from the one `found`.
 
-    Attributes
-    ----------
-    found : Checkpoint or None
-        From which the run goes on.
-
-    Raises
-    ------
-    InputError
-        Where a slave cannot serialise its state, or the checkpoint to go on from is damaged or another run's.
+    InputError where a slave cannot serialise its state, or the checkpoint is damaged or another run's.
     """
 
     def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
@@ -103,13 +95,7 @@ class Checkpoints:
         return self.every is not None and point % self.every == 0
 
     def save(self, recorder: Recorder, stepper: Stepper, sweeps: int) -> None:
-        """Write a checkpoint of the present communication point, the values first.
-
-        Raises
-        ------
-        StoreError
-            Where it cannot be written; the one before stays.
-        """
+        """Write a checkpoint of the present point, the values first; StoreError where the disk is full."""
         recorder.flush()
         network = self._network
         kept = Checkpoint(

@@ -47,23 +47,14 @@ def writing(path: Path) -> Iterator[None]:
 class Store:
     """Where recorded blocks go: here into the memory, one block for the whole run.
 
-    Parameters
-    ----------
-    memory : callable, optional
-        Gives the block for a number of rows and columns, all NaN, where the run is guarded.
+    A guarded run has its own memory, all NaN, by numbers of rows and columns.
     """
 
     def __init__(self, memory: Callable[[int, int], Array] | None = None) -> None:
         self._memory = memory
 
     def open(self, header: Table) -> Array:
-        """Give a block to fill with rows of a table.
-
-        Raises
-        ------
-        InputError
-            Where it is larger than a run may be in memory.
-        """
+        """Give a block to fill with rows of a table; InputError where it is too large for the memory."""
         shape = header.points.count + 1, len(header.names)
         size = 8 * shape[0] * shape[1]
         if size > MOST_BYTES:
@@ -89,17 +80,9 @@ class Store:
 class Folder(Store):
     """Writes `values.npy` and `columns.json` into a folder, block by block.
 
-    The header of `values.npy` counts the rows that were written before it was, so that the file can be
-    read whenever the run ends, be it by a kill.
-
-    Parameters
-    ----------
-    folder : Path
-        Made where it does not exist.
-    keep : int
-        Rows that an interrupted run left there and that its checkpoint counts on; 0 begins anew.
-    digest : str
-        Of those rows, as the checkpoint has it.
+    The header of `values.npy` counts the rows that were written before it was, so that the file can be read
+    whenever the run ends, be it by a kill. An interrupted run may have left rows there that its checkpoint
+    counts on: so many are kept, and they must have the digest.
     """
 
     def __init__(self, folder: Path, *, keep: int = 0, digest: str = "") -> None:
@@ -111,13 +94,7 @@ class Folder(Store):
         self._columns = 0
 
     def open(self, header: Table) -> Array:
-        """Give a block of 4096 rows.
-
-        Raises
-        ------
-        InputError
-            Where the folder cannot be written, or does not hold the rows to keep.
-        """
+        """Give a block of 4096 rows; InputError where the folder cannot be written or lacks rows to keep."""
         about = {
             "columns": [{"name": name, "unit": header.units[name]} for name in header.names],
             "start_time_s": header.points.start_time,
@@ -143,15 +120,10 @@ class Folder(Store):
 
     def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
-        left = self._place(self._keep) - self._place(0)
-        if not self.path.exists() or self.path.stat().st_size < self._place(self._keep):
+        begin, end = self._place(0), self._place(self._keep)
+        if not self.path.exists() or self.path.stat().st_size < end:
             raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
-        with self.path.open("rb") as file:
-            file.seek(self._place(0))
-            while left:
-                data = file.read(min(left, 1 << 20))
-                self._digest.update(data)
-                left -= len(data)
+        self._digest.update(np.memmap(self.path, np.uint8, "r", begin, (end - begin,)).data)
         if self._digest.hexdigest() != self._expected:
             raise InputError(
                 f"{self.path}: is damaged, its values are not those that the checkpoint beside it counts on; "
@@ -159,13 +131,7 @@ class Folder(Store):
             )
 
     def put(self, first: int, rows: Array) -> None:
-        """Write rows to their place, then count them.
-
-        Raises
-        ------
-        StoreError
-            Where the disk does not take them; those before are kept.
-        """
+        """Write rows to their place, then count them; StoreError where the disk does not take them."""
         assert self._file is not None
         data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
         with writing(self.path):
@@ -219,26 +185,17 @@ def is_recorded(variable: Variable) -> bool:
 
 
 class Recorder:
-    """Values in rows of a preallocated block, a row for each communication point.
+    """Values in rows of a preallocated block, one for each communication point, in the variables' own units.
 
-    Parameters
-    ----------
-    network : Network
-        Must read the outputs among `names`.
-    names : sequence of str
-        Variables as `slave.variable`; outputs are kept as they were exchanged, all others (inputs,
-        parameters, internals) as they stand when the exchange is done.
-    points : CommunicationPoints
-        The run's.
-    store : Store
-        Takes full blocks and gives everything back at the end.
+    Outputs that the network reads are kept as they were exchanged; all other variables (inputs, parameters,
+    internals) as they stand when the exchange is done.
 
     Attributes
     ----------
     header : Table
         What is recorded, without values.
     block : ndarray, shape (rows of a block, names)
-        In the variables' own units; Booleans are 0 and 1.
+        Booleans are 0 and 1.
     rows : int
         Points recorded so far.
     sources : list of (slave, variable, position)

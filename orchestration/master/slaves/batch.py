@@ -33,25 +33,9 @@ def held_from_start(variables: Mapping[str, Variable]) -> Held:
 class Batch:
     """Variables of one base type among a set of variables, with the arrays a call needs.
 
-    Parameters
-    ----------
-    base : str
-        The type as the FMI functions name it: `Real`, `Float64` and so on.
-    c_type : type
-        Its ctypes type.
-    chosen : mapping
-        Those variables, by their places in the set.
-    held : dict
-        The slave's values of arrays, of which some elements may be set alone.
-
-    Attributes
-    ----------
-    arrays : bool
-        Whether some of the variables are elements of arrays.
-    get, set : ctypes function
-        Of the FMU.
-    arguments : tuple
-        Of both.
+    `base` is the type as the FMI functions name it, `chosen` the variables by their places in the set, `held`
+    the slave's values of arrays, of which some elements may be set alone. The FMU's functions `get` and `set`
+    take the same `arguments`.
     """
 
     def __init__(self, base: str, c_type: Any, chosen: Mapping[int, Variable], held: Held) -> None:
@@ -104,15 +88,10 @@ def sorted_by_type(
     base_type: Callable[[Variable], tuple[str, Any] | None],
     held: Held | None = None,
 ) -> list[Batch]:
-    """Sort variables into batches of one base type.
+    """Sort variables into batches of one base type; InputError where one is unknown or cannot be exchanged.
 
     `base_type` gives the name and ctypes type by which a variable is exchanged, or None where it cannot be;
     `held` keeps what arrays were set to.
-
-    Raises
-    ------
-    InputError
-        Where a variable is unknown or cannot be exchanged.
     """
     found: dict[tuple[str, Any], dict[int, Variable]] = {}
     for position, name in enumerate(names):

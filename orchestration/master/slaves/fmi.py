@@ -10,7 +10,7 @@ import itertools
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
-from ctypes import byref, c_char_p, c_double, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_bool, c_char_p, c_double, c_size_t, c_uint, c_void_p
 from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
@@ -32,10 +32,7 @@ _CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"lo
 
 
 class FmuLog:
-    """The last log lines of one instance: for error messages, never printed.
-
-    Its key is given to the FMU as its environment; all logs are open under their keys.
-    """
+    """The last log lines of one instance, never printed; the FMU was given its key as its environment."""
 
     _keys = itertools.count(1)
     open: ClassVar[WeakValueDictionary[int, FmuLog]] = WeakValueDictionary()
@@ -59,23 +56,14 @@ class FmuLog:
 
 
 class FmiSlave(ABC):
-    """One instance of an FMU.
-
-    Parameters
-    ----------
-    name : str
-        Instance name, as the system names the component.
-    info : ModelInfo
-        The FMU's description.
-    folder : Path
-        Where the FMU was unpacked.
+    """One instance of an FMU, which was unpacked into a folder.
 
     Attributes
     ----------
-    functions : ctypes library
-        The FMU's functions, declared.
-    component : ctypes pointer
-        The instance.
+    functions, component : ctypes library and pointer
+        The FMU's functions, declared, and the instance.
+    answers, wants_to_end : ctypes objects
+        What a step tells beside its status, and of that whether the FMU asks to end the simulation.
     stepping : int
         What `under_way` calls a step of it.
     watched : bool
@@ -91,10 +79,8 @@ class FmiSlave(ABC):
     """
 
     prefix: ClassVar[str]
-    library_class: ClassVar[str]
-    """FMPy's, with its module."""
-    platform: ClassVar[str]
-    """What FMPy calls the name of this platform's folder."""
+    library_class: ClassVar[str]  # FMPy's, with its module
+    platform: ClassVar[str]  # what FMPy calls the name of this platform's folder
     byte: ClassVar[Any]
 
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
@@ -115,15 +101,18 @@ class FmiSlave(ABC):
         self.stepping = self._number + under_way.STEPPING
         self.remarks: list[str] = []
         self.watched = True
+        self.wants_to_end = c_bool()
+        self.answers: tuple[Any, ...] = ()
         self._surroundings = Surroundings()
         self._note(under_way.LOADING)
         self._library = self._load(folder)
         try:
             self.instantiate(self._library)
-        except Exception as error:
-            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from error
+        except Exception as fault:
+            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from fault
         self.functions = self._library.dll
         self.component = c_void_p(self._library.component)
+        self._do_step = self.function("DoStep")
         # An FMU may refuse all further calls after one for a category that it does not declare.
         declared = info.log_categories
         asked = [each for each in _CATEGORIES if not declared or each.decode() in declared]
@@ -151,10 +140,6 @@ class FmiSlave(ABC):
     @abstractmethod
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
         """Set time derivatives of Real inputs for the next step."""
-
-    @abstractmethod
-    def step(self, time: float, step_size: float) -> None:
-        """Advance from `time` to `time + step_size`, both in s."""
 
     def function(self, name: str) -> Any:
         """Find one of the FMU's functions by its name, as FMI 3.0 spells it, without the prefix."""
@@ -190,6 +175,22 @@ class FmiSlave(ABC):
         """Raise because the slave asked to end the simulation."""
         told = f"{self.prefix}{function} asks to end the simulation{self.log.tell()}"
         raise SlaveError(self.name, "terminated", self.time, told)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance by one communication step."""
+        self.time = time
+        self._under_way[under_way.CALL] = self.stepping
+        status = self._do_step(self.component, time, step_size, 0, *self.answers)
+        if status > 1 or self.wants_to_end.value:
+            self.stop(status)
+        if self.watched:
+            self.watched = self.look_around("in a step")
+
+    def stop(self, status: int) -> NoReturn:
+        """Raise for what a step answered."""
+        if status > 1:
+            self.fail("DoStep", status)
+        self.end("DoStep")
 
     def exit_initialization(self) -> None:
         """Leave initialization mode."""
@@ -242,9 +243,9 @@ class FmiSlave(ABC):
         of, by = self.variables[output], self.variables[known]
         seed, found = (c_double * by.elements)(), (c_double * of.elements)()
         seed[by.element] = 1.0
-        sizes = ((by.elements,), (of.elements,)) if self.prefix == "fmi3" else ((), ())
-        ends = (self.references((output,)), 1, self.references((known,)), 1)
-        self.call("GetDirectionalDerivative", self.component, *ends, seed, *sizes[0], found, *sizes[1])
+        arrays = (seed, by.elements, found, of.elements) if self.prefix == "fmi3" else (seed, found)
+        ends = self.references((output,)), 1, self.references((known,)), 1
+        self.call("GetDirectionalDerivative", self.component, *ends, *arrays)
         return found[of.element]
 
     def references(self, names: Names) -> Any:

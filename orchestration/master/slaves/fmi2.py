@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from ctypes import byref, c_char, c_char_p, c_double, c_int
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
-from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
 from warmlink.orchestration.master.slaves.slave import Names
@@ -64,22 +63,14 @@ class Fmi2Slave(FmiSlave):
         orders, numbers = (c_int * count)(*[order] * count), (c_double * count)(*values)
         self.call("SetRealInputDerivatives", self.component, self.references(names), count, orders, numbers)
 
-    def step(self, time: float, step_size: float) -> None:
-        """Advance by one communication step."""
-        self.time = time
-        self._under_way[under_way.CALL] = self.stepping
-        status = self.functions.fmi2DoStep(self.component, time, step_size, 0)
-        if status > 1:
-            if status == 2 and self._wants_to_end():
-                self.end("DoStep answered discard and")
-            self.fail("DoStep", status)
-        if self.watched:
-            self.watched = self.look_around("in a step")
-
-    def _wants_to_end(self) -> bool:
+    def stop(self, status: int) -> NoReturn:
+        """Raise for what a step answered; it discards, too, where it wants to end."""
         wanted = c_int(0)
-        status = self.functions.fmi2GetBooleanStatus(self.component, _TERMINATED, byref(wanted))
-        return bool(status <= 1 and wanted.value)
+        if status == 2:
+            asked = self.functions.fmi2GetBooleanStatus(self.component, _TERMINATED, byref(wanted))
+            if asked <= 1 and wanted.value:
+                self.end("DoStep answered discard and")
+        super().stop(status)
 
 
 @cache

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from ctypes import byref, c_bool, c_double, c_uint, c_uint8
 from typing import Any, ClassVar
 
-from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.slave import Names
@@ -29,8 +28,7 @@ class Fmi3Slave(FmiSlave):
     def instantiate(self, library: Any) -> None:
         """Instantiate; FMPy keeps the callbacks alive."""
         self._varying: dict[int, list[float]] = {}
-        self._terminate = c_bool()
-        self._answers = (byref(c_bool()), byref(self._terminate), byref(c_bool()), byref(c_double()))
+        self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
         inputs = [
             v.value_reference
@@ -82,15 +80,7 @@ class Fmi3Slave(FmiSlave):
 
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
-        self.time = time
-        self._under_way[under_way.CALL] = self.stepping
-        status = self.functions.fmi3DoStep(self.component, time, step_size, False, *self._answers)
-        if status > 1:
-            self.fail("DoStep", status)
-        if self._terminate.value:
-            self.end("DoStep")
-        if self.watched:
-            self.watched = self.look_around("in a step")
+        super().step(time, step_size)
         if self._varying:
             status = self._vary(step_size)
             self._varying.clear()

@@ -64,12 +64,7 @@ def how_it_ended(code: int | None) -> str:
 class OtherProcess:
     """A process that answers over a pipe.
 
-    Parameters
-    ----------
-    name : str
-        Of the process.
-    target : callable
-        Called there with its end of the pipe and the arguments; it and they must be picklable.
+    The target is called there with its end of the pipe and the arguments; it and they must be picklable.
     """
 
     def __init__(self, name: str, target: Callable[..., None], *arguments: Any) -> None:
@@ -91,12 +86,8 @@ class OtherProcess:
     def answer(self, limit: float, hurried: Callable[[], bool] = lambda: False) -> Any:
         """Give the next answer; once it is hurried, it is waited for but briefly.
 
-        Raises
-        ------
-        TimeoutError
-            Where there is none within the limit in s; the process was ended.
-        ProcessEndedError
-            Where the process has ended.
+        Raises TimeoutError, and ends the process, where there is none within the limit in s;
+        `ProcessEndedError` where it has ended.
         """
         try:
             end = time.monotonic() + limit
@@ -149,29 +140,15 @@ def print_to_standard_error() -> None:
 
 
 def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
-    """Start a process in which a slave is opened, without waiting for it, so that many start at once.
-
-    The opener is called there and must be picklable.
-    """
+    """Start a process in which a slave is opened (picklable), without waiting, so that many start at once."""
     return OtherProcess(name, _serve, name, opener, isolation.memory_limit)
 
 
 class IsolatedSlave:
     """Passes every call on to a slave in another process; copied states stay there, here they are numbers.
 
-    Parameters
-    ----------
-    name : str
-        The slave's name, for messages.
-    process : OtherProcess
-        As `start` gives it; waited for.
-    isolation : Isolation
-        Time limits.
-
-    Raises
-    ------
-    SlaveError
-        From every method: status `crash` where the process died, `time limit` where it did not answer.
+    Every method may raise SlaveError: status `crash` where the process died, `time limit` where it did not
+    answer.
     """
 
     def __init__(self, name: str, process: OtherProcess, isolation: Isolation) -> None:

@@ -52,10 +52,8 @@ class Network:
 
     Parameters
     ----------
-    slaves : sequence of Slave
-        In the order of the system.
-    connections : sequence of Connection
-        From outputs to inputs; refused where an end is unknown or an input has two sources.
+    slaves, connections : sequence
+        InputError where a connection's end is unknown or an input has two sources.
     watched : collection of str
         Further outputs, as `slave.variable`, that are read at every communication point.
     process : int, optional
@@ -112,13 +110,7 @@ class Network:
         self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:
-        """Give slave index and variable of a full name.
-
-        Raises
-        ------
-        InputError
-            Where no slave has such a variable.
-        """
+        """Give slave index and variable of a full name; InputError where no slave has such a variable."""
         for k, slave in enumerate(self.slaves):
             variable = name.removeprefix(f"{slave.name}.")
             if variable != name and variable in slave.variables:
@@ -184,13 +176,7 @@ class Network:
         )
 
     def read(self, k: int) -> None:
-        """Read a slave's outputs.
-
-        Raises
-        ------
-        SlaveError
-            Where one is NaN or infinite and must not be.
-        """
+        """Read a slave's outputs; SlaveError where one is NaN or infinite and must not be."""
         names = self.reads[k]
         if names:
             self.outputs[k] = values = self.slaves[k].get(names)
@@ -250,10 +236,7 @@ class Network:
             os._exit(0)
 
     def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:
-        """Copy the states of some slaves (default: all) and all exchanged values.
-
-        A snapshot of the same members that is no longer needed may be given for reuse.
-        """
+        """Copy the states of some slaves (default: all) and all values, over a snapshot given for reuse."""
         chosen = tuple(range(len(self.slaves)) if members is None else members)
         old = (None,) * len(chosen) if reuse is None else reuse.states
         states = tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True))
