@@ -16,8 +16,15 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
 from warmlink.orchestration.system import archive
-from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
-from warmlink.orchestration.system.model_info import TYPES, Capabilities, ModelInfo, Variable
+from warmlink.orchestration.system.model import (
+    TYPES,
+    Capabilities,
+    ConnectorType,
+    DefaultExperiment,
+    ModelInfo,
+    Value,
+    Variable,
+)
 from warmlink.orchestration.system.units import definitions_of_units
 from warmlink.orchestration.system.xml import (
     any_number,

@@ -7,6 +7,7 @@ where it stands.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from warmlink.fmus.errors import InputError
@@ -117,3 +118,22 @@ def truth(text: str, name: str, where: str) -> bool:
 def local(element: Any) -> str:
     """Give an element's name without its namespace."""
     return str(element.tag).rpartition("}")[2]
+
+
+def children(parent: Any, name: str) -> Iterator[Any]:
+    """Give the child elements of one name."""
+    return (child for child in (() if parent is None else parent) if local(child) == name)
+
+
+def only_child(parent: Any, name: str) -> Any:
+    """Give the first child of one name, or None."""
+    return next(children(parent, name), None)
+
+
+def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> None:
+    """Refuse by name any child element of SSP that is not read; notes are passed over."""
+    for child in parent:
+        if local(child) not in (*known, "Annotations", "MetaData"):
+            raise InputError(
+                f"{where}: the element {local(child)} is not supported; remove it or write it another way"
+            )
