@@ -19,9 +19,10 @@ from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.xml import (
     children,
+    integer,
+    number,
     only_child,
-    optional_integer,
-    optional_number,
+    optional,
     required,
 )
 
@@ -158,13 +159,12 @@ def read_unit(element: Any, where: str) -> Unit:
     if base is None:
         return Unit(name)
     where = f"{where}: unit {name}"
-    exponents = tuple(optional_integer(base, key, where) or 0 for key in BASE_UNITS)
-    factor = optional_number(base, "factor", where)
+    exponents = tuple(optional(base, key, integer, where) or 0 for key in BASE_UNITS)
+    factor = optional(base, "factor", number, where)
     if factor == 0:
         raise InputError(f"{where}: its factor is 0, which converts nothing; give the factor to SI units")
-    return Unit(
-        name, exponents, 1.0 if factor is None else factor, optional_number(base, "offset", where) or 0.0
-    )
+    offset = optional(base, "offset", number, where) or 0.0
+    return Unit(name, exponents, 1.0 if factor is None else factor, offset)
 
 
 def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:

@@ -7,11 +7,13 @@ where it stands.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES, brief
+
+Read = TypeVar("Read")
 
 XML_LIMIT_TAGS = 500_000
 """Opening and closing ones together: a tree in memory takes some hundred bytes for each."""
@@ -90,29 +92,17 @@ def integer(text: str, where: str) -> int:
     return value
 
 
-def optional_number(element: Any, name: str, where: str) -> float | None:
-    """Give an attribute as a finite number, or None where it is absent."""
-    text = element.get(name)
-    return None if text is None else number(text, f"{where}: {name}")
-
-
-def optional_integer(element: Any, name: str, where: str) -> int | None:
-    """Give an attribute as an integer, or None where it is absent."""
-    text = element.get(name)
-    return None if text is None else integer(text, f"{where}: {name}")
-
-
-def boolean(element: Any, name: str, where: str, default: bool) -> bool:
-    """Give an attribute as a truth value (true, false, 1 or 0), or the default where it is absent."""
-    text = element.get(name)
-    return default if text is None else truth(text, name, where)
-
-
-def truth(text: str, name: str, where: str) -> bool:
-    """Give what a text says as a truth value; `name` is that of its attribute."""
+def truth(text: str, where: str) -> bool:
+    """Give a truth value: true, false, 1 or 0."""
     if text.strip() not in ("true", "false", "1", "0"):
-        raise InputError(f"{where}: {name} is {text!r}, neither true nor false")
+        raise InputError(f"{where} is {text!r}, neither true nor false")
     return text.strip() in ("true", "1")
+
+
+def optional(element: Any, name: str, read: Callable[[str, str], Read], where: str) -> Read | None:
+    """Give an attribute as `number`, `integer` or `truth` read it, or None where it is absent."""
+    text = None if element is None else element.get(name)
+    return None if text is None else read(text, f"{where}: {name}")
 
 
 def local(element: Any) -> str:

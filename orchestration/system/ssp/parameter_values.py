@@ -20,13 +20,12 @@ from warmlink.orchestration.system.ssp.elements import (
 from warmlink.orchestration.system.ssp.net import Edge, Node
 from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units
 from warmlink.orchestration.system.xml import (
-    boolean,
     children,
     integer,
     local,
     number,
     only_child,
-    optional_number,
+    optional,
     refuse_other_children,
     required,
     truth,
@@ -118,7 +117,7 @@ def _parameter(name: str, entry: Any, units: Mapping[str, Unit], where: str) -> 
     if kind == "Integer":
         return Parameter(name, kind, integer(text, where))
     if kind == "Boolean":
-        return Parameter(name, kind, truth(text, "value", where))
+        return Parameter(name, kind, truth(text, f"{where}: value"))
     if kind in ("String", "Enumeration"):
         return Parameter(name, kind, text)
     raise InputError(
@@ -139,12 +138,12 @@ def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:
 
 def with_transformation(edge: Edge, entry: Any, where: str) -> Edge:
     """Give a connection or mapping entry with what its element says of units and of a transformation."""
-    suppress = boolean(entry, "suppressUnitConversion", where, default=False)
+    suppress = optional(entry, "suppressUnitConversion", truth, where) or False
     refuse_other_children(entry, ("LinearTransformation", "ConnectionGeometry"), where)
     linear, change = only_child(entry, "LinearTransformation"), None
     if linear is not None:
-        factor = optional_number(linear, "factor", where)
-        offset = optional_number(linear, "offset", where) or 0.0
+        factor = optional(linear, "factor", number, where)
+        offset = optional(linear, "offset", number, where) or 0.0
         change = Conversion(1.0 if factor is None else factor, offset)
     return replace(edge, transformation=change, suppress_unit_conversion=suppress)
 

@@ -26,8 +26,9 @@ from warmlink.orchestration.system.xml import (
     children,
     integer,
     local,
+    number,
     only_child,
-    optional_number,
+    optional,
     refuse_other_children,
     required,
 )
@@ -248,14 +249,13 @@ def _items(element: Any, holder: str, name: str | None = None) -> list[Any]:
 
 
 def _experiment(element: Any, where: str) -> DefaultExperiment:
-    if element is None:
-        return DefaultExperiment()
-    start = optional_number(element, "startTime", where) or 0.0
-    stop = optional_number(element, "stopTime", where)
+    start = optional(element, "startTime", number, where) or 0.0
+    stop = optional(element, "stopTime", number, where)
     if stop is not None and stop <= start:
         raise InputError(f"{where}: stopTime {stop:g} s is not after startTime {start:g} s; give a later one")
-    algorithm = next((s for s in element.iter() if local(s) == "FixedStepAlgorithm"), None)
-    step = None if algorithm is None else optional_number(algorithm, "baseStepSize", where)
+    notes = () if element is None else element.iter()
+    algorithm = next((each for each in notes if local(each) == "FixedStepAlgorithm"), None)
+    step = optional(algorithm, "baseStepSize", number, where)
     if step is not None and step <= 0:
         raise InputError(f"{where}: baseStepSize {step:g} s is not positive; give a step above 0 s")
     return DefaultExperiment(start, stop, step)
