@@ -21,7 +21,7 @@ from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherPro
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model_info import ModelInfo
+from warmlink.orchestration.system.model import ModelInfo
 
 Verdict = Literal["pass", "fail", "skip"]
 
