@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.gain import Scores
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
-from warmlink.orchestration.diagnosis.data.inputs import with_inputs
-from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID
-from warmlink.orchestration.diagnosis.data.nominal import with_nominal
+from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 
