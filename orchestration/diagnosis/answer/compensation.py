@@ -20,7 +20,7 @@ from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
-from warmlink.orchestration.diagnosis.answer.gain import Predicted
+from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
