@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.words import summary
-from warmlink.orchestration.diagnosis.data.nominal import parameters_of
+from warmlink.orchestration.diagnosis.data.inputs import parameters_of
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 
 if TYPE_CHECKING:

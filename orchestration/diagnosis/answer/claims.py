@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.duties import run_of
+from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.carried import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.scenarios.duties import duty_files
@@ -101,28 +101,24 @@ def claims(
     )
     share = float(np.sqrt(max(left.rmse**2 - left.noise**2, 0.0) / np.nanmean(measured**2)))
     # What is wrong with logs and instruments is wrong in no other duty cycle.
-    foreseen = [Carried(problem, fit, plant_only=True) for fit in (*models, assessment.null)]
+    chosen, *others, uncorrected = [
+        Carried(problem, fit, plant_only=True) for fit in (*models, assessment.null)
+    ]
     channel = problem.variables.index(ELONGATION)
     further = Neighbours(models[0], assessment.search.items, ()).unnoticed()
     unnoticed = [off for item, off in further if item.cause.kind == "plant"]
     found = []
     for run, name in enumerate(DUTIES, start=len(labelled)):
-        grown, *alike, before = (model.predict(run)[0][:, channel] for model in foreseen)
-        chosen = foreseen[0]
-        variance = chosen.variance(run)[:, channel] + _unnoticed(chosen, run, channel, unnoticed)
+        grown, *alike, before = (
+            model.predict(run)[0][:, channel] for model in (chosen, *others, uncorrected)
+        )
+        # Of further causes that the data do not show, the one that matters most here.
+        moved = [chosen.by(run, list(off))[:, channel] @ np.array(list(off.values())) for off in unnoticed]
+        worst = np.max([np.zeros(grown.size), *(each**2 for each in moved)], axis=0)
+        variance = chosen.variance(run)[:, channel] + worst
         variance += (share * grown) ** 2
         variance += chosen.wandering(run, assessment.fitter.wander)[:, channel]
-        band = _SIGMAS * np.sqrt(variance)
-        for other in alike:
-            band = np.maximum(band, np.abs(grown - other))
+        apart = [np.abs(grown - other) for other in alike]
+        band = np.max([_SIGMAS * np.sqrt(variance), *apart], axis=0)
         found.append(Claim(name, problem.data[run].time, grown, before, band))
     return tuple(found)
-
-
-def _unnoticed(model: Carried, run: int, channel: int, further: Sequence[dict[Freed, float]]) -> Array:
-    """Variance of a channel by the one further cause that matters most here and that the data do not show."""
-    worst = np.zeros(model.predict(run)[0].shape[0])
-    for off in further:
-        moved = model.by(run, list(off))[:, channel] @ np.array(list(off.values()))
-        worst = np.maximum(worst, moved**2)
-    return worst

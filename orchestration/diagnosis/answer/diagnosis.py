@@ -10,11 +10,15 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
-from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
-from warmlink.orchestration.diagnosis.answer.missing import MissingHeat, missing_heat
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Word, held_out, judged
-from warmlink.orchestration.diagnosis.answer.unknown import Hint, hint
+from warmlink.orchestration.diagnosis.answer.prediction import (
+    HeldOut,
+    Predicted,
+    Scores,
+    Word,
+    judged,
+)
+from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
@@ -25,32 +29,38 @@ from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All that was found.
-
-    Attributes
-    ----------
-    experiment : what was measured
-    assessment : the search and its verdict
-    scores : errors on the whole experiment
-    before, after : readings by the uncorrected and by the chosen model
-    members : readings by the rivals of an ambiguous verdict
-    """
+    """All that was found in an experiment by a search."""
 
     experiment: Experiment
     assessment: Assessment
-    scores: Scores
-    before: Predicted
-    after: Predicted
-    members: tuple[Predicted, ...]
+
+    @cached_property
+    def scores(self) -> Scores:
+        """Errors on the whole experiment."""
+        return Scores(self.experiment, self.assessment.noise)
+
+    @cached_property
+    def before(self) -> Predicted:
+        """Readings by the uncorrected model."""
+        return self.scores.predict(self.assessment.null)
+
+    @cached_property
+    def after(self) -> Predicted:
+        """Readings by the model that was chosen."""
+        best = self.assessment.best
+        return self.scores.predict(best) if best.items else self.before
+
+    @cached_property
+    def members(self) -> tuple[Predicted, ...]:
+        """Readings by the rivals of an ambiguous verdict."""
+        return tuple(map(self.scores.predict, self.assessment.rivals))
 
     @cached_property
     def held_out(self) -> tuple[HeldOut | None, ...]:
         """Errors on held-out rows of the uncorrected model, the chosen one, and its rivals."""
-        found = self.assessment
-        pairs = zip(
-            (self.before, self.after, *self.members), (found.null, found.best, *found.rivals), strict=True
-        )
-        return tuple(held_out(self.scores, each, fit, found.fitter.wander) for each, fit in pairs)
+        wander = self.assessment.fitter.wander
+        models = (self.before, self.after, *self.members)
+        return tuple(self.scores.held_out(each, wander) for each in models)
 
     @cached_property
     def judged(self) -> tuple[Word, str]:

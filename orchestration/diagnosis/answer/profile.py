@@ -109,6 +109,11 @@ class Profile:
     rise: Array
 
 
+def name_of(item: Item, freed: Freed, variable: str) -> str:
+    """Name of a number that a cause frees, with the label that it belongs to."""
+    return f"{variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else variable
+
+
 def profiles_of(assessment: Assessment) -> list[Profile]:
     """Profile of every strength of the chosen model."""
     return [_profile(assessment, item, f) for item in assessment.best.items for f in item.freed]
@@ -121,8 +126,7 @@ def _profile(assessment: Assessment, item: Item, freed: Freed) -> Profile:
     steps = best.theta[index] + spread * np.array(_AWAY)
     values = np.unique(np.clip(steps, freed.lower, freed.upper))
     rise = np.array(list(_refitted(assessment, item, freed, values))) - best.chi2
-    name = f"{freed.variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else freed.variable
-    return Profile(item, name, values, np.maximum(rise, 0.0))
+    return Profile(item, name_of(item, freed, freed.variable), values, np.maximum(rise, 0.0))
 
 
 def _refitted(assessment: Assessment, item: Item, freed: Freed, values: Array) -> Iterable[float]:

@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, rig
-from warmlink.orchestration.diagnosis.data.table import Column
+from warmlink.orchestration.diagnosis.data.signals import Column
 from warmlink.orchestration.text_files import is_file, measured_text
 
 RIG = "WarmupCell"

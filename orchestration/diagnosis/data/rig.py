@@ -24,7 +24,7 @@ from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.data.own.system import Own
+    from warmlink.orchestration.diagnosis.data.own import Own
 
 ELONGATION = "link.elongation"
 
@@ -68,7 +68,6 @@ class Rig:
     foreign : what is known of parts that are in no catalogue, by instance; reduced links have equations
     looped : whether FMUs are simulated in a loop, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
-    moved : input of a heat path that stands for each input before which one was put
     own : the system of FMUs, where it is no shipped one
     """
 
@@ -78,7 +77,6 @@ class Rig:
     foreign: Mapping[str, Component] = field(default_factory=dict)
     looped: bool = False
     cut: frozenset[str] = frozenset()
-    moved: Mapping[str, str] = field(default_factory=dict)
     own: Own | None = None
 
     @property
@@ -168,6 +166,11 @@ class Rig:
         for source, target in self._wires(inside=False):
             found[source] = (*found.get(source, ()), target)
         return found
+
+    @property
+    def moved(self) -> Mapping[str, str]:
+        """Input of a heat path that stands for each input before which one was put."""
+        return self.own.moved if self.own else {}
 
     def part_of(self, name: str) -> str:
         """Instance whose variable a full name is; empty where it is none's."""

@@ -8,7 +8,7 @@ heat that flows through the joint; each step is repeated until both agree on it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from warmlink.orchestration.diagnosis.practice.hidden import (
     surroundings,
 )
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
-from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
+from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.fea.drive import JUST_BEFORE, Drive
 from warmlink.orchestration.paper.fea.mesh import Body, bare_link
 from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
@@ -125,10 +125,11 @@ def simulate(
 
 
 def _body(truth: Truth, refinement: int) -> Body:
-    geometry: Geometry = replace(
-        load_geometry(), length=LENGTH, width=WIDTH, thickness=THICKNESS, shaft_centre=BASE, diode_centre=TIP
+    """The link of a cell, on a mesh."""
+    geometry, materials = load_geometry(), load_materials()
+    geometry = replace(
+        geometry, length=LENGTH, width=WIDTH, thickness=THICKNESS, shaft_centre=BASE, diode_centre=TIP
     )
-    materials: Materials = load_materials()
     link = replace(
         materials.link,
         conductivity=truth.conductivity,
@@ -137,19 +138,6 @@ def _body(truth: Truth, refinement: int) -> Body:
         emissivity=truth.emissivity,
     )
     return bare_link(geometry, replace(materials, link=link), refinement)
-
-
-@dataclass
-class _Ramp:
-    """A heat flow in W that runs straight from `first` to `last` over a step, `begin` and `size` in s."""
-
-    begin: float = 0.0
-    size: float = 1.0
-    first: float = 0.0
-    last: float = 0.0
-
-    def __call__(self, time: float) -> float:
-        return self.first + (time - self.begin) / self.size * (self.last - self.first)
 
 
 class _Cell:
@@ -163,7 +151,7 @@ class _Cell:
         self._base = self._observed[0]
         self._field = np.full(self._model.size, COLD)
         self._motor = np.full(2, COLD)
-        self._ramp = _Ramp()
+        self._begin, self._size, self._first, self._last = 0.0, 1.0, 0.0, 0.0
         # Change of the flow that link and motor call for per change of the flow that is tried, W/W; it hardly
         # differs from step to step.
         self._answer = 0.0
@@ -175,7 +163,7 @@ class _Cell:
         drive = Drive(
             lambda time: steady * (1 + truth.draught(time)),
             lambda time: surroundings(truth, segment, time),
-            heat_flow=self._ramp,
+            heat_flow=self._through_joint,
             radiation=truth.emissivity > 0,
         )
         self._stepper = HeatStepper(self._model, drive)
@@ -189,24 +177,27 @@ class _Cell:
     def advance(self, time: float, size: float) -> None:
         """Step by `size` from `time`, both in s."""
         base = float(self._base @ self._field)
-        ramp = self._ramp
-        ramp.begin, ramp.size = time, size
-        ramp.first = self._flow(time, self._motor, base)
+        self._begin, self._size = time, size
+        self._first = self._flow(time, self._motor, base)
         tried: tuple[float, float] | None = None
         for _ in range(30):
             field, _ = self._stepper.step(self._field, time, size)
             warmed = float(self._base @ field)
             motor = self._motor_after(time, size, base, warmed)
-            surplus = self._flow(time + JUST_BEFORE * size, motor, warmed) - ramp.last
+            surplus = self._flow(time + JUST_BEFORE * size, motor, warmed) - self._last
             if abs(surplus) < SETTLED:
                 break
-            if tried is not None and abs(ramp.last - tried[0]) > 100 * SETTLED:
-                self._answer = 1 + (surplus - tried[1]) / (ramp.last - tried[0])
-            tried = ramp.last, surplus
-            ramp.last += surplus / (1 - self._answer)
+            if tried is not None and abs(self._last - tried[0]) > 100 * SETTLED:
+                self._answer = 1 + (surplus - tried[1]) / (self._last - tried[0])
+            tried = self._last, surplus
+            self._last += surplus / (1 - self._answer)
         else:
             raise InputError(f"joint: link and motor do not agree at {time:g} s; take shorter steps")
         self._field, self._motor = field, motor
+
+    def _through_joint(self, time: float) -> float:
+        """Heat flow in W into the link, which runs straight from first to last over a step."""
+        return self._first + (time - self._begin) / self._size * (self._last - self._first)
 
     def _flow(self, time: float, motor: Array, base: float) -> float:
         """Heat flow in W into the link at its base, what the hub loses there taken off."""
