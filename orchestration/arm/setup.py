@@ -17,9 +17,8 @@ from warmlink.orchestration.arm.blueprint import KINEMATICS, arm_blueprint, arm_
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.scenarios.drive import StartValues
 from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 OBSERVER, LAG = "observer", "lag"

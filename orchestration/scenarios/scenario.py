@@ -10,10 +10,10 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.drive import Drive, StartValues
+from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint
 
 DEFAULT_SCENARIO = "warm_up"

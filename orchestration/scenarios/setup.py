@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.drive import StartValues
 from warmlink.orchestration.scenarios.entries import Names, Quantity
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.written import TABLE
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
