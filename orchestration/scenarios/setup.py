@@ -39,12 +39,6 @@ class Roles:
     uncompensated: Expression
     plant: tuple[str, ...]
 
-    @classmethod
-    def scored_by(cls, score: str, uncompensated: str, plant: tuple[str, ...] | None = None) -> Roles:
-        """Roles from the texts of the expressions; roles that are not given follow from the score."""
-        without = Expression(uncompensated, "uncompensated")
-        return cls(Expression(score), without, plant or without.variables)
-
 
 @dataclass(frozen=True)
 class Sensors:
@@ -137,7 +131,14 @@ class Setup:
         return {each: {**channels, "seed": i} for i, each in enumerate(self.called("sensors"), start=1)}
 
 
-CELL = Setup(WARMUP_CELL, Roles.scored_by(f"link.elongation - {COMPENSATOR}.correction", "link.elongation"))
+CELL = Setup(
+    WARMUP_CELL,
+    Roles(
+        Expression(f"link.elongation - {COMPENSATOR}.correction"),
+        Expression("link.elongation", "uncompensated"),
+        ("link.elongation",),
+    ),
+)
 """The warm-up cell: one motor, one link."""
 
 
