@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from warmlink.fmus.component import Component, Parameter, Scalar, limits
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
-from warmlink.orchestration.closed_loop.outcome import judged
+from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import CELL_PLOTS, MOST_LINES, OWN_PLOTS, QUANTITIES
 from warmlink.orchestration.report.live.files import columns, file_content
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
