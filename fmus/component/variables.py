@@ -58,7 +58,7 @@ class Variable(Named):
     display : unit in which people read it, as `degC` or `um`; None where it is the unit itself
     nominal : size of an ordinary value, by which tolerances are scaled
     minimum, maximum : bounds that the value may reach
-    choice : names of the values of an Integer that chooses among a few
+    choice : names of the values of an Integer that chooses among a few; its type and bounds follow
     """
 
     display: str | None = field(default=None, kw_only=True)
@@ -67,6 +67,12 @@ class Variable(Named):
     maximum: float | None = field(default=None, kw_only=True)
     type: VariableType = field(default="Real", kw_only=True)
     choice: Choice | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.choice is not None:
+            bounds = {} if isinstance(self, Output) else {"minimum": 0, "maximum": self.choice.last}
+            for name, value in {"type": "Integer", **bounds}.items():
+                object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)

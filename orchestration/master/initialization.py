@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
+from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
@@ -20,12 +20,8 @@ def initialize(
     """Set start values, settle the connected values, leave initialization mode.
 
     The values are in the variables' own units, by slave and variable. Gives the sweeps over all slaves that
-    the feedthrough loops needed.
-
-    Raises
-    ------
-    SlaveError
-        Where a slave refuses, a value is not finite, or a loop does not settle.
+    the feedthrough loops needed; SlaveError where a slave refuses, a value is not finite, or a loop does not
+    settle.
     """
     network.time = points.start_time
     for slave in network.slaves:

@@ -26,7 +26,7 @@ from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as cause
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
 from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate

@@ -29,10 +29,10 @@ from warmlink.orchestration.diagnosis.practice.hidden import (
     surroundings,
 )
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
+from warmlink.orchestration.finite_elements.body import Body
+from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
 from warmlink.orchestration.paper.data import load_geometry, load_materials
-from warmlink.orchestration.paper.fea.drive import JUST_BEFORE, Drive
-from warmlink.orchestration.paper.fea.mesh import Body, bare_link
-from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
+from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 CARRIED = frozenset(
@@ -145,8 +145,8 @@ class _Cell:
 
     def __init__(self, body: Body) -> None:
         fea = Fea(body, displacement_order=1)
-        self._model = fea.heat_model()
-        probes = [self._model.probe(body.probes[name]) for name in ("base", "middle", "tip")]
+        self._model = fea.heat
+        probes = [fea.probes[name] for name in ("base", "middle", "tip")]
         self._observed = np.array([*probes, fea.elasticity.elongation_row])
         self._base = self._observed[0]
         self._field = np.full(self._model.size, COLD)

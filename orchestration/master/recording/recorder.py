@@ -1,19 +1,173 @@
-"""What is kept of a run: chosen variables at every communication point."""
+"""What is kept of a run, and where: in memory, or in a file that is valid at every moment."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.files import fresh_file, write_all
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.stores import Store
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Names, Slave
 from warmlink.orchestration.system.description import Variable
+
+VALUES, COLUMNS = "values.npy", "columns.json"
+BLOCK_ROWS = 4096
+MOST_BYTES = 2e9
+
+
+class StoreError(Exception):
+    """Values can no longer be written; the run ends there, and what was written before is kept."""
+
+    def __init__(self, path: Path, fault: OSError) -> None:
+        super().__init__(f"{path.name} cannot be written any more ({fault.strerror})")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what the disk does not take into a StoreError."""
+    try:
+        yield
+    except OSError as fault:
+        raise StoreError(path, fault) from None
+
+
+class Store:
+    """Where recorded blocks go: here into the memory, one block for the whole run.
+
+    A guarded run has its own memory, all NaN, by numbers of rows and columns.
+    """
+
+    def __init__(self, memory: Callable[[int, int], Array] | None = None) -> None:
+        self._memory = memory
+
+    def open(self, header: Table) -> Array:
+        """Give a block to fill with rows of a table; InputError where it is too large for the memory."""
+        shape = header.points.count + 1, len(header.names)
+        size = 8 * shape[0] * shape[1]
+        if size > MOST_BYTES:
+            raise InputError(
+                f"{shape[0] - 1} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps at "
+                f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
+                "with --checkpoint"
+            )
+        return np.full(shape, np.nan) if self._memory is None else self._memory(*shape)
+
+    def put(self, first: int, rows: Array) -> None:
+        """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
+
+    def secure(self) -> str:
+        """Have everything taken survive the process, as far as that can be had; give its digest."""
+        return ""
+
+    def values(self, first: int, rest: Array) -> Array:
+        """Take the last rows and give all, shape (rows, columns)."""
+        return rest
+
+
+class Folder(Store):
+    """Writes `values.npy` and `columns.json` into a folder, block by block.
+
+    The header of `values.npy` counts the rows that were written before it was, so that the file can be read
+    whenever the run ends, be it by a kill. An interrupted run may have left rows there that its checkpoint
+    counts on: so many are kept, and they must have the digest.
+    """
+
+    def __init__(self, folder: Path, *, keep: int = 0, digest: str = "") -> None:
+        self.folder = folder
+        self.path = folder / VALUES
+        self._keep, self._expected = keep, digest
+        self._digest = hashlib.sha256()
+        self._file: BinaryIO | None = None
+        self._columns = 0
+
+    def open(self, header: Table) -> Array:
+        """Give a block of 4096 rows; InputError where the folder cannot be written or lacks rows to keep."""
+        about = {
+            "columns": [{"name": name, "unit": header.units[name]} for name in header.names],
+            "start_time_s": header.points.start_time,
+            "step_size_s": header.points.step_size,
+            "steps": header.points.count,
+        }
+        self._columns = len(header.names)
+        if self._keep:
+            self._check()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with fresh_file(self.folder / COLUMNS) as scratch:
+                scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
+            # Without a buffer, which would try to write again on closing what the disk did not take.
+            self._file = self.path.open("r+b" if self._keep else "w+b", buffering=0)
+            if not self._keep:
+                write_all(self._file, self._npy_header(0))
+        except OSError as fault:
+            raise InputError(
+                f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
+            ) from None
+        return np.full((min(BLOCK_ROWS, header.points.count + 1), self._columns), np.nan)
+
+    def _check(self) -> None:
+        """Refuse values that are not those which the checkpoint counts on."""
+        begin, end = self._place(0), self._place(self._keep)
+        if not self.path.exists() or self.path.stat().st_size < end:
+            raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
+        self._digest.update(np.memmap(self.path, np.uint8, "r", begin, (end - begin,)).data)
+        if self._digest.hexdigest() != self._expected:
+            raise InputError(
+                f"{self.path}: is damaged, its values are not those that the checkpoint beside it counts on; "
+                "start anew"
+            )
+
+    def put(self, first: int, rows: Array) -> None:
+        """Write rows to their place, then count them; StoreError where the disk does not take them."""
+        assert self._file is not None
+        data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
+        with writing(self.path):
+            self._file.seek(self._place(first))
+            write_all(self._file, data)
+            self._file.seek(0)
+            write_all(self._file, self._npy_header(first + len(rows)))
+        self._digest.update(data)
+
+    def secure(self) -> str:
+        """Have everything written reach the disk; give its digest."""
+        assert self._file is not None
+        with writing(self.path):
+            os.fsync(self._file.fileno())
+        return self._digest.hexdigest()
+
+    def values(self, first: int, rest: Array) -> Array:
+        """Write the last rows, as far as the disk takes them, and map the file."""
+        assert self._file is not None
+        with suppress(StoreError, OSError):
+            self.put(first, rest)
+            self._file.truncate(self._place(first + len(rest)))
+        self._file.close()
+        # An array without rows or columns cannot be mapped.
+        found: Array = np.load(self.path, mmap_mode=None if self.path.stat().st_size <= 128 else "r")
+        return found
+
+    def _place(self, row: int) -> int:
+        """Give where a row begins in the file."""
+        return len(self._npy_header(0)) + row * 8 * self._columns
+
+    def _npy_header(self, rows: int) -> bytes:
+        """Give NumPy's header, which is of one length whatever the number of rows."""
+        stream, shape = BytesIO(), (rows, self._columns)
+        np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": shape})
+        return stream.getvalue()
 
 
 def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
@@ -31,26 +185,17 @@ def is_recorded(variable: Variable) -> bool:
 
 
 class Recorder:
-    """Values in rows of a preallocated block, a row for each communication point.
+    """Values in rows of a preallocated block, one for each communication point, in the variables' own units.
 
-    Parameters
-    ----------
-    network : Network
-        Must read the outputs among `names`.
-    names : sequence of str
-        Variables as `slave.variable`; outputs are kept as they were exchanged, all others (inputs,
-        parameters, internals) as they stand when the exchange is done.
-    points : CommunicationPoints
-        The run's.
-    store : Store
-        Takes full blocks and gives everything back at the end.
+    Outputs that the network reads are kept as they were exchanged; all other variables (inputs, parameters,
+    internals) as they stand when the exchange is done.
 
     Attributes
     ----------
     header : Table
         What is recorded, without values.
     block : ndarray, shape (rows of a block, names)
-        In the variables' own units; Booleans are 0 and 1.
+        Booleans are 0 and 1.
     rows : int
         Points recorded so far.
     sources : list of (slave, variable, position)
@@ -63,12 +208,11 @@ class Recorder:
         self, network: Network, names: Sequence[str], points: CommunicationPoints, store: Store
     ) -> None:
         names = tuple(dict.fromkeys(names))
-        self.points = points
-        self.rows = 0
+        self.points, self._network, self.store = points, network, store
+        self.rows = self._base = 0
         self._cells = under_way.here.cells
         units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
-        self._network, count = network, len(network.slaves)
         for name in names:
             k, variable = network.locate(name)
             about = network.slaves[k].variables[variable]
@@ -77,14 +221,15 @@ class Recorder:
             units[name] = about.unit
             read = network.reads[k]
             self.sources.append((k, variable, read.index(variable) if variable in read else None))
-        late = [[c for c, (j, _, p) in enumerate(self.sources) if j == k and p is None] for k in range(count)]
+        late = [
+            [c for c, (j, _, position) in enumerate(self.sources) if j == k and position is None]
+            for k in range(len(network.slaves))
+        ]
         self.late: list[Names] = [tuple(self.sources[c][1] for c in columns) for columns in late]
         self._others = [(k, self.late[k], columns) for k, columns in enumerate(late) if columns]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
-        self.store = store
         self.header = Table(names, units, points, np.empty((0, len(names))))
         self.block = store.open(self.header)
-        self._base = 0
 
     def take(self, point: int) -> None:
         """Keep the values of one communication point."""
