@@ -32,14 +32,10 @@ _SIGMAS = 1.96
 
 @dataclass(frozen=True)
 class Claim:
-    """Elongation that is foreseen for a duty cycle.
+    """Elongation that is foreseen for a duty cycle, in m at times in s, shape (times,).
 
-    Attributes
-    ----------
-    duty : name of the duty cycle
-    time : s, shape (times,)
-    elongation, before : by the model to use and by the uncorrected one, in m, shape (times,)
-    band : half width of the 95 % band about the former, in m, shape (times,)
+    By the model to use and, `before`, by the uncorrected one; `band` is half the width of the 95 % band
+    about the former.
     """
 
     duty: str

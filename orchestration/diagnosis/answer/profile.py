@@ -32,15 +32,10 @@ _ALIKE = 0.95
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibrated number in SI.
+    """A calibrated number in SI, its interval within its bounds; its name has the label that it belongs to.
 
-    Attributes
-    ----------
-    name : its variable, with the label that it belongs to
-    low95, high95 : interval, within its bounds
-    at_bound : whether the data would have it beyond a bound
-    unknown : whether the interval covers all between the bounds
-    alike : others with which it is correlated so much that only a combination is known
+    `at_bound`: the data would have it beyond a bound; `unknown`: the interval covers all between the
+    bounds; `alike`: others with which it is correlated so much that only a combination is known.
     """
 
     name: str
@@ -94,13 +89,9 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
 
 @dataclass(frozen=True)
 class Profile:
-    """Chi-square along one strength.
+    """Chi-square along one strength that a cause frees: its rise above the least value, shape (points,).
 
-    Attributes
-    ----------
-    item, variable : the cause, and what it frees
-    values : of the strength in SI, rising, shape (points,)
-    rise : of chi-square above its least value, shape (points,)
+    The values of the strength are in SI, rising.
     """
 
     item: Item

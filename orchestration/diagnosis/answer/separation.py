@@ -69,14 +69,7 @@ def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, inte
 
 
 class Foreseen:
-    """Predictions of the last run of a problem by several models, in standard deviations of the noise.
-
-    Parameters
-    ----------
-    problem : its last run is the one in question
-    noise : of each channel in that run
-    models : fits to other runs
-    """
+    """Predictions of a problem's last run by models of other runs, in standard deviations of its noise."""
 
     def __init__(self, problem: Problem, noise: Sequence[NoiseModel], models: Sequence[Fit]) -> None:
         self.models = tuple(models)
@@ -115,10 +108,8 @@ class Foreseen:
 def chances(separations: Array, needed: Array) -> Array:
     """Chance that each truth is told from the rival that is nearest to it, shape (truths,).
 
-    Parameters
-    ----------
-    separations : of each rival from each truth, shape (truths, models)
-    needed : by how much the rival's chi-square must be larger, shape (truths, models)
+    By the separation of each rival from each truth, and by how much the rival's chi-square must be larger,
+    shape (truths, models) each.
     """
     from scipy.special import ndtr
 

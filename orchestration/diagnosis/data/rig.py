@@ -249,13 +249,7 @@ class Rig:
         return self.variables[name].variable.unit
 
     def scalar(self, name: str, where: str) -> Scalar:
-        """Declaration of a variable.
-
-        Raises
-        ------
-        InputError
-            The rig has no such variable.
-        """
+        """Declaration of a variable; raises InputError where the rig has no such variable."""
         if name not in self.variables:
             held = [n for n in self.variables if self.part_of(n) == self.part_of(name)]
             raise InputError(
@@ -274,13 +268,7 @@ class Rig:
 
 @cache
 def rig(name: str, cells: int = CELLS) -> Rig:
-    """Rig of a shipped system by name.
-
-    Raises
-    ------
-    InputError
-        There is no such system.
-    """
+    """Rig of a shipped system by name; raises InputError where there is no such system."""
     if name not in SHIPPED:
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, SHIPPED)}")
     return Rig(SHIPPED[name], cells)
