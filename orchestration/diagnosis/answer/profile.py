@@ -7,7 +7,6 @@ curvature it shows where a bound, or another cause, ends what the data can say.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,7 +61,7 @@ class Calibrated:
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     """Numbers by which the model to use from now on was calibrated, in order."""
-    fit, rig = diagnosis.chosen(), diagnosis.experiment.rig
+    fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
     gram = Columns(fit.freed, fit.freed, fit.point).gram
@@ -107,25 +106,24 @@ def name_of(item: Item, freed: Freed, variable: str) -> str:
 
 def profiles_of(assessment: Assessment) -> list[Profile]:
     """Profile of every strength of the chosen model."""
-    return [_profile(assessment, item, f) for item in assessment.best.items for f in item.freed]
-
-
-def _profile(assessment: Assessment, item: Item, freed: Freed) -> Profile:
     best = assessment.best
-    index = best.freed.index(freed)
-    spread = float(np.sqrt(best.covariance()[index, index]))
-    steps = best.theta[index] + spread * np.array(_AWAY)
-    values = np.unique(np.clip(steps, freed.lower, freed.upper))
-    rise = np.array(list(_refitted(assessment, item, freed, values))) - best.chi2
-    return Profile(item, name_of(item, freed, freed.variable), values, np.maximum(rise, 0.0))
+    spreads = np.sqrt(np.diag(best.covariance()))
+    found = []
+    for item, freed in ((item, freed) for item in best.items for freed in item.freed):
+        index = best.freed.index(freed)
+        steps = best.theta[index] + float(spreads[index]) * np.array(_AWAY)
+        values = np.unique(np.clip(steps, freed.lower, freed.upper))
+        rise = np.array([_held_at(assessment, freed, value) for value in values.tolist()]) - best.chi2
+        name = name_of(item, freed, freed.variable)
+        found.append(Profile(item, name, values, np.maximum(rise, 0.0)))
+    return found
 
 
-def _refitted(assessment: Assessment, item: Item, freed: Freed, values: Array) -> Iterable[float]:
-    """Chi-square with a strength held at each value."""
+def _held_at(assessment: Assessment, freed: Freed, value: float) -> float:
+    """Chi-square with a strength held at a value."""
     best = assessment.best
-    for value in values.tolist():
-        held = replace(freed, lower=value, upper=value)
-        swapped = {f: held if f is freed else f for f in best.freed}
-        items = [replace(i, freed=tuple(swapped[f] for f in i.freed)) for i in best.items]
-        start = {swapped[f]: theta for f, theta in zip(best.freed, best.theta.tolist(), strict=True)}
-        yield assessment.fitter.fit(items, start).chi2
+    held = replace(freed, lower=value, upper=value)
+    swapped = {f: held if f is freed else f for f in best.freed}
+    items = [replace(i, freed=tuple(swapped[f] for f in i.freed)) for i in best.items]
+    start = {swapped[f]: theta for f, theta in zip(best.freed, best.theta.tolist(), strict=True)}
+    return assessment.fitter.fit(items, start).chi2

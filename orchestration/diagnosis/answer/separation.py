@@ -8,13 +8,14 @@ twice the separation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
 from warmlink.orchestration.diagnosis.fit.carried import Carried
@@ -59,6 +60,17 @@ DUTIES: tuple[tuple[Segment, ...], ...] = (
     tuple(replace(s, duration=300.0) for s in (_BOTH, _REST, _PAD, _REST, _FAST, _REST, _HEAVY, _REST) * 3),
 )
 """Feasible duty cycles of one to three hours."""
+
+
+def problem_with(experiment: Experiment, runs: Iterable[Run]) -> tuple[Problem, int]:
+    """A problem whose last runs were not made, with the labels of the first that was; how many stand before.
+
+    Causes by label need runs with every value. Nothing was measured that a new run could start from.
+    """
+    labels = next(run for run in experiment.runs if not run.heldout).labels
+    labelled = [run for run in experiment.runs if run.labels]
+    every = (*labelled, *(replace(run, labels=labels) for run in runs))
+    return Problem(replace(experiment, runs=every, initial_measured=False)), len(labelled)
 
 
 def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, interval: float) -> Run:
