@@ -109,7 +109,7 @@ def profiles_of(assessment: Assessment) -> list[Profile]:
     best = assessment.best
     spreads = np.sqrt(np.diag(best.covariance()))
     found = []
-    for item, freed in ((item, freed) for item in best.items for freed in item.freed):
+    for item, freed in [(each, freed) for each in best.items for freed in each.freed]:
         index = best.freed.index(freed)
         steps = best.theta[index] + float(spreads[index]) * np.array(_AWAY)
         values = np.unique(np.clip(steps, freed.lower, freed.upper))
