@@ -100,7 +100,7 @@ def redesigned(folder: Path, name: str, scenario: str, law: str) -> Redesign:
     law : as `warmlink design` takes it
     """
     found = diagnose_experiment(read([folder / "experiment.toml"]))
-    problem, best = found.assessment.problem, found.chosen()
+    problem, best = found.assessment.problem, found.adopted.fit
     values = extended_values(problem, best)
     write_ssp_of(problem.experiment.rig, values, folder / "extended.ssp", FmuStore("native"))
     errors = []

@@ -39,7 +39,7 @@ class Found(Answer):
     @property
     def extended(self) -> dict[str, float]:
         """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
-        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.chosen())
+        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
 
     def summary(self) -> str:
         """At most ten lines of plain words."""

@@ -17,11 +17,7 @@ def stand_ins(best: Titles, rivals: Sequence[Titles]) -> list[list[str]]:
 
     Two sets that differ in one cause show that these two causes may replace each other. A set that follows
     from the best one by such exchanges is not listed again; any other is, as a combination written `a+b`.
-
-    Parameters
-    ----------
-    best : titles of the chosen causes
-    rivals : titles of each other set, best first
+    Sets are titles of causes, rivals best first.
     """
     members = (best, *rivals)
     group = {title: {title} for member in members for title in member}

@@ -21,7 +21,6 @@ from warmlink.orchestration.diagnosis.answer.prediction import (
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
-from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
@@ -82,11 +81,9 @@ class Diagnosis:
     def strength(self, item: Item) -> float:
         """Chi-square that the chosen model loses without a cause."""
         fit = self.assessment.best
-        values = np.array([v for f, v in zip(fit.freed, fit.theta, strict=True) if f in item.freed])
         which = [i for i, f in enumerate(fit.freed) if f in item.freed]
-        neutral = np.array([fit.freed[i].start for i in which])
+        away = fit.theta[which] - np.array([fit.freed[i].start for i in which])
         covariance = fit.covariance()[np.ix_(which, which)]
-        away = values - neutral
         return float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
 
     @cached_property
@@ -124,12 +121,8 @@ class Diagnosis:
 
     @property
     def adopted(self) -> Predicted:
-        """Readings by the model to use from now on."""
-        return self.after if self.causes else self.before
-
-    def chosen(self) -> Fit:
         """The model to use from now on: the uncorrected one unless causes were found."""
-        return self.assessment.best if self.causes else self.assessment.null
+        return self.after if self.causes else self.before
 
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
@@ -140,7 +133,7 @@ class Diagnosis:
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
-        null, chosen = self.assessment.null, self.chosen()
+        null, chosen = self.before.fit, self.adopted.fit
         before = observer(self.scores.problem, null, chosen)
         after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
         return None if before is None or after is None else (before, after)
@@ -151,7 +144,7 @@ class Diagnosis:
         alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
         name = next((c.name for c in self.experiment.columns if c.variable == ELONGATION), "")
         left = (self.remaining if self.causes else self.wrong).get(name)
-        return claims(self.experiment, self.assessment, (self.chosen(), *alike), left)
+        return claims(self.experiment, self.assessment, (self.adopted.fit, *alike), left)
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

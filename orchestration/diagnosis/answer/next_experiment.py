@@ -22,6 +22,7 @@ from warmlink.orchestration.diagnosis.answer.separation import (
     ONE_AT_A_TIME,
     Foreseen,
     chances,
+    problem_with,
     run_of,
 )
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -148,9 +149,7 @@ class _Design:
         further = [fit for fit in search.rivals(assessment.best, FURTHER) if fit.key not in known]
         self.members = len(members)
         self.models = [*members, search.null, *further[: MOST_RIVALS - self.members + 1]]
-        # Of a run that was not made yet nothing was measured that it could start from.
-        self._assessment, self._experiment = assessment, replace(experiment, initial_measured=False)
-        self._first = next(run for run in experiment.runs if not run.heldout)
+        self._assessment, self._experiment = assessment, experiment
         scores = np.array([search.score(fit) for fit in members])
         likelihood = np.exp(-0.5 * (scores - scores.min()))
         self._weights: Array = likelihood / likelihood.sum()
@@ -162,8 +161,8 @@ class _Design:
 
     def separations(self, duty: Sequence[Segment]) -> Array:
         """Separation of each model from each member as the truth, shape (members, models)."""
-        problem, experiment = self._assessment.problem, self._experiment
-        measured = self._first
+        problem = self._assessment.problem
+        measured = next(run for run in self._experiment.runs if not run.heldout)
         share = min(measured.fit_until / float(measured.time[-1]), 1.0)
         spacing = float(np.median(np.diff(problem.data[0].time)))
         interval = max(spacing, share * length(duty) / MOST_ROWS)
@@ -172,8 +171,7 @@ class _Design:
         known = problem.averaging
         here = Averaging(known.rows * interval / spacing, interval) if interval > spacing else known
         noise = [n.averaged(here, known) for n in self._assessment.noise]
-        labelled = [each for each in experiment.runs if each.labels]  # causes by label need every value
-        there = Problem(replace(experiment, runs=(*labelled, replace(run, labels=measured.labels))))
+        there, _ = problem_with(self._experiment, [run])
         return Foreseen(there, noise, self.models).separations(self.members)
 
     def chance(self, separations: Array) -> float:

@@ -61,10 +61,8 @@ class Predicted:
 class HeldOut:
     """Errors of a model on held-out rows, robust against rows that are off by far.
 
-    Attributes
-    ----------
-    over_band : largest of the runs by column name, as a multiple of what is known to remain
-    in_noise : root mean square of all channels, in units of their noise
+    `over_band` is the largest of the runs by column name, as a multiple of what is known to remain;
+    `in_noise` the root mean square of all channels, in units of their noise.
     """
 
     over_band: Mapping[str, float]
@@ -84,11 +82,8 @@ class HeldOut:
 class Scores:
     """Errors of models on a whole experiment, held-out rows included.
 
-    Attributes
-    ----------
-    problem : the experiment
-    scales : noise of each channel in SI, by which errors of different kinds are added, by run; the stated
-        figure where it was larger than the scatter, the estimate otherwise
+    They are added by `scales`, the noise of each channel in SI, by run: the stated figure where it was
+    larger than the scatter, the estimate otherwise.
     """
 
     def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel]) -> None:
@@ -193,11 +188,8 @@ def _typical(errors: Array) -> float:
 def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) -> tuple[Word, str]:
     """Verdict after the gate, and why it differs from the one before or what else must be said of it.
 
-    Parameters
-    ----------
-    word : the verdict on the fitted rows
-    before : errors of the uncorrected model
-    after : of the chosen model and its rivals
+    The `word` is the verdict on fitted rows; errors are those of the uncorrected model, and of the chosen
+    one and its rivals.
     """
     if before is None or None in after:
         return word, ""

@@ -8,13 +8,14 @@ twice the separation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
 from warmlink.orchestration.diagnosis.fit.carried import Carried
@@ -61,6 +62,17 @@ DUTIES: tuple[tuple[Segment, ...], ...] = (
 """Feasible duty cycles of one to three hours."""
 
 
+def problem_with(experiment: Experiment, runs: Iterable[Run]) -> tuple[Problem, int]:
+    """A problem whose last runs were not made, with the labels of the first that was; how many stand before.
+
+    Causes by label need runs with every value. Nothing was measured that a new run could start from.
+    """
+    labels = next(run for run in experiment.runs if not run.heldout).labels
+    labelled = [run for run in experiment.runs if run.labels]
+    every = (*labelled, *(replace(run, labels=labels) for run in runs))
+    return Problem(replace(experiment, runs=every, initial_measured=False)), len(labelled)
+
+
 def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, interval: float) -> Run:
     """Run over the first share of a duty cycle, with a row for each interval in s; its readings are 0."""
     time = np.arange(0.0, share * length(duty) + interval / 2, interval)
@@ -69,14 +81,7 @@ def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, inte
 
 
 class Foreseen:
-    """Predictions of the last run of a problem by several models, in standard deviations of the noise.
-
-    Parameters
-    ----------
-    problem : its last run is the one in question
-    noise : of each channel in that run
-    models : fits to other runs
-    """
+    """Predictions of a problem's last run by models of other runs, in standard deviations of its noise."""
 
     def __init__(self, problem: Problem, noise: Sequence[NoiseModel], models: Sequence[Fit]) -> None:
         self.models = tuple(models)
@@ -115,10 +120,8 @@ class Foreseen:
 def chances(separations: Array, needed: Array) -> Array:
     """Chance that each truth is told from the rival that is nearest to it, shape (truths,).
 
-    Parameters
-    ----------
-    separations : of each rival from each truth, shape (truths, models)
-    needed : by how much the rival's chi-square must be larger, shape (truths, models)
+    By the separation of each rival from each truth, and by how much the rival's chi-square must be larger,
+    shape (truths, models) each.
     """
     from scipy.special import ndtr
 

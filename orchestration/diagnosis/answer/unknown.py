@@ -30,13 +30,10 @@ _HEATS = tuple(0.1 * 2.0**k for k in range(10))
 
 @dataclass(frozen=True)
 class Hint:
-    """Terms that the missing rate of warming of one channel follows.
+    """Terms that the missing rate of warming of the channel with the largest unexplained course follows.
 
-    Attributes
-    ----------
-    channel : column with the largest unexplained course
-    terms : coefficients in K/s per unit of the term, by physical term
-    share : share of the missing rate's variance that they explain
+    Coefficients are in K/s per unit of the term; `share` is what they explain of the missing rate's
+    variance.
     """
 
     channel: str
@@ -56,13 +53,9 @@ class Hint:
 
 @dataclass(frozen=True)
 class MissingHeat:
-    """Course over one run of the heat into the shaft that would make up for what is wrong, the smoothest.
+    """Heat in W into the shaft that would make up for what is wrong in one run, the smoothest course of it.
 
-    Attributes
-    ----------
-    run : its name
-    time : s, shape (nodes,)
-    heat, deviation : W, with its standard deviation
+    At times in s, with its standard deviation, shape (nodes,) each.
     """
 
     run: str

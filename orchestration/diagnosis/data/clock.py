@@ -46,16 +46,9 @@ _DATES = (
 def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array, str]:
     """Seconds from the first row, and what the column was taken for.
 
-    Parameters
-    ----------
-    sheet : columns of cells
-    place : column of the times, with their unit, or the form of the dates as `%d/%m/%Y %H:%M:%S`
-    date : column of dates where that one has the time of the day alone
-
-    Raises
-    ------
-    InputError
-        A time is missing or cannot be read, times do not increase, or a date may mean two days.
+    A place's unit may be the form of its dates, as `%d/%m/%Y %H:%M:%S`; `date` is the column of dates where
+    the other has the time of the day alone. InputError is raised where a time is missing or cannot be read,
+    times do not increase, or a date may mean two days.
     """
     column, cells = place.column, sheet.cells[place.column]
     kind = cells.dtype.kind

@@ -70,15 +70,10 @@ def said(
 
 @dataclass(frozen=True)
 class Place:
-    """A column that is used.
+    """A column that is used: its place, what its header or the user says, and the variable that it is.
 
-    Attributes
-    ----------
-    column : its place in the file
-    name, unit : of the header, or as said; None where nothing says the unit
-    variable : that it is; "time", or "date" beside a time of the day
-    source : where the unit stands: "header", "row of units", "name" or "--unit"
-    chosen : whether the user named it
+    The unit is None where nothing says it; `source` is where it stands: "header", "row of units", "name" or
+    "--unit". A `variable` may be "time", or "date" beside a time of the day. `chosen`: the user named it.
     """
 
     column: int
@@ -90,13 +85,7 @@ class Place:
 
 
 class Assignment:
-    """Finds for each column of a sheet what it is.
-
-    Attributes
-    ----------
-    places : columns that are used
-    unused : headers of the others
-    """
+    """Finds what each column of a sheet is: the `places` that are used, and the headers `unused`."""
 
     def __init__(self, sheet: Sheet, rig: Rig, told: Said, named: Mapping[str, str]) -> None:
         self._sheet, self._rig, self._told = sheet, rig, told

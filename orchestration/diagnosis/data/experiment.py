@@ -117,10 +117,7 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
 def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
     """Read one experiment, or several bare files of measurements as runs of one warm-up cell.
 
-    Raises
-    ------
-    InputError
-        What does not fit; an experiment file among several; a run that is given twice.
+    InputError is raised as by `read_experiment`, and for a run given twice or an experiment among several.
     """
     for path in sources:
         if len(sources) > 1 and isinstance(path, Path) and path.suffix.lower() == ".toml":

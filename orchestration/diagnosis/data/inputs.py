@@ -31,10 +31,7 @@ _MOST_NAMED = 6
 def parameters_of(scenario: str) -> dict[str, str]:
     """Values with units, by variable, that a scenario gives for parameters of the cell's motor and link.
 
-    Raises
-    ------
-    InputError
-        There is no such scenario, or it is one of another system.
+    InputError is raised where there is no such scenario, or it is one of another system.
     """
     loaded = load_scenario(scenario)
     if loaded.setup is not CELL:

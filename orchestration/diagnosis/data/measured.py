@@ -86,17 +86,11 @@ class Run:
 
     def part(self, rows: NDArray[np.bool_]) -> Run:
         """The run with some of its rows."""
-
-        def chosen(signals: Mapping[str, Array]) -> dict[str, Array]:
-            return {name: values[rows] for name, values in signals.items()}
-
-        return replace(
-            self,
-            time=self.time[rows],
-            inputs=chosen(self.inputs),
-            readings=chosen(self.readings),
-            covariates=chosen(self.covariates),
+        inputs, readings, covariates = (
+            {name: values[rows] for name, values in signals.items()}
+            for signals in (self.inputs, self.readings, self.covariates)
         )
+        return replace(self, time=self.time[rows], inputs=inputs, readings=readings, covariates=covariates)
 
     def like(self, other: Run) -> bool:
         """Whether the other has the same readings at the same times."""
@@ -203,24 +197,18 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
         return run
     starts = np.arange(0, run.time.size, -(-run.time.size // most))
 
-    def mean(values: Array) -> Array:
+    def mean(values: Array, steady: bool) -> Array:
         full = np.isfinite(values)
         count = np.add.reduceat(full.astype(float), starts)
         sums = np.add.reduceat(np.where(full, values, 0.0), starts)
-        return np.where(count > 0, sums / np.maximum(count, 1.0), np.nan)
-
-    def steady(values: Array) -> Array:
-        return np.where(np.isfinite(values[starts]), mean(values), np.nan)
+        return np.where(full[starts] if steady else count > 0, sums / np.maximum(count, 1.0), np.nan)
 
     return replace(
         run,
         time=run.time[starts],
-        inputs={
-            name: values[starts] if name in discrete else steady(values)
-            for name, values in run.inputs.items()
-        },
-        readings={name: mean(values) for name, values in run.readings.items()},
-        covariates={name: steady(values) for name, values in run.covariates.items()},
+        inputs={n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()},
+        readings={n: mean(v, False) for n, v in run.readings.items()},
+        covariates={n: mean(v, True) for n, v in run.covariates.items()},
     )
 
 

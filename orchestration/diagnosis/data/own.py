@@ -23,17 +23,10 @@ Paths = Mapping[str, AddsTable]
 
 
 class Own:
-    """A system of one's own.
+    """A system of one's own, with the heat paths that causes may add to its `base`.
 
-    Parameters
-    ----------
-    base : as it was given
-    paths : heat paths that causes may add; InputError is raised where one does not fit
-
-    Attributes
-    ----------
-    system : with all of these
-    moved : input of a heat path that stands for each input before which one was put
+    `moved` is the input of a heat path that stands for each input before which one was put. InputError is
+    raised where a path does not fit.
     """
 
     def __init__(self, base: System, paths: Paths) -> None:

@@ -15,16 +15,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.layout import (
-    SEPARATORS,
-    Headers,
-    decimal_of,
-    headers_of,
-    is_unit,
-    most_common,
-    separator_of,
-    split,
-)
+from warmlink.orchestration.diagnosis.data import layout
 from warmlink.orchestration.text_files import is_file, measured_text, shown
 
 if TYPE_CHECKING:
@@ -115,7 +106,11 @@ def _of_frame(frame: pd.DataFrame, name: str, decimal: str, form: str) -> Sheet:
 def _flat(header: object) -> str:
     """Header of a column; of two levels the second is its unit."""
     parts = [str(part).strip() for part in header] if isinstance(header, tuple) else [str(header)]
-    return f"{parts[0]} [{parts[1]}]" if len(parts) == 2 and is_unit(parts[1]) else " ".join(parts).strip()
+    return (
+        f"{parts[0]} [{parts[1]}]"
+        if len(parts) == 2 and layout.is_unit(parts[1])
+        else " ".join(parts).strip()
+    )
 
 
 def _parquet(path: Path) -> pd.DataFrame:
@@ -142,16 +137,16 @@ def _of_workbook(path: Path, decimal: str, names: Sequence[str]) -> Sheet:
         raise InputError(f"{path.name}: has {len(filled)} sheets with cells; keep one, or save one as CSV")
     (table,) = filled
     rows = [["" if pd.isna(cell) else str(cell) for cell in row] for row in table.head(_SAMPLED).to_numpy()]
-    found, first = headers_of(path.name, dict(enumerate(rows)), table.shape[1], names)
+    found, first = layout.headers_of(path.name, dict(enumerate(rows)), table.shape[1], names)
     cells = table.iloc[first:].infer_objects().dropna(how="all")
     cells.index += 1
     return _of_cells(path.name, *_fitted(path.name, found, cells, ""), decimal, "workbook")
 
 
-def _of_cells(name: str, found: Headers, cells: pd.DataFrame, decimal: str, form: str) -> Sheet:
+def _of_cells(name: str, found: layout.Headers, cells: pd.DataFrame, decimal: str, form: str) -> Sheet:
     """Cells that have types already; those that are text tell the decimal mark."""
     some = cells.iloc[:: max(len(cells) // _SAMPLED, 1)].to_numpy(dtype=object).ravel()
-    mark = decimal or decimal_of([cell.strip() for cell in some if isinstance(cell, str)])
+    mark = decimal or layout.decimal_of([cell.strip() for cell in some if isinstance(cell, str)])
     return Sheet(name, *found, cells, mark, bool(decimal), form)
 
 
@@ -162,16 +157,16 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     if text.startswith(_COMMENTS) or any(f"\n{mark}" in text for mark in _COMMENTS):
         comments = [found[0] for found in _COMMENT_LINE.finditer(text)]
         text = _COMMENT_LINE.sub("", text)  # left blank, so that rows keep their numbers
-    said = re.match(rf'"?sep=([{"".join(SEPARATORS)}])"?(?=[\r\n])', text)
+    said = re.match(rf'"?sep=([{"".join(layout.SEPARATORS)}])"?(?=[\r\n])', text)
     text = text[: said.start()] + text[said.end() :] if said else text
     head = re.split(r"\r\n|\n|\r", text[:100_000])[: 2 * _SAMPLED]
     sample = [line for line in (*head[_SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
-    separator, width = (said[1], 0) if said else separator_of(name, sample)
-    width = width or most_common([len(split(line, separator)) for line in sample])
-    rows = {i: split(line, separator) for i, line in enumerate(head) if line.strip()}
-    commented = [split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
-    found, first = headers_of(name, rows, width, names, commented)
-    mark = decimal or decimal_of([cell for line in sample for cell in split(line, separator)])
+    separator, width = (said[1], 0) if said else layout.separator_of(name, sample)
+    width = width or layout.most_common([len(layout.split(line, separator)) for line in sample])
+    rows = {i: layout.split(line, separator) for i, line in enumerate(head) if line.strip()}
+    commented = [layout.split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
+    found, first = layout.headers_of(name, rows, width, names, commented)
+    mark = decimal or layout.decimal_of([cell for line in sample for cell in layout.split(line, separator)])
     try:
         cells = pd.read_csv(
             StringIO(text),
@@ -199,7 +194,7 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
             f"{name}: row {short} has fewer cells than there are headers, and between spaces an empty cell "
             "is not seen; write NaN in it, or separate cells by semicolons"
         )
-    words = [f"separated by {SEPARATORS.get(separator, repr(separator))}"]
+    words = [f"separated by {layout.SEPARATORS.get(separator, repr(separator))}"]
     words += [f"decimal {mark}"] if mark else []
     words += [f"{len(comments)} comment line{'s' * (len(comments) > 1)}"] if comments else []
     words += ["a row of units"] if any(found[1]) else []
@@ -215,7 +210,9 @@ def _spread(text: str) -> list[str]:
     return found
 
 
-def _fitted(name: str, found: Headers, cells: pd.DataFrame, separator: str) -> tuple[Headers, pd.DataFrame]:
+def _fitted(
+    name: str, found: layout.Headers, cells: pd.DataFrame, separator: str
+) -> tuple[layout.Headers, pd.DataFrame]:
     """Headers and cells without empty columns at the end; raises InputError where cells have no header."""
     headers, units = found
     while headers and not headers[-1]:

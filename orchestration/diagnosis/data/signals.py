@@ -38,15 +38,10 @@ _LEAP, _LASTING = 4.0, 3
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the file that is used.
+    """A column that was read: its name and unit as people read them, and the variable that it is.
 
-    Attributes
-    ----------
-    name, unit : of the header, as people read them
-    variable : that it is
-    header, source : as written, and where its unit stands
-    filled, rows : cells with a reading, and all
-    low, high : least and largest reading, in its unit
+    Its `header` as written, where its unit stands, how many cells have a reading of how many, and the least
+    and largest reading, in its unit.
     """
 
     name: str
@@ -63,15 +58,8 @@ class Column:
 def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, Rows]:
     """A column's values in SI, NaN where there is no reading, and the rows whose cells hold something else.
 
-    Parameters
-    ----------
-    sheet, place : the cells, and where they are
-    scalar : the variable that they are; None for a covariate, a temperature
-
-    Raises
-    ------
-    InputError
-        Nothing says its unit, that is of another quantity, or a cell cannot be understood.
+    Without a `scalar`, the variable that it is, it is a covariate: a temperature. InputError is raised
+    where nothing says its unit, that is of another quantity, or a cell cannot be understood.
     """
     si_unit = "K" if scalar is None else scalar.variable.unit
     temperature = scalar is None or scalar.is_temperature
@@ -114,10 +102,7 @@ def lost_remark(sheet: Sheet, column: int, lost: Rows) -> list[str]:
 def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     """Values with the last one in each empty cell; those of a pad stay empty, which is off.
 
-    Raises
-    ------
-    InputError
-        There is no value at all, or none in the first row.
+    InputError is raised where there is no value at all, or none in the first row.
     """
     filled = np.isfinite(values)
     if place.variable.endswith("pad_temperature"):
@@ -132,18 +117,10 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
 
 
 def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
-    """Numbers of a column in its own unit, without the words and numbers that stand for "no reading".
+    """Numbers of a column in its own unit, NaN where a cell is empty or holds none, shape (rows,).
 
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Values, NaN where a cell is empty or holds none, shape (rows,), and the rows of cells that hold
-        something that is no reading.
-
-    Raises
-    ------
-    InputError
-        A cell may be read in two ways, looks like a number and is none, or most cells are words.
+    Beside them the rows of cells that hold words or numbers that stand for "no reading". InputError is
+    raised where a cell may be read in two ways, looks like a number and is none, or most cells are words.
     """
     cells: Any = sheet.cells[column]
     if cells.dtype.kind in "iufb":

@@ -190,13 +190,7 @@ EFFECTS: Mapping[str, Effect] = {
 
 
 def effect_of(name: str) -> Effect:
-    """Look an effect up by name, with or without a channel.
-
-    Raises
-    ------
-    InputError
-        There is none, its channel is missing or not known.
-    """
+    """Effect by its name; raises InputError where it, or the channel that it needs, is not known."""
     stem, _, channel = name.partition(":")
     if stem not in EFFECTS:
         raise InputError(f"effect: {stem!r} is not known; {instead(stem, EFFECTS)}")

@@ -14,20 +14,8 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.practice import hidden
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
-from warmlink.orchestration.diagnosis.practice.hidden import (
-    BASE,
-    COLD,
-    LENGTH,
-    THICKNESS,
-    TIP,
-    WIDTH,
-    Course,
-    Truth,
-    convection,
-    motor_rates,
-    surroundings,
-)
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
 from warmlink.orchestration.finite_elements.body import Body
 from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
@@ -90,14 +78,14 @@ def carried(name: str) -> bool:
     effect = EFFECTS[name]
     if effect.on_truth is None:
         return True
-    nominal, changed = Truth(), effect.on_truth(Truth(), effect.size, 1.0)
-    different = {f.name for f in fields(Truth) if getattr(nominal, f.name) != getattr(changed, f.name)}
+    nominal, changed = hidden.Truth(), effect.on_truth(hidden.Truth(), effect.size, 1.0)
+    different = {f.name for f in fields(hidden.Truth) if getattr(nominal, f.name) != getattr(changed, f.name)}
     return different <= CARRIED
 
 
 def simulate(
-    truth: Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
-) -> Course:
+    truth: hidden.Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
+) -> hidden.Course:
     """Integrate the cell through a duty cycle and give its true course at times in s.
 
     Parameters
@@ -121,14 +109,19 @@ def simulate(
             rows.append(cell.seen())
     seen = np.array(rows).T
     shaft, winding, base, middle, tip, elongation = (np.interp(times, clock, row) for row in seen)
-    return Course(times, shaft, winding, base, middle, tip, elongation)
+    return hidden.Course(times, shaft, winding, base, middle, tip, elongation)
 
 
-def _body(truth: Truth, refinement: int) -> Body:
+def _body(truth: hidden.Truth, refinement: int) -> Body:
     """The link of a cell, on a mesh."""
     geometry, materials = load_geometry(), load_materials()
     geometry = replace(
-        geometry, length=LENGTH, width=WIDTH, thickness=THICKNESS, shaft_centre=BASE, diode_centre=TIP
+        geometry,
+        length=hidden.LENGTH,
+        width=hidden.WIDTH,
+        thickness=hidden.THICKNESS,
+        shaft_centre=hidden.BASE,
+        diode_centre=hidden.TIP,
     )
     link = replace(
         materials.link,
@@ -149,20 +142,20 @@ class _Cell:
         probes = [fea.probes[name] for name in ("base", "middle", "tip")]
         self._observed = np.array([*probes, fea.elasticity.elongation_row])
         self._base = self._observed[0]
-        self._field = np.full(self._model.size, COLD)
-        self._motor = np.full(2, COLD)
+        self._field = np.full(self._model.size, hidden.COLD)
+        self._motor = np.full(2, hidden.COLD)
         self._begin, self._size, self._first, self._last = 0.0, 1.0, 0.0, 0.0
         # Change of the flow that link and motor call for per change of the flow that is tried, W/W; it hardly
         # differs from step to step.
         self._answer = 0.0
 
-    def enter(self, truth: Truth, segment: Segment) -> None:
+    def enter(self, truth: hidden.Truth, segment: Segment) -> None:
         """Begin a segment of the duty cycle."""
         self._truth, self._segment = truth, segment
-        steady = convection(truth, segment)
+        steady = hidden.convection(truth, segment)
         drive = Drive(
             lambda time: steady * (1 + truth.draught(time)),
-            lambda time: surroundings(truth, segment, time),
+            lambda time: hidden.surroundings(truth, segment, time),
             heat_flow=self._through_joint,
             radiation=truth.emissivity > 0,
         )
@@ -171,7 +164,7 @@ class _Cell:
     def seen(self) -> Array:
         """Shaft, winding, base, middle and tip temperature in K, elongation in m, shape (6,)."""
         *temperatures, _ = self._observed @ self._field
-        elongation = self._observed[3] @ (self._field - COLD)
+        elongation = self._observed[3] @ (self._field - hidden.COLD)
         return np.array([self._motor[1], self._motor[0], *temperatures, elongation])
 
     def advance(self, time: float, size: float) -> None:
@@ -201,8 +194,8 @@ class _Cell:
 
     def _flow(self, time: float, motor: Array, base: float) -> float:
         """Heat flow in W into the link at its base, what the hub loses there taken off."""
-        air = surroundings(self._truth, self._segment, time)
-        _, through = motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
+        air = hidden.surroundings(self._truth, self._segment, time)
+        _, through = hidden.motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
         return through - self._truth.hub_loss * (base - air)
 
     def _motor_after(self, time: float, size: float, first: float, last: float) -> Array:
@@ -210,9 +203,11 @@ class _Cell:
 
         def rates(fraction: float, state: Array) -> Array:
             now = time + min(fraction, JUST_BEFORE) * size
-            air = surroundings(self._truth, self._segment, now)
+            air = hidden.surroundings(self._truth, self._segment, now)
             base = first + fraction * (last - first)
-            return np.array(motor_rates(self._truth, self._segment, now, state[0], state[1], base, air)[0])
+            return np.array(
+                hidden.motor_rates(self._truth, self._segment, now, state[0], state[1], base, air)[0]
+            )
 
         y = self._motor
         k_1 = rates(0.0, y)

@@ -71,10 +71,8 @@ MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + ZERO_CELSIUS, 3.43, 2
 def duty_of(name: str) -> tuple[Segment, ...]:
     """Duty cycle of a scenario by its name or file, as `warmlink run` takes it, up to its stop time.
 
-    Raises
-    ------
-    InputError
-        There is no such scenario, it is too long to be logged, or it heats by a pad of given power.
+    InputError is raised where there is none, it is too long to be logged, or it heats by a pad of given
+    power.
     """
     duty = load_scenario(name).duty
     if not isinstance(duty, Duty):
