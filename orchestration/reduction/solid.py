@@ -207,7 +207,7 @@ def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
 def _from_mesh(path: Path, scale: float) -> Solid:
     mesh = _tetrahedra(path, scale)
     inner = mesh.f2t[:, mesh.f2t[1] >= 0]
-    _one_body(path, int(connected(*inner, mesh.nelements).max()) + 1, "no tetrahedra")
+    _one_body(path, int(connected(inner[0], inner[1], mesh.nelements).max()) + 1, "no tetrahedra")
     named = mesh.boundaries or {}
     rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *named.values()])).astype(np.int64)
     patches = [*named.items(), *(("", patch) for patch in boundary_patches(mesh, rest))]
