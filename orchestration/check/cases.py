@@ -1,7 +1,5 @@
 """The checks that load the FMU's library; each gives a verdict and a detail, or raises what it met."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import sys

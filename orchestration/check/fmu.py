@@ -1,7 +1,5 @@
 """What an integrator checks before trusting an FMU, whoever made it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -14,7 +14,6 @@ import importlib.util
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
-from importlib import metadata
 from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
@@ -96,7 +95,7 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
         "modelDescription.xml": model_description(component, native=False, implementation=carried.package),
         **files_beside(entry),
         **_libraries(component.name),
-        "documentation/licenses/pythonfmu.txt": _pythonfmu_license(),
+        "documentation/licenses/pythonfmu.txt": release.license_text("pythonfmu").encode(),
         "resources/slavemodule.txt": stem.encode(),
         f"resources/{stem}.py": script.encode(),
         **{f"resources/{path}": content for path, content in carried.files.items()},
@@ -113,13 +112,6 @@ def _libraries(identifier: str) -> dict[str, bytes]:
             if suffix in (".so", ".dll", ".dylib"):
                 found[f"binaries/{platform.name}/{identifier}{suffix}"] = library.read_bytes()
     return found
-
-
-def _pythonfmu_license() -> bytes:
-    for file in metadata.files("pythonfmu") or []:
-        if file.name.startswith("LICENSE"):
-            return file.read_binary()
-    return release.LICENSE.encode()
 
 
 @dataclass(frozen=True)
