@@ -23,12 +23,9 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
 
     Parameters
     ----------
-    name
-        The component's name in the system.
-    fmu
-        Path of the .fmu file.
-    values
-        Start values by variable name, in the variables' own units.
+    name : the component's name in the system
+    fmu : path of the .fmu file
+    values : start values by variable name, in the variables' own units
 
     Raises
     ------
@@ -53,14 +50,10 @@ def assemble(
 
     Parameters
     ----------
-    name
-        What the system is called.
-    fmus
-        The .fmu file of each component, by the component's name.
-    wires
-        Ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted.
-    values
-        Start values by component and variable, in the variables' own units.
+    name : what the system is called
+    fmus : the .fmu file of each component, by the component's name
+    wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted
+    values : start values by component and variable, in the variables' own units
 
     Raises
     ------
@@ -79,10 +72,8 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
 
     Parameters
     ----------
-    components
-        The system's components by name.
-    wires
-        Both ends of each, as `motor.heat_flow`; a component's name may hold dots.
+    components : the system's components by name
+    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
 
     Raises
     ------

@@ -71,12 +71,9 @@ class Unit:
 
     Parameters
     ----------
-    name
-        As in the file, such as `W/(m2.K)`.
-    exponents
-        Of kg, m, s, A, K, mol, cd, rad.
-    factor, offset
-        `base = factor * value + offset`.
+    name : as in the file, such as `W/(m2.K)`
+    exponents : of kg, m, s, A, K, mol, cd, rad
+    factor, offset : `base = factor * value + offset`
     """
 
     name: str
@@ -114,10 +111,8 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
 
     Parameters
     ----------
-    source, target
-        Units; where one has no exponents its name is read.
-    difference
-        Whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K.
+    source, target : units; where one has no exponents its name is read
+    difference : whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K
 
     Raises
     ------
