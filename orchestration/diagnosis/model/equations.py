@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component.wiring import part_of
+from warmlink.fmus.component.join import part_of
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import kept, kept_before
 from warmlink.fmus.packaging.native.library import loaded
