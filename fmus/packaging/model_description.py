@@ -200,8 +200,8 @@ def _add_structure(
     number = number | {TIME: time_reference(component)} if modern else {k: n + 1 for k, n in number.items()}
     for state in states:
         number |= {state.name: state.reference, state.rate_name: state.rate_reference}
-    rates = [state.rate_name for state in states]
-    found = dependencies(component, [state.name for state in states], rates)
+    rates = tuple(state.rate_name for state in states)
+    found = dependencies(component, tuple(state.name for state in states), rates)
     kinds = {
         "Output": {name: known for name, known in found.outputs.items() if name not in rates},
         "Derivative": {name: known for name, known in found.outputs.items() if name in rates},

@@ -116,7 +116,7 @@ def simulate(
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import Written, series_writers
+    from warmlink.orchestration.report.series import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
@@ -152,7 +152,7 @@ def simulate(
             unpacked=work,
             stepping=stepping_named(stepping),
         )
-        written = Written(tuple(options.listed(record) or ()), csv)
+        recorded = options.listed(record) or ()
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
             for whole, finer in tried(chosen, allowed):
                 first = partial(
@@ -165,7 +165,7 @@ def simulate(
                     statistics=statistics,
                 )
                 result = _apart(first, lambda done, count: progress(done / count / (1 + 2 * repeats)))
-                lost = write_files(target, series_writers(result.table, written))
+                lost = write_files(target, series_writers(result.table, recorded, csv))
                 bounds: tuple[CouplingError, ...] = ()
                 if repeats and result.status == "completed":
                     names = watch or result.table.names

@@ -24,7 +24,7 @@ from warmlink.orchestration.master.guard import Line, Progress
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.pacing import Clock, interruption
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
-from warmlink.orchestration.master.recording.recorder import VALUES, Recorder, Store, StoreError, outputs_of
+from warmlink.orchestration.master.recording.recorder import VALUES, Recorder, StoreError, is_recorded
 from warmlink.orchestration.master.recording.result import Balance, Result, Statistics, heat_balances
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
@@ -122,7 +122,8 @@ def simulate(
     try:
         if balances is None:
             balances = heat_balances(assembly.slaves, assembly.connections)
-        outputs = outputs_of(assembly.slaves)
+        known = [(slave.name, v) for slave in assembly.slaves for v in slave.variables.values()]
+        outputs = [f"{slave}.{v.name}" for slave, v in known if is_recorded(v)]
         ends = [end for balance in balances for end in (balance.delivered, balance.received)]
         names = list(dict.fromkeys([*(outputs if record is None else record), *ends]))
         network = Network(assembly.slaves, assembly.connections, sorted(set(names) & set(outputs)), process)
@@ -132,8 +133,8 @@ def simulate(
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
         marks = fingerprint(assembly, names, points, retrying)
         checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        store = Store(None if line is None else line.block) if checkpoints is None else checkpoints.store()
-        recorder = Recorder(network, names, points, store)
+        folder = None if checkpoints is None else checkpoints.folder
+        recorder = Recorder(network, names, points, folder, None if line is None else line.block)
         if line is not None:
             file = None if long_run is None else long_run.folder / VALUES
             line.began(Result(recorder.header, "stopped", balances=tuple(balances)), file)
@@ -187,15 +188,15 @@ class Run:
         """Do the run and say how it went."""
         recorder, network, stepper, points = self.recorder, self.network, self.stepper, self.recorder.points
         failure: SlaveError | str | None = None
-        start, sweeps, began = None, 0, time.perf_counter()
+        start, began = None, time.perf_counter()
         explicit = check_stability and self.schedule is not None and not network.unable_to_restore()
         try:
             with interruption():
-                sweeps = self._begin()
+                self._begin()
                 if explicit:
                     start = network.snapshot(), stepper.memory()
                 began = time.perf_counter()
-                if not self._step_through(sweeps):
+                if not self._step_through():
                     failure = self._interrupted()
         except SlaveError as error:
             failure = error
@@ -207,7 +208,7 @@ class Run:
             communication_steps=max(recorder.rows - 1, 0),
             slave_steps=network.steps,
             rejected_steps=network.rejected,
-            initialization_sweeps=sweeps,
+            initialization_sweeps=network.sweeps,
             wall_seconds=time.perf_counter() - began,
             compiled=self.compiled,
             largest_lag=0.0 if self.clock is None else self.clock.lag,
@@ -235,15 +236,15 @@ class Run:
         recorder = self.recorder
         return f"interrupted at {recorder.points.time(max(recorder.rows - 1, 0)):g} s"
 
-    def _begin(self) -> int:
-        """Initialize, or go on from a checkpoint; give the sweeps that the initialization took."""
-        sweeps = initialize(self.network, self.recorder.points, self.assembly.values)
+    def _begin(self) -> None:
+        """Initialize, or go on from a checkpoint."""
+        initialize(self.network, self.recorder.points, self.assembly.values)
         if self.checkpoints is None or self.checkpoints.found is None:
-            self.recorder.take(0)
-            return sweeps
-        return self.checkpoints.restore(self.checkpoints.found, self.recorder, self.stepper)
+            self.recorder.take()
+        else:
+            self.checkpoints.restore(self.checkpoints.found, self.recorder, self.stepper)
 
-    def _step_through(self, sweeps: int) -> bool:
+    def _step_through(self) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
         recorder, points, stepper = self.recorder, self.recorder.points, self.stepper
         stride, last = max(1, points.count // 200), points.count
@@ -263,12 +264,12 @@ class Run:
                     continue
             else:
                 stepper.step(points.time(recorder.rows - 1), points.step(recorder.rows - 1))
-                recorder.take(recorder.rows)
+                recorder.take()
             point = recorder.rows - 1
             if self.clock is not None:
                 self.clock.wait(points.time(point) - points.start_time)
             if self.checkpoints is not None and self.checkpoints.due(point):
-                self.checkpoints.save(recorder, stepper, sweeps)
+                self.checkpoints.save(recorder, stepper)
             if self.progress is not None and (loop is not None or point % stride == 0 or point == last):
                 self.progress(point, last)
         return True

@@ -32,8 +32,8 @@ def write_fmu(part: Part, name: str, target: Path) -> list[str]:
 
 def _remarks(part: Part, name: str) -> str:
     """Section on a part in Markdown."""
-    task, chosen, within, demand = part.task, part.chosen, part.within, part.demand
-    met = "not met: the order was given" if chosen.error > 1 else "met"
+    task, within, demand = part.task, part.within, part.demand
+    met = "not met: the order was given" if part.chosen.error > 1 else "met"
     faces = {"heated": task.heated, "tool": task.tool}
     faces |= {f"cooled, `convection_factor[{i}]`": group for i, group in enumerate(task.cooled, 1)}
     conductivity, convection = (
@@ -55,7 +55,7 @@ def _remarks(part: Part, name: str) -> str:
             "responses. Estimated error over its tolerance against order, as the search went:",
             _table(
                 ("order", "error / tolerance"),
-                ((str(n), f"{error:.3g}") for n, error in zip(chosen.orders, chosen.errors, strict=True)),
+                ((str(tried.order), f"{tried.error:.3g}") for tried in part.search),
             ),
             part.mesh.sentence,
             _table(*part.mesh.table),

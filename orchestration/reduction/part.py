@@ -73,6 +73,7 @@ class Part:
     Attributes
     ----------
     dense : the part in the span of its responses
+    search, chosen : bases that were tried, and the best of them
     basis : patterns of the model in that span, shape (m, order)
     """
 
@@ -82,6 +83,7 @@ class Part:
     within: Range
     demand: Demand
     dense: DenseHeat
+    search: Sequence[Chosen]
     chosen: Chosen
     mesh: MeshError
     basis: Array
@@ -126,7 +128,8 @@ def reduce_part(
     volume, reach = float(heat.mass.sum()), float(np.linalg.norm(heat.reach))
     responses = Responses(dense, within, demand, volume, reach)
     doing("choosing the order")
-    chosen = choose_order(responses, wanted.order)
+    search = choose_order(responses, wanted.order)
+    chosen = min(search, key=lambda tried: tried.error)
     doing("coarser meshes")
     if path.suffix.lower() in SOLIDS:
         coarser = [read_solid(path, None, solid.size, ratio) for ratio in COARSER]
@@ -155,7 +158,7 @@ def reduce_part(
         conductivity_range=within.conductivity,
         convection_range=within.convection,
     )
-    return Part(solid, task, elements, within, demand, dense, chosen, error, basis, model)
+    return Part(solid, task, elements, within, demand, dense, search, chosen, error, basis, model)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:

@@ -30,10 +30,10 @@ THERMOMETER_PLACES = 100
 
 def write_report(part: Part, name: str, path: Path) -> None:
     """Write the page of a reduced part; `name` is that of its file."""
-    mesh, chosen = part.mesh, part.chosen
+    mesh = part.mesh
     lead = (
         f"{part.heat.unknowns} temperatures of the finite elements become {part.model.order}, with an "
-        f"estimated error of {100 * chosen.error:.0f} % of the tolerance. The mesh's own error is "
+        f"estimated error of {100 * part.chosen.error:.0f} % of the tolerance. The mesh's own error is "
         f"{1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm."
     )
     surface = part.solid.mesh.facets[:, part.solid.mesh.boundary_facets()]
@@ -42,7 +42,11 @@ def write_report(part: Part, name: str, path: Path) -> None:
     pair, error = best_pair(observer, part.dense.patterns[places] @ part.basis)
     best = part.solid.mesh.p[:, places[pair]].T
     orders = chart(
-        {"x": list(chosen.orders), "y": list(chosen.errors), "mode": "lines+markers"},
+        {
+            "x": [tried.order for tried in part.search],
+            "y": [tried.error for tried in part.search],
+            "mode": "lines+markers",
+        },
         x={"title": "order", "dtick": 2},
         y={"title": "error / tolerance", "type": "log", "exponentformat": "power"},
         height=320,

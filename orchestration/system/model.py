@@ -6,6 +6,7 @@ flattened on reading; a component then bears its full dotted name.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
@@ -19,6 +20,8 @@ ConnectorKind = Literal[
 CONNECTOR_KINDS: tuple[ConnectorKind, ...] = get_args(ConnectorKind)
 ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
 Value = float | int | bool | str
+StartValues = Mapping[str, Mapping[str, Value]]
+"""Start values by instance and variable."""
 
 INTEGER_BITS = {
     "Integer": (32, True),

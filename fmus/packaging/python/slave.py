@@ -28,7 +28,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.snapshot import VECTORS, Snapshot, contradiction
+from warmlink.fmus.component.snapshot import VECTORS, Snapshot, is_possible
 from warmlink.fmus.errors import InputError
 
 _TIME_TOLERANCE = 1e-6
@@ -60,7 +60,7 @@ class _Memory:
         """Whether a slave of the component could have remembered this."""
         return (
             self.snapshot is not None
-            and contradiction(component, self.snapshot) is None
+            and is_possible(component, self.snapshot)
             and isinstance(self.unfit, str | None)
             and isinstance(self.refused, list)
             and all(isinstance(each, str) for each in self.refused)

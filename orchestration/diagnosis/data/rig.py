@@ -18,9 +18,8 @@ from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.drive import StartValues
 from warmlink.orchestration.scenarios.own_system import DRIVER
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:

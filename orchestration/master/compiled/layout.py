@@ -78,6 +78,7 @@ class Layout:
         room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
         self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
+        self._kept: list[Batch] = []  # whose value references are in the tables
         slaves = range(len(network.slaves))
         reads, self.outputs = self._laid(network.reads, "Get")
         writes, self.inputs = self._laid(network.writes, "Set")
@@ -139,6 +140,7 @@ class Layout:
                 kind = _KINDS[slave.prefix, batch.base]
                 start, buffer = self._used[kind], self.buffers[kind]
                 self._used[kind] += batch.count
+                self._kept.append(batch)
                 for i, position in enumerate(batch.positions):
                     places[k][position] = (kind, start + i)
                 function, references = slave.function(verb + batch.base), ctypes.addressof(batch.references)

@@ -118,13 +118,13 @@ class CompiledLoop:
         """
         network, recorder = self.network, self.recorder
         first = recorder.rows - 1
-        last = min(last, first + self._chunk, first + recorder.room())
+        row = recorder.left
+        last = min(last, first + self._chunk, first + len(row))
         if self._restores:
             self._keyframe = network.snapshot(reuse=self._keyframe)
         failure = self._cells
         failure[:3] = 0
         began = time.perf_counter()
-        row = recorder.block[recorder.place(first + 1) :]
         assert row.dtype == np.float64
         assert row.flags.c_contiguous
         ends = ctypes.c_int64(first), ctypes.c_int64(last)

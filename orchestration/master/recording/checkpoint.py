@@ -65,7 +65,6 @@ class Checkpoints:
 
     def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
         self.every = chosen.every
-        self.folder = chosen.folder
         self.path = chosen.folder / FILE
         self._network = network
         self._fingerprint = fingerprint
@@ -79,12 +78,9 @@ class Checkpoints:
             if chosen.every < 1:
                 raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
         self.found = self._load() if chosen.resume else None
-
-    def store(self) -> Folder:
-        """Where the run's values go: behind those that the checkpoint found vouches for."""
-        if self.found is None:
-            return Folder(self.folder)
-        return Folder(self.folder, keep=self.found.rows, digest=self.found.digest)
+        # The run's values go behind those that the checkpoint found vouches for.
+        rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)
+        self.folder = Folder(chosen.folder, keep=rows, digest=digest)
 
     def next_after(self, point: int, last: int) -> int:
         """Give the next point at which a checkpoint is due, or the last of the run."""
@@ -94,19 +90,19 @@ class Checkpoints:
         """Tell whether a checkpoint is due at a point."""
         return self.every is not None and point % self.every == 0
 
-    def save(self, recorder: Recorder, stepper: Stepper, sweeps: int) -> None:
+    def save(self, recorder: Recorder, stepper: Stepper) -> None:
         """Write a checkpoint of the present point, the values first; StoreError where the disk is full."""
         recorder.flush()
         network = self._network
         kept = Checkpoint(
             self._fingerprint,
             recorder.rows,
-            recorder.store.secure(),
+            self.folder.secure(),
             [b64encode(slave.serialize()).decode() for slave in network.slaves],
             network.outputs,
             network.inputs,
             stepper.memory(),
-            (network.steps, network.rejected, sweeps),
+            (network.steps, network.rejected, network.sweeps),
         )
         with writing(self.path), whole_file(self.path) as scratch, scratch.open("wb") as file:
             file.write(stamped({"version": _VERSION, **vars(kept)}))
@@ -137,8 +133,8 @@ class Checkpoints:
             )
         return found
 
-    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> int:
-        """Put initialized slaves, network and algorithm where the checkpoint was; give its sweeps."""
+    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> None:
+        """Put initialized slaves, network and algorithm where the checkpoint was."""
         network = self._network
         with self._readable():
             for theirs, ours in ((found.outputs, network.outputs), (found.inputs, network.inputs)):
@@ -147,11 +143,10 @@ class Checkpoints:
             for slave, data in zip(network.slaves, found.states, strict=True):
                 slave.deserialize(b64decode(data))
             network.outputs, network.inputs = found.outputs, found.inputs
-            network.steps, network.rejected, sweeps = found.counts
+            network.steps, network.rejected, network.sweeps = found.counts
             network.time = recorder.points.time(found.rows - 1)
             stepper.recall(found.memory)
             recorder.resume(found.rows)
-        return sweeps
 
     @contextmanager
     def _readable(self) -> Iterator[None]:

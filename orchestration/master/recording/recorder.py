@@ -20,7 +20,7 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Names, Slave
+from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.description import Variable
 
 VALUES, COLUMNS = "values.npy", "columns.json"
@@ -44,40 +44,7 @@ def writing(path: Path) -> Iterator[None]:
         raise StoreError(path, fault) from None
 
 
-class Store:
-    """Where recorded blocks go: here into the memory, one block for the whole run.
-
-    A guarded run has its own memory, all NaN, by numbers of rows and columns.
-    """
-
-    def __init__(self, memory: Callable[[int, int], Array] | None = None) -> None:
-        self._memory = memory
-
-    def open(self, header: Table) -> Array:
-        """Give a block to fill with rows of a table; InputError where it is too large for the memory."""
-        shape = header.points.count + 1, len(header.names)
-        size = 8 * shape[0] * shape[1]
-        if size > MOST_BYTES:
-            raise InputError(
-                f"{shape[0] - 1} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps at "
-                f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
-                "with --checkpoint"
-            )
-        return np.full(shape, np.nan) if self._memory is None else self._memory(*shape)
-
-    def put(self, first: int, rows: Array) -> None:
-        """Take rows, the first of which belongs to point `first`; the block may then be filled anew."""
-
-    def secure(self) -> str:
-        """Have everything taken survive the process, as far as that can be had; give its digest."""
-        return ""
-
-    def values(self, first: int, rest: Array) -> Array:
-        """Take the last rows and give all, shape (rows, columns)."""
-        return rest
-
-
-class Folder(Store):
+class Folder:
     """Writes `values.npy` and `columns.json` into a folder, block by block.
 
     The header of `values.npy` counts the rows that were written before it was, so that the file can be read
@@ -93,8 +60,8 @@ class Folder(Store):
         self._file: BinaryIO | None = None
         self._columns = 0
 
-    def open(self, header: Table) -> Array:
-        """Give a block of 4096 rows; InputError where the folder cannot be written or lacks rows to keep."""
+    def open(self, header: Table) -> None:
+        """Begin to write; InputError where the folder cannot be written or lacks rows to keep."""
         about = {
             "columns": [{"name": name, "unit": header.units[name]} for name in header.names],
             "start_time_s": header.points.start_time,
@@ -116,7 +83,6 @@ class Folder(Store):
             raise InputError(
                 f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
             ) from None
-        return np.full((min(BLOCK_ROWS, header.points.count + 1), self._columns), np.nan)
 
     def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
@@ -170,13 +136,6 @@ class Folder(Store):
         return stream.getvalue()
 
 
-def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
-    """Name every scalar output that is a number, as `slave.variable`."""
-    return tuple(
-        f"{slave.name}.{v.name}" for slave in slaves for v in slave.variables.values() if is_recorded(v)
-    )
-
-
 def is_recorded(variable: Variable) -> bool:
     """Tell whether a variable is recorded unasked: an output that is a scalar number."""
     return (
@@ -188,14 +147,13 @@ class Recorder:
     """Values in rows of a preallocated block, one for each communication point, in the variables' own units.
 
     Outputs that the network reads are kept as they were exchanged; all other variables (inputs, parameters,
-    internals) as they stand when the exchange is done.
+    internals) as they stand when the exchange is done. Where they are written to a folder, that is done block
+    by block; else the block is the whole run's, and `memory` gives it, all NaN, where the run is guarded.
 
     Attributes
     ----------
     header : Table
         What is recorded, without values.
-    block : ndarray, shape (rows of a block, names)
-        Booleans are 0 and 1.
     rows : int
         Points recorded so far.
     sources : list of (slave, variable, position)
@@ -205,10 +163,15 @@ class Recorder:
     """
 
     def __init__(
-        self, network: Network, names: Sequence[str], points: CommunicationPoints, store: Store
+        self,
+        network: Network,
+        names: Sequence[str],
+        points: CommunicationPoints,
+        folder: Folder | None,
+        memory: Callable[[int, int], Array] | None,
     ) -> None:
         names = tuple(dict.fromkeys(names))
-        self.points, self._network, self.store = points, network, store
+        self.points, self._network, self._folder = points, network, folder
         self.rows = self._base = 0
         self._cells = under_way.here.cells
         units: dict[str, str | None] = {}
@@ -229,41 +192,51 @@ class Recorder:
         self._others = [(k, self.late[k], columns) for k, columns in enumerate(late) if columns]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
         self.header = Table(names, units, points, np.empty((0, len(names))))
-        self.block = store.open(self.header)
+        shape = points.count + 1, len(names)
+        size = 8 * shape[0] * shape[1]
+        if folder is None and size > MOST_BYTES:
+            raise InputError(
+                f"{shape[0] - 1} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps at "
+                f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
+                "with --checkpoint"
+            )
+        if folder is not None:
+            folder.open(self.header)
+            shape = min(BLOCK_ROWS, shape[0]), shape[1]
+        self._block = np.full(shape, np.nan) if folder or not memory else memory(*shape)
 
-    def take(self, point: int) -> None:
-        """Keep the values of one communication point."""
-        row = self.block[self.place(point)]
+    @property
+    def left(self) -> Array:
+        """Rows of the block that are still free, shape (rows, names); Booleans are 0 and 1 there."""
+        return self._block[self.rows - self._base :]
+
+    def take(self) -> None:
+        """Keep the values of the next communication point."""
+        row = self.left[0]
         outputs = self._network.outputs
         for column, k, position in self._exchanged:
             row[column] = outputs[k][position]
         for k, names, columns in self._others:
             row[columns] = self._network.slaves[k].get(names)
-        self.filled(point)
-
-    def place(self, point: int) -> int:
-        """Give the row of the block for a point."""
-        return point - self._base
-
-    def room(self) -> int:
-        """Tell how many more points fit into the block."""
-        return len(self.block) - self.place(self.rows)
+        self.filled(self.rows)
 
     def filled(self, point: int) -> None:
-        """Note that all rows up to a point are filled; hand a full block to the store."""
+        """Note that all rows up to a point are filled; write a full block to the folder."""
         self.rows = self._cells[under_way.ROWS] = point + 1
-        if self.room() == 0 and self.rows <= self.points.count:
+        if len(self.left) == 0 and self.rows <= self.points.count:
             self.flush()
 
     def flush(self) -> None:
-        """Hand what the block holds to the store and begin it anew."""
-        self.store.put(self._base, self.block[: self.place(self.rows)])
-        self._base = self.rows
+        """Write what the block holds to the folder and begin it anew."""
+        if self._folder is not None:
+            self._folder.put(self._base, self._block[: self.rows - self._base])
+            self._base = self.rows
 
     def resume(self, rows: int) -> None:
-        """Go on behind rows that the store holds already."""
+        """Go on behind rows that the folder holds already."""
         self.rows = self._base = self._cells[under_way.ROWS] = rows
 
     def table(self) -> Table:
         """Give everything recorded."""
-        return self.header.holding(self.store.values(self._base, self.block[: self.place(self.rows)]))
+        rest = self._block[: self.rows - self._base]
+        return self.header.holding(rest if self._folder is None else self._folder.values(self._base, rest))

@@ -106,7 +106,7 @@ class Network:
         self.checked = [self._finite_positions(k) for k in range(len(self.slaves))]
         self._process = os.getpid() if process is None else process
         self.time = 0.0
-        self.steps = self.rejected = 0
+        self.steps = self.rejected = self.sweeps = 0
         self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:
