@@ -79,8 +79,9 @@ def mesh_error(meshes: Sequence[tuple[int, Heat]], within: Range, ratio: float) 
     within : material and range; convection is its geometric mean
     ratio : of the sizes of elements of the last two meshes
     """
-    per_kelvin = within.material["expansion_coefficient"]
-    found = np.array([per_kelvin * _along(heat) @ warmed(heat, within) for _, heat in meshes])
+    reach = meshes[-1][1].reach
+    along = within.material["expansion_coefficient"] * reach / np.linalg.norm(reach)
+    found = np.array([along @ heat.outputs[:3] @ warmed(heat, within) for _, heat in meshes])
     steps = np.diff(found, axis=0)
     error, order = np.abs(steps).max(axis=0), None
     if len(meshes) > 2:
@@ -99,8 +100,3 @@ def warmed(heat: Heat, within: Range) -> Array:
     rates, modes = np.linalg.eigh(decay / within.capacity)
     grown = -np.expm1(-np.outer(rates, TIMES)) / rates[:, None]
     return np.asarray(modes @ (grown * (modes.T @ heat.loads[:, :1]))) * HEAT_FLOW / within.capacity
-
-
-def _along(heat: Heat) -> Array:
-    """Row of the elongation for an expansion coefficient of 1."""
-    return np.asarray(heat.reach @ heat.outputs[:3] / np.linalg.norm(heat.reach))
