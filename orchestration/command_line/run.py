@@ -78,7 +78,7 @@ def run(
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.pacing import interruption
     from warmlink.orchestration.report.series import series_writers
-    from warmlink.orchestration.scenarios.replaced import with_replaced
+    from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
     given = {

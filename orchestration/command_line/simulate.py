@@ -24,7 +24,6 @@ from warmlink.orchestration.console import (
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.error_budget import CouplingError
-    from warmlink.orchestration.master.pacing import Pacing
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
 
@@ -224,15 +223,13 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     return None
 
 
-def _pacing(real_time: float | None) -> Pacing | None:
+def _pacing(real_time: float | None) -> float | None:
     """The pace to keep; None without --real-time."""
-    from warmlink.orchestration.master.pacing import Pacing
-
     if real_time is None:
         return None
     if not 0 < real_time < math.inf:
         raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
-    return Pacing(real_time)
+    return real_time
 
 
 def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:

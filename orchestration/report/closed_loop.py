@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.names import listed
-from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.arm.geometry import NAME as ARM
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.report.figures import Band, Line, time_plot

@@ -10,8 +10,8 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit, per_si, shown
-from warmlink.orchestration.diagnosis.answer.missing import MissingHeat
 from warmlink.orchestration.diagnosis.answer.profile import Profile
+from warmlink.orchestration.diagnosis.answer.unknown import MissingHeat
 from warmlink.orchestration.report.figures import DASHES, chart, styled
 from warmlink.orchestration.report.page import Section
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -91,10 +91,16 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
 
     figure = make_subplots(rows=1, cols=len(profiles), shared_yaxes=True)
     for column, each in enumerate(profiles, start=1):
-        values, unit = in_shown_unit(diagnosis, each.item, each.variable, each.values)
+        factor, unit = in_shown_unit(diagnosis, each.item, each.variable)
         line = {"color": _AFTER, "width": 2}
         figure.add_scatter(
-            x=values, y=each.rise, mode="lines+markers", line=line, showlegend=False, row=1, col=column
+            x=factor * each.values,
+            y=each.rise,
+            mode="lines+markers",
+            line=line,
+            showlegend=False,
+            row=1,
+            col=column,
         )
         figure.update_xaxes(title_text=f"{each.variable}<br>[{unit}]", row=1, col=column)
     figure.add_hline(y=3.84, line={"dash": "dot", "width": 1, "color": _BEFORE}, annotation_text="95 %")

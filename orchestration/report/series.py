@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.names import instead
 from warmlink.orchestration.console import remark
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.result import Table
 
 BLOCK_ROWS = 1 << 12
 

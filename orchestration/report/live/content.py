@@ -11,7 +11,7 @@ from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
-from warmlink.orchestration.closed_loop.outcome import judged
+from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import CELL_PLOTS, MOST_LINES, OWN_PLOTS, QUANTITIES
 from warmlink.orchestration.scenarios.duties import duty_csv
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
