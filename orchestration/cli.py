@@ -7,11 +7,15 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from inspect import cleandoc
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+if TYPE_CHECKING:
+    import typer
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.cache import remembered
+from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
+from warmlink.orchestration.command_line.options import Option
 from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
@@ -33,10 +37,13 @@ COMMANDS = {
     "reduce": "reduce:reduce",
     "reproduce": "reproduce:reproduce",
     "init": "init:init",
-    "schema": "schema:schema",
+    "schema": "init:schema",
     "list": "list:list_",
 }
 """Module and function of each command."""
+
+COMPLETES = "_WARMLINK_COMPLETE"
+"""Environment variable with which the shell asks for completions."""
 
 _HELP: tuple[list[str], ...] = (["--help"], [])
 """Arguments to which the answer is the list of commands."""
@@ -45,6 +52,12 @@ _HELP: tuple[list[str], ...] = (["--help"], [])
 def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> None:
     """Run the command that the arguments name; by default those of the process."""
     given = sys.argv[1:] if arguments is None else [*arguments]
+    if given and given[0] in COMMANDS and COMPLETES not in os.environ:
+        command = _command(given[0])
+        values = plain_values(command, given[1:])
+        if values is not None:
+            command(**values)
+            raise SystemExit(0)  # as typer does
     application(given)(given, prog_name=prog_name)
 
 
@@ -53,7 +66,9 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
 
     Reading what every command takes, and drawing frames around it, is half of the time that help takes.
     """
-    listed = list(arguments) in _HELP and "_WARMLINK_COMPLETE" not in os.environ
+    import typer
+
+    listed = list(arguments) in _HELP and COMPLETES not in os.environ
     found = typer.Typer(
         name="warmlink",
         help="How far off a robot's tool point is while a link warms up, and how well a controller corrects "
@@ -63,16 +78,26 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
         rich_markup_mode=None if listed else "markdown",
         pretty_exceptions_enable=False,
     )
-    found.callback()(_before_any_command)
+    found.callback(invoke_without_command=True)(for_typer(_before_any_command))
     named = [name for name in COMMANDS if [name] == list(arguments[:1])]
+    if listed:
+        for name, sentence in remembered("outlines", (), _outlines).items():
+            found.command(name, short_help=sentence)(_outline)
+        return found
     for name in named or COMMANDS:
-        module, _, function = COMMANDS[name].partition(":")
-        command = getattr(import_module(f"warmlink.orchestration.command_line.{module}"), function)
-        if listed:
-            sentence = cleandoc(command.__doc__ or "").partition("\n\n")[0]
-            found.command(name, short_help=sentence.replace("\n", " "))(_outline)
-        else:
-            found.command(name)(command)
+        found.command(name)(for_typer(_command(name)))
+    return found
+
+
+def _outlines() -> dict[str, str]:
+    """First sentence of each command."""
+    texts = {name: cleandoc(_command(name).__doc__ or "") for name in COMMANDS}
+    return {name: text.partition("\n\n")[0].replace("\n", " ") for name, text in texts.items()}
+
+
+def _command(name: str) -> Command:
+    module, _, function = COMMANDS[name].partition(":")
+    found: Command = getattr(import_module(f"warmlink.orchestration.command_line.{module}"), function)
     return found
 
 
@@ -80,20 +105,14 @@ def _outline() -> None:
     """Stand for a command in the list of commands."""
 
 
-def _say_version(asked: bool) -> None:
-    if asked:
-        from warmlink.fmus.packaging.release import version
-
-        print(f"warmlink {version()}")
-        raise typer.Exit
-
-
 def _before_any_command(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version."),
-    ] = False,
-) -> None: ...
+    version: Annotated[bool, Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        from warmlink.fmus.packaging.release import version as released
+
+        print(f"warmlink {released()}")
+        raise SystemExit
 
 
 def main() -> None:
@@ -116,11 +135,9 @@ def guarded(command: Callable[[], None]) -> None:
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
-    except SystemExit as ended:
-        # Commands that end in order on Ctrl-C print their own remark, and raise SystemExit `from None`.
-        if ended.code == INTERRUPTED and ended.__context__ is not None and not ended.__suppress_context__:
-            print("warmlink: interrupted; there are no results", file=sys.stderr)
-        raise
+    except KeyboardInterrupt:
+        print("warmlink: interrupted; there are no results", file=sys.stderr)
+        raise SystemExit(INTERRUPTED) from None
 
 
 if __name__ == "__main__":

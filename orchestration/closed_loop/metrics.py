@@ -49,7 +49,7 @@ def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics
     return ErrorMetrics(
         max_abs_um=1e6 * float(np.max(size)),
         rms_um=1e6 * float(np.sqrt(_mean(time, error**2))),
-        p95_abs_um=1e6 * float(np.percentile(size, 95)),
+        p95_abs_um=1e6 * float(np.interp(0.95 * (size.size - 1), np.arange(size.size), np.sort(size))),
         time_to_tolerance_s=settled,
     )
 

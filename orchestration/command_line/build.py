@@ -7,10 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Option
 from warmlink.orchestration.console import answer, answer_json, counted, progress_bar, remark
 
 if TYPE_CHECKING:
@@ -32,22 +30,22 @@ JOINED_HOME = "warmlink.orchestration.system.shipped"
 
 
 def build(
-    fmus: Annotated[str, typer.Option(help="Which FMUs: `native` (C), `python` or `all`.")] = "all",
+    fmus: Annotated[str, Option(help="Which FMUs: `native` (C), `python` or `all`.")] = "all",
     platforms: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Platforms of the native FMUs, such as `x86_64-linux,x86-windows`, or `all` of 64 bits. "
             "Default: this machine's."
         ),
     ] = None,
     scenario: Annotated[
         Path | None,
-        typer.Option(help="A scenario (TOML) of your own: build its system alone, as FMUs and SSP."),
+        Option(help="A scenario (TOML) of your own: build its system alone, as FMUs and SSP."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
+    out: Annotated[Path, Option(help="Folder to build into.")] = Path("dist"),
     valid_flags: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--valid-flags",
             help="Native FMUs without NaN: a reading that is missing holds its last value, and a Boolean "
             "beside it (`reading_valid[1]`) says so.",
@@ -55,7 +53,7 @@ def build(
     ] = False,
     arrays: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--arrays",
             help="FMUs of FMI 3.0 with arrays: `reading` in place of `reading[1]`, `reading[2]` ...",
         ),

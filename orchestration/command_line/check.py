@@ -6,10 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Argument, Json
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.text_files import is_file
 
@@ -21,7 +19,7 @@ _SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "
 
 
 def check(
-    file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file from any tool.")], json: Json = False
+    file: Annotated[Path, Argument(help="An .fmu or .ssp file from any tool.")], json: Json = False
 ) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails."""
     from rich.text import Text

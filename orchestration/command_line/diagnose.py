@@ -8,10 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json, Replace
+from warmlink.orchestration.command_line.options import Argument, Json, Option, Replace
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
@@ -23,21 +21,21 @@ NO_CONTROLLER = "none"
 def diagnose(
     data: Annotated[
         list[Path],
-        typer.Argument(
+        Argument(
             help="One or more measured runs of the same warm-up cell, as a logger or a spreadsheet writes "
             "them (CSV, text, Parquet, Excel); a run of the six-axis arm; or an experiment file (TOML)."
         ),
     ],
     assume: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help="Constant value of an input that was not logged, for example --assume torque=0, "
             '"ambient_temperature=22 degC" or pad_temperature=off. Repeatable.'
         ),
     ] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--set",
             help="Parameter of your cell that differs from the nominal one, for example "
             '--set "link.length=800 mm". Repeatable.',
@@ -45,45 +43,45 @@ def diagnose(
     ] = None,
     scenario: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Scenario file (TOML) whose [parameters] describe your cell; --set changes them further."
         ),
     ] = None,
     noise: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help="Standard deviation of the noise of a column, for example "
             '--noise "tip_temperature=0.1 K". Repeatable.'
         ),
     ] = None,
     unit: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help='Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for '
             'all columns of that quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.'
         ),
     ] = None,
     map_: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--map",
             help='Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" '
             "ignores the column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.",
         ),
     ] = None,
     decimal: Annotated[
-        str, typer.Option(help="Decimal mark, `comma` or `point`, if the file could be read either way.")
+        str, Option(help="Decimal mark, `comma` or `point`, if the file could be read either way.")
     ] = "",
     replace: Replace = None,
     calibrate_only: Annotated[
         bool,
-        typer.Option("--calibrate-only", help="Fit what the experiment calibrates, and look for no causes."),
+        Option("--calibrate-only", help="Fit what the experiment calibrates, and look for no causes."),
     ] = False,
     check: Annotated[
-        bool, typer.Option("--check", help="Show how the files are understood, without a diagnosis.")
+        bool, Option("--check", help="Show how the files are understood, without a diagnosis.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.")
+        Path | None, Option(help="Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.")
     ] = None,
     json: Json = False,
 ) -> None:

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.options import Argument, Option
 from warmlink.orchestration.console import answer, remark
 
 if TYPE_CHECKING:
@@ -22,32 +21,30 @@ GRID, FEA = "grid", "fea"
 def hide(
     effects: Annotated[
         list[str] | None,
-        typer.Argument(
+        Argument(
             help="Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength "
             "in SI units) or sensor_lag:tip_temperature."
         ),
     ] = None,
     duty: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied "
             "work."
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
-    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
+    out: Annotated[Path, Option(help="CSV file to write.")] = Path("run.csv"),
+    seed: Annotated[int, Option(help="Seed of the noise.")] = 0,
     noise: Annotated[
-        str, typer.Option(help="`white` noise, or `real`: correlated, rounded and with spikes.")
+        str, Option(help="`white` noise, or `real`: correlated, rounded and with spikes.")
     ] = "white",
     solver: Annotated[
         str,
-        typer.Option(
-            "--with", help="Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements)."
-        ),
+        Option("--with", help="Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements)."),
     ] = "grid",
     axis: Annotated[
         int | None,
-        typer.Option(help="Hide the effects in this axis of the six-axis arm, and record the whole arm."),
+        Option(help="Hide the effects in this axis of the six-axis arm, and record the whole arm."),
     ] = None,
 ) -> None:
     """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.

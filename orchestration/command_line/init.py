@@ -1,30 +1,29 @@
-"""`warmlink init`: write a commented file to begin with."""
+"""`warmlink init` and `schema`: a commented file to begin with, and what a kind of file may contain."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import answer
+from warmlink.fmus.names import instead
+from warmlink.orchestration.command_line.options import Argument, Option
+from warmlink.orchestration.console import answer, answer_json
 
 TEMPLATES = Path(__file__).parent / "templates"
 
 
 def init(
     kind: Annotated[
-        str, typer.Argument(help="Kind: `scenario`, `cell`, `study`, `law`, `experiment` or `causes`.")
+        str, Argument(help="Kind: `scenario`, `cell`, `study`, `law`, `experiment` or `causes`.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder to write into.")] = Path(),
+    out: Annotated[Path, Option(help="Folder to write into.")] = Path(),
 ) -> None:
     """Write a commented example file to begin with, and the data files that it names; it runs as it is.
 
     Example: `warmlink init experiment --out rig`, then `warmlink diagnose rig/experiment.toml`
     """
-    from warmlink.fmus.names import instead
     from warmlink.orchestration.files import fresh_folder
 
     if kind not in KINDS:
@@ -48,7 +47,6 @@ def _template(path: Path) -> None:
 def _schema(path: Path) -> None:
     import json
 
-    from warmlink.orchestration.command_line.schema import kinds
     from warmlink.orchestration.scenarios.written import json_schema
 
     path.write_text(json.dumps(json_schema(kinds()[path.stem]), indent=2) + "\n", encoding="utf-8")
@@ -90,3 +88,44 @@ NEXT = {
     "causes": "warmlink diagnose an experiment with [causes] file =",
 }
 """Command that takes the commented file."""
+
+
+def schema(
+    kind: Annotated[str, Argument(help="Kind of file, such as `scenario` or `study`.")],
+) -> None:
+    """Print the JSON Schema of a kind of file, so that an editor can complete and check what you write.
+
+    Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`,
+    `experiment`, `causes`.
+    Save the schema beside your file, and name it in the file's first line: `#:schema study.json`. Editors
+    that use Taplo understand this line, for example VS Code with the extension Even Better TOML.
+
+    Example: `warmlink schema study > study.json`
+    """
+    from warmlink.orchestration.scenarios.written import json_schema
+
+    tables = kinds()
+    if kind not in tables:
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, tables)}")
+    answer_json(json_schema(tables[kind]))
+
+
+def kinds() -> dict[str, type[Any]]:
+    """The class that each kind of file is read into."""
+    from warmlink.orchestration.arm.program import ProgramFile
+    from warmlink.orchestration.closed_loop.load import ScenarioFile
+    from warmlink.orchestration.diagnosis.causes.declared import CausesFile
+    from warmlink.orchestration.diagnosis.data.experiment_file import ExperimentFile
+    from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
+    from warmlink.orchestration.scenarios.mismatch import MismatchFile
+    from warmlink.orchestration.studies.study import StudyFile
+
+    return {
+        "scenario": ScenarioFile,
+        "program": ProgramFile,
+        "duty": DutyFile,
+        "study": StudyFile,
+        "mismatch": MismatchFile,
+        "experiment": ExperimentFile,
+        "causes": CausesFile,
+    }

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
+from warmlink.fmus.packaging.cache import remembered
+from warmlink.orchestration.command_line.options import Argument, Json
 from warmlink.orchestration.console import answer_json, print_table
 
 
 def list_(
     what: Annotated[
         list[str] | None,
-        typer.Argument(help="`interface COMPONENT`: what may stand in place of a component."),
+        Argument(help="`interface COMPONENT`: what may stand in place of a component."),
     ] = None,
     json: Json = False,
 ) -> None:
     """List the scenarios, controllers, systems, components, mismatches, studies, effects and masters."""
-    found = _interface(what) if what else _descriptions()
+    found = _interface(what) if what else remembered("names", (), _descriptions)
     if json:
         answer_json(found)
         return

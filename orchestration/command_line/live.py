@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Parameters, ScenarioName, Set
+from warmlink.orchestration.command_line.options import Option, Parameters, ScenarioName, Set
 from warmlink.orchestration.console import answer, remark
 
 
@@ -16,15 +14,15 @@ def live(
     scenario: ScenarioName = "windshield_wiper",
     controller: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help="Controller that the page compares. Repeatable. Default: the one that the scenario names, "
             "and `observer`.",
-            autocompletion=options.controllers,
+            propose=options.controllers,
         ),
     ] = None,
     set_: Set = None,
     parameters: Parameters = None,
-    out: Annotated[Path | None, typer.Option(help="Page to write. Default: SCENARIO.html.")] = None,
+    out: Annotated[Path | None, Option(help="Page to write. Default: SCENARIO.html.")] = None,
 ) -> None:
     """Write one page in which a scenario runs: drag the duty and the sliders, and see the error at once.
 

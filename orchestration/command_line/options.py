@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
-
-import typer
 
 from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Statistics as RunStatistics
     from warmlink.orchestration.scenarios.overrides import StartValueSet
+
+
+class Option:
+    """An option of a command, as an annotation: `stop: Annotated[str | None, Option(help="Stop time.")]`.
+
+    Parameters
+    ----------
+    name : where it is not the parameter's, as `--set`
+    help : a sentence or two
+    propose : names for the shell that begin with what was typed
+    """
+
+    def __init__(
+        self, name: str = "", *, help: str, propose: Callable[[str], list[str]] | None = None
+    ) -> None:
+        self.names = (name,) if name else ()
+        self.help = help
+        self.propose = propose
+
+
+class Argument(Option):
+    """An argument that is told by its place."""
 
 
 def scenarios(incomplete: str) -> list[str]:
@@ -90,75 +110,73 @@ def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
 
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for other programs.")]
-Report = Annotated[bool, typer.Option(help="Write report.html.")]
+Json = Annotated[bool, Option("--json", help="Print the result as JSON, for other programs.")]
+Report = Annotated[bool, Option(help="Write report.html.")]
 ScenarioName = Annotated[
     str,
-    typer.Argument(
+    Argument(
         help="Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
-        autocompletion=scenarios,
+        propose=scenarios,
     ),
 ]
 
 Set = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--set", help='Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.'
     ),
 ]
 Parameters = Annotated[
     list[Path] | None,
-    typer.Option(help="A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable."),
+    Option(help="A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable."),
 ]
 Fmus = Annotated[
     str | None,
-    typer.Option(help="`native` (C) or `python` FMUs. Default: native if there is a C compiler."),
+    Option(help="`native` (C) or `python` FMUs. Default: native if there is a C compiler."),
 ]
-Jobs = Annotated[int, typer.Option(help="How many processes run at the same time.")]
+Jobs = Annotated[int, Option(help="How many processes run at the same time.")]
 Statistics = Annotated[
     bool,
-    typer.Option("--statistics", help="Count and time the calls of each FMU; the steps then go plainly."),
+    Option("--statistics", help="Count and time the calls of each FMU; the steps then go plainly."),
 ]
 Tolerance = Annotated[
     str | None,
-    typer.Option(
+    Option(
         help='Largest coupling error, such as "0.1 um". The step is then as long as --step and the sample '
         "times allow, or shorter where the error asks for it."
     ),
 ]
 Record = Annotated[
     str | None,
-    typer.Option(
+    Option(
         help="Variables to write, separated by commas, as --record link.*,controller.correction. "
         "Default: every one."
     ),
 ]
-Csv = Annotated[bool, typer.Option(help="Write results.csv beside results.parquet.")]
+Csv = Annotated[bool, Option(help="Write results.csv beside results.parquet.")]
 Exact = Annotated[
-    bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
+    bool, Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
 ]
 Scheduler = Annotated[
     str | None,
-    typer.Option(help="Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine."),
+    Option(help="Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine."),
 ]
 ScenarioFile = Annotated[
     Path | None,
-    typer.Option(help="A scenario (TOML) of a cell of your own: its parameters and sensors hold."),
+    Option(help="A scenario (TOML) of a cell of your own: its parameters and sensors hold."),
 ]
 Replace = Annotated[
     list[str] | None,
-    typer.Option(help="An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable."),
+    Option(help="An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable."),
 ]
 Rename = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--map",
         help="What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
     ),
 ]
 StudyFile = Annotated[
     str,
-    typer.Argument(
-        help="A study file (TOML), or the name of a shipped study: `lag_law`.", autocompletion=studies
-    ),
+    Argument(help="A study file (TOML), or the name of a shipped study: `lag_law`.", propose=studies),
 ]

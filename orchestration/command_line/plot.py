@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.options import Argument, Option
 from warmlink.orchestration.console import answer
 
 PICTURES = (".svg", ".png", ".pdf")
@@ -16,13 +15,13 @@ PICTURES = (".svg", ".png", ".pdf")
 def plot(
     results: Annotated[
         Path,
-        typer.Argument(help="Folder with results of `run` or `simulate`, or the CSV or Parquet file."),
+        Argument(help="Folder with results of `run` or `simulate`, or the CSV or Parquet file."),
     ],
-    variables: Annotated[list[str], typer.Argument(help="Variables of one unit, as `link.elongation`.")],
+    variables: Annotated[list[str], Argument(help="Variables of one unit, as `link.elongation`.")],
     against: Annotated[
-        Path | None, typer.Option(help="Other results, whose variables are drawn beside them.")
+        Path | None, Option(help="Other results, whose variables are drawn beside them.")
     ] = None,
-    out: Annotated[Path, typer.Option(help="Page (.html) or picture (.svg, .png, .pdf) to write.")] = Path(
+    out: Annotated[Path, Option(help="Page (.html) or picture (.svg, .png, .pdf) to write.")] = Path(
         "plot.html"
     ),
 ) -> None:

@@ -6,10 +6,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Argument, Json, Option
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
 
 if TYPE_CHECKING:
@@ -19,57 +17,49 @@ Faces = list[str] | None
 
 
 def reduce(
-    part: Annotated[Path, typer.Argument(help="A STEP file with one solid, or a mesh (.msh, .inp).")],
+    part: Annotated[Path, Argument(help="A STEP file with one solid, or a mesh (.msh, .inp).")],
     heat_face: Annotated[
         Faces,
-        typer.Option(
-            help='Face that heat enters: "#3", a name, or a point on it, "25, 6, 0 mm". Repeatable.'
-        ),
+        Option(help='Face that heat enters: "#3", a name, or a point on it, "25, 6, 0 mm". Repeatable.'),
     ] = None,
-    tool_point: Annotated[str | None, typer.Option(help='The tool point, "330, 0, 0 mm".')] = None,
+    tool_point: Annotated[str | None, Option(help='The tool point, "330, 0, 0 mm".')] = None,
     tool_face: Annotated[
-        Faces, typer.Option(help="Face that carries the tool. Default: the one nearest to the tool point.")
+        Faces, Option(help="Face that carries the tool. Default: the one nearest to the tool point.")
     ] = None,
     cooled: Annotated[
         Faces,
-        typer.Option(
+        Option(
             help='Faces that lose heat, as a group: "#1; #4". Repeat it for groups with factors of their '
             "own. Default: all but the heated ones."
         ),
     ] = None,
     sensor: Annotated[
         Faces,
-        typer.Option(
-            help='Place of a thermometer, "100, 0, 3 mm"; up to eight. Default: base, middle, tip, ...'
-        ),
+        Option(help='Place of a thermometer, "100, 0, 3 mm"; up to eight. Default: base, middle, tip, ...'),
     ] = None,
-    material: Annotated[str, typer.Option(help="As in a scenario (`warmlink list`).")] = "aluminium_6061",
-    poissons_ratio: Annotated[float, typer.Option(help="Of the material.")] = 0.33,
+    material: Annotated[str, Option(help="As in a scenario (`warmlink list`).")] = "aluminium_6061",
+    poissons_ratio: Annotated[float, Option(help="Of the material.")] = 0.33,
     convection: Annotated[
-        str, typer.Option(help="Range of convection and radiation together.")
+        str, Option(help="Range of convection and radiation together.")
     ] = "2 .. 60 W/(m2.K)",
     conductivity: Annotated[
-        str | None, typer.Option(help='Range, "120 .. 200 W/(m.K)". Default: 25 % about the material\'s.')
+        str | None, Option(help='Range, "120 .. 200 W/(m.K)". Default: 25 % about the material\'s.')
     ] = None,
-    tolerance: Annotated[str, typer.Option(help="Largest error of the tool point.")] = "10 nm",
-    temperature_tolerance: Annotated[str, typer.Option(help="Largest error of temperatures.")] = "0.005 K",
-    heat_flow: Annotated[
-        str, typer.Option(help="Largest heat flow, for which the tolerance holds.")
-    ] = "20 W",
-    order: Annotated[int | None, typer.Option(help="Number of patterns, whatever the tolerance.")] = None,
-    mesh_size: Annotated[str | None, typer.Option(help='Size of the elements, "4 mm".')] = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of a mesh's lengths; a STEP file says its own.")
-    ] = None,
+    tolerance: Annotated[str, Option(help="Largest error of the tool point.")] = "10 nm",
+    temperature_tolerance: Annotated[str, Option(help="Largest error of temperatures.")] = "0.005 K",
+    heat_flow: Annotated[str, Option(help="Largest heat flow, for which the tolerance holds.")] = "20 W",
+    order: Annotated[int | None, Option(help="Number of patterns, whatever the tolerance.")] = None,
+    mesh_size: Annotated[str | None, Option(help='Size of the elements, "4 mm".')] = None,
+    unit: Annotated[str | None, Option(help="Unit of a mesh's lengths; a STEP file says its own.")] = None,
     example: Annotated[
-        bool, typer.Option("--example", help="Write an example, a ribbed and bored link, as PART, and stop.")
+        bool, Option("--example", help="Write an example, a ribbed and bored link, as PART, and stop.")
     ] = False,
     list_faces: Annotated[
         bool,
-        typer.Option("--list-faces", help="Show the faces, with a picture in PART_faces.html, and stop."),
+        Option("--list-faces", help="Show the faces, with a picture in PART_faces.html, and stop."),
     ] = False,
-    out: Annotated[Path | None, typer.Option(help="FMU to write. Default: PART.fmu.")] = None,
-    report: Annotated[bool, typer.Option(help="Write a page beside the FMU, as PART.html.")] = True,
+    out: Annotated[Path | None, Option(help="FMU to write. Default: PART.fmu.")] = None,
+    report: Annotated[bool, Option(help="Write a page beside the FMU, as PART.html.")] = True,
     json: Json = False,
 ) -> None:
     """Make a thermal link FMU from a solid, by finite elements, with a bound of the reduction's error.

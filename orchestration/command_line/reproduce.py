@@ -6,14 +6,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import Json, Option
 from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 
 def reproduce(
-    out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduce"),
+    out: Annotated[Path, Option(help="Folder for the report.")] = Path("out/reproduce"),
     json: Json = False,
 ) -> None:
     """Compute every table and figure of the paper by Eq. (4), by the 1-D link and by 3-D finite elements."""

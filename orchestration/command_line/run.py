@@ -6,12 +6,11 @@ import json as json_text
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from warmlink.orchestration.command_line import options
 from warmlink.orchestration.command_line.options import (
     Fmus,
     Json,
+    Option,
     Parameters,
     Report,
     ScenarioName,
@@ -32,29 +31,29 @@ def run(
     scenario: ScenarioName = "warm_up",
     controller: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Controller to compare with no compensation, or a law of your own, as `my_law.py:MyLaw`. "
             "Default: the one that the scenario names.",
-            autocompletion=options.controllers,
+            propose=options.controllers,
         ),
     ] = None,
     fmus: Fmus = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SCENARIO.")] = None,
+    out: Annotated[Path | None, Option(help="Folder for results. Default: out/SCENARIO.")] = None,
     set_: Set = None,
     parameters: Parameters = None,
     mismatch: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help="How the real cell differs from the one that the controller was designed for: "
             "`thermal_high`, `noisy_sensors`, `draw_1` and so on (`warmlink list`), or a TOML file. "
             "Repeatable; several mismatches add up.",
-            autocompletion=options.mismatches,
+            propose=options.mismatches,
         ),
     ] = None,
-    step: Annotated[str | None, typer.Option(help='Communication step size, such as "1 s".')] = None,
-    stop: Annotated[str | None, typer.Option(help='Stop time, such as "2 h".')] = None,
+    step: Annotated[str | None, Option(help='Communication step size, such as "1 s".')] = None,
+    stop: Annotated[str | None, Option(help='Stop time, such as "2 h".')] = None,
     master: Annotated[
-        str | None, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
+        str | None, Option(help="Master algorithm (`warmlink list`).", propose=options.masters)
     ] = None,
     tolerance: options.Tolerance = None,
     replace: options.Replace = None,

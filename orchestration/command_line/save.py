@@ -5,29 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Fmus, Parameters, Set
+from warmlink.orchestration.command_line.options import Argument, Fmus, Option, Parameters, Set
 from warmlink.orchestration.console import answer, remark
 
 
 def save(
     scenario: Annotated[
         str,
-        typer.Argument(
-            help="A scenario (TOML) of your own, or a shipped one by name.", autocompletion=options.scenarios
-        ),
+        Argument(help="A scenario (TOML) of your own, or a shipped one by name.", propose=options.scenarios),
     ],
     controller: Annotated[
         str | None,
-        typer.Option(help="Controller. Default: the scenario's.", autocompletion=options.controllers),
+        Option(help="Controller. Default: the scenario's.", propose=options.controllers),
     ] = None,
     fmus: Fmus = None,
     set_: Set = None,
     parameters: Parameters = None,
-    out: Annotated[Path | None, typer.Option(help="SSP to write. Default: SCENARIO.ssp.")] = None,
+    out: Annotated[Path | None, Option(help="SSP to write. Default: SCENARIO.ssp.")] = None,
 ) -> None:
     """Write a scenario's system, with its duty cycle and controller, as an SSP with its parameter sets (SSV).
 

@@ -8,11 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Json, Statistics
+from warmlink.orchestration.command_line.options import Argument, Json, Option, Statistics
 from warmlink.orchestration.console import (
     FAILED,
     answer,
@@ -33,59 +31,57 @@ WIDTH = 160
 
 
 def simulate(
-    system: Annotated[Path, typer.Argument(help="An .ssp file from any tool.")],
+    system: Annotated[Path, Argument(help="An .ssp file from any tool.")],
     stop: Annotated[
-        str | None, typer.Option(help='Stop time, such as "1 h". Default: the one that the system proposes.')
+        str | None, Option(help='Stop time, such as "1 h". Default: the one that the system proposes.')
     ] = None,
     step: Annotated[
         str | None,
-        typer.Option(
-            help='Communication step size, such as "1 s". Default: the one that the system proposes.'
-        ),
+        Option(help='Communication step size, such as "1 s". Default: the one that the system proposes.'),
     ] = None,
     master: Annotated[
-        str, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
+        str, Option(help="Master algorithm (`warmlink list`).", propose=options.masters)
     ] = "jacobi",
     stepping: Annotated[
         str,
-        typer.Option(
+        Option(
             help="How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which "
             "takes the faster one."
         ),
     ] = "auto",
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
+    out: Annotated[Path | None, Option(help="Folder for results. Default: out/SYSTEM.")] = None,
     isolate: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--isolate",
             help="Run each FMU in a process of its own, so that a crash of an FMU does not end this program.",
         ),
     ] = False,
     time_limit: Annotated[
         str | None,
-        typer.Option(help='Longest time that a call of an isolated FMU may take. Default: "60 s".'),
+        Option(help='Longest time that a call of an isolated FMU may take. Default: "60 s".'),
     ] = None,
     memory_limit: Annotated[
-        str | None, typer.Option(help='Most memory that an isolated FMU may use. Default: "4 GB".')
+        str | None, Option(help='Most memory that an isolated FMU may use. Default: "4 GB".')
     ] = None,
     checkpoint: Annotated[
         int | None,
-        typer.Option(
+        Option(
             help="Write the results to disk during the run, and a checkpoint every so many communication "
             "steps."
         ),
     ] = None,
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="Continue from the checkpoint in the results folder, if there is one."),
+        Option("--resume", help="Continue from the checkpoint in the results folder, if there is one."),
     ] = False,
     real_time: Annotated[
         float | None,
-        typer.Option(help="Keep pace with the clock: 1 is real time, 10 is ten times as fast."),
+        Option(help="Keep pace with the clock: 1 is real time, 10 is ten times as fast."),
     ] = None,
     error_budget: Annotated[
         bool | None,
-        typer.Option(
+        Option(
             "--error-budget/--no-error-budget",
             help="Bound the coupling error by repeating the run with half the communication step. Default: "
             "yes, unless --checkpoint, --resume or --real-time is given.",
@@ -96,9 +92,7 @@ def simulate(
     map_: options.Rename = None,
     watch: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Variable whose coupling error is to be bounded. Repeatable. Default: every output."
-        ),
+        Option(help="Variable whose coupling error is to be bounded. Repeatable. Default: every output."),
     ] = None,
     statistics: Statistics = False,
     record: options.Record = None,

@@ -6,6 +6,7 @@ strangers and quick enough to be done at every start.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import replace
 from functools import lru_cache
@@ -15,6 +16,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
+from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import ConnectorType, DefaultExperiment, Value
 from warmlink.orchestration.system.model_info import TYPES, Capabilities, ModelInfo, Variable
@@ -67,8 +69,11 @@ def read_description(fmu: Path) -> ModelInfo:
 @lru_cache(maxsize=256)
 def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
     where = f"{fmu.name}: modelDescription.xml"
-    root = parse_xml(archive.read_member(fmu, "modelDescription.xml"), where)
-    return parse_description(root, fmu, where)
+    text = archive.read_member(fmu, "modelDescription.xml")
+    made_from = str(fmu), hashlib.sha256(text).hexdigest()
+    return remembered(
+        "descriptions", made_from, lambda: parse_description(parse_xml(text, where), fmu, where)
+    )
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
@@ -182,11 +187,8 @@ def _scalars(variable: Variable, element: Any, where: str, most: int) -> list[Va
 def _declared_types(root: Any, major: int) -> dict[str, Any]:
     """Give the elements that hold the attributes of declared types, by the types' names."""
     if major == 2:
-        return {
-            t.get("name"): t[0]
-            for t in root.iterfind("TypeDefinitions/SimpleType")
-            if len(t) and t.get("name")
-        }
+        simple = root.iterfind("TypeDefinitions/SimpleType")
+        return {t.get("name"): t[0] for t in simple if len(t) and t.get("name")}
     return {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.get("name")}
 
 

@@ -5,47 +5,45 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json, Rename, Replace, Set
+from warmlink.orchestration.command_line.options import Argument, Json, Option, Rename, Replace, Set
 from warmlink.orchestration.console import answer, answer_json
 
 
 def design(
     system: Annotated[
         str,
-        typer.Argument(
+        Argument(
             help="`WarmupCell`, an .ssp file with one motor and one link, "
             "or a scenario file (TOML) with any number of motors and links; for `regression`, with any FMUs."
         ),
     ],
-    law: Annotated[str, typer.Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
+    law: Annotated[str, Option(help="`observer`, `observer_drift` or `regression`.")] = "observer",
     sensors: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`. "
             "Default: those that the scenario says, or base and tip."
         ),
     ] = None,
     sensor_std: Annotated[
         str | None,
-        typer.Option(help="Standard deviation of a thermometer's noise. Default: the scenario's, or 0.1 K."),
+        Option(help="Standard deviation of a thermometer's noise. Default: the scenario's, or 0.1 K."),
     ] = None,
     camera_std: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help='Standard deviation of the camera\'s noise, such as "0.2 um". Default: that of DriftCamera.'
         ),
     ] = None,
-    sample_time: Annotated[str, typer.Option(help="Time between two corrections.")] = "1 s",
+    sample_time: Annotated[str, Option(help="Time between two corrections.")] = "1 s",
     set_: Set = None,
     replace: Replace = None,
     map_: Rename = None,
-    out: Annotated[Path | None, typer.Option(help="Parameter set (SSV) to write. Default: LAW.ssv.")] = None,
+    out: Annotated[Path | None, Option(help="Parameter set (SSV) to write. Default: LAW.ssv.")] = None,
     report: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             help="HTML page to write: poles, Bode plots, and the error of the reduced model (not for "
             "`regression`)."
         ),

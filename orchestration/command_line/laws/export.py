@@ -5,23 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-import typer
-
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line.options import Argument, Option
 from warmlink.orchestration.console import answer
 
 
 def export(
-    law: Annotated[
-        str, typer.Argument(help="Controller, as `observer`.", autocompletion=options.controllers)
-    ],
+    law: Annotated[str, Argument(help="Controller, as `observer`.", propose=options.controllers)],
     design: Annotated[
         Path | None,
-        typer.Option(help="Parameter set (SSV) from `warmlink design`. Default: the design that ships."),
+        Option(help="Parameter set (SSV) from `warmlink design`. Default: the design that ships."),
     ] = None,
-    precision: Annotated[Literal["double", "single"], typer.Option(help="Of the arithmetic.")] = "double",
-    out: Annotated[Path | None, typer.Option(help="Folder to write. Default: LAW.")] = None,
+    precision: Annotated[Literal["double", "single"], Option(help="Of the arithmetic.")] = "double",
+    out: Annotated[Path | None, Option(help="Folder to write. Default: LAW.")] = None,
 ) -> None:
     """Write a controller's law as C99 for a robot's or machine's own controller.
 

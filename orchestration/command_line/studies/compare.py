@@ -6,14 +6,13 @@ import dataclasses
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from warmlink.orchestration.command_line import options
 from warmlink.orchestration.command_line.options import (
     Exact,
     Fmus,
     Jobs,
     Json,
+    Option,
     Parameters,
     Report,
     ScenarioFile,
@@ -25,17 +24,17 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, progress
 
 def compare(
     controllers: Annotated[
-        str | None, typer.Option(help="Controllers, such as `lag,observer`. Default: all (`warmlink list`).")
+        str | None, Option(help="Controllers, such as `lag,observer`. Default: all (`warmlink list`).")
     ] = None,
     duty_cycles: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all."
         ),
     ] = None,
     mismatch: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="How the real cell differs from the one that the controllers were designed for: `nominal`, "
             "`thermal_high`, `thermal_low`, `insulated`, `ventilated`, `losses_high`, `losses_low`, "
             "`noisy_sensors`, `camera_absent`, `draw_1`, `draw_2` and so on (the number is the seed), or "
@@ -44,18 +43,18 @@ def compare(
     ] = None,
     with_: Annotated[
         list[str] | None,
-        typer.Option("--with", help="A controller of your own, as `my_law.py:MyLaw`. Repeatable."),
+        Option("--with", help="A controller of your own, as `my_law.py:MyLaw`. Repeatable."),
     ] = None,
     parameters: Parameters = None,
     set_: Set = None,
     fmus: Fmus = None,
     system: Annotated[
-        str, typer.Option(help="`WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.")
+        str, Option(help="`WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.")
     ] = "WarmupCell",
     scenario: ScenarioFile = None,
     replace: options.Replace = None,
     map_: options.Rename = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/compare.")] = None,
+    out: Annotated[Path | None, Option(help="Folder for results. Default: out/compare.")] = None,
     scheduler: Scheduler = None,
     jobs: Jobs = 2,
     exact: Exact = False,

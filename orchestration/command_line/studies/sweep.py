@@ -5,9 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from warmlink.orchestration.command_line.options import Exact, Fmus, Jobs, Json, Report, Scheduler, StudyFile
+from warmlink.orchestration.command_line.options import (
+    Exact,
+    Fmus,
+    Jobs,
+    Json,
+    Option,
+    Report,
+    Scheduler,
+    StudyFile,
+)
 from warmlink.orchestration.console import answer, answer_json, progress_bar
 
 
@@ -16,7 +23,7 @@ def sweep(
     scheduler: Scheduler = None,
     jobs: Jobs = 2,
     fmus: Fmus = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/sweep.")] = None,
+    out: Annotated[Path | None, Option(help="Folder for results. Default: out/STUDY/sweep.")] = None,
     exact: Exact = False,
     report: Report = True,
     json: Json = False,

@@ -5,9 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from warmlink.orchestration.command_line.options import Exact, Fmus, Jobs, Json, Report, Scheduler, StudyFile
+from warmlink.orchestration.command_line.options import (
+    Exact,
+    Fmus,
+    Jobs,
+    Json,
+    Option,
+    Report,
+    Scheduler,
+    StudyFile,
+)
 from warmlink.orchestration.console import answer, answer_json, noted_progress_bar
 
 if TYPE_CHECKING:
@@ -17,12 +24,12 @@ if TYPE_CHECKING:
 def tune(
     study: StudyFile,
     trials: Annotated[
-        int | None, typer.Option(help="Number of trials. Default: the number in the study file.")
+        int | None, Option(help="Number of trials. Default: the number in the study file.")
     ] = None,
     scheduler: Scheduler = None,
     jobs: Jobs = 2,
     fmus: Fmus = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/STUDY/tune.")] = None,
+    out: Annotated[Path | None, Option(help="Folder for results. Default: out/STUDY/tune.")] = None,
     exact: Exact = False,
     report: Report = True,
     json: Json = False,

@@ -1,7 +1,6 @@
 """What FMI 2.0 and 3.0 slaves have in common.
 
-FMPy loads the library and declares its functions; they are then called directly, with argument arrays
-that are made once for each set of variables.
+The library's functions are called with argument arrays that are made once for each set of variables.
 """
 
 from __future__ import annotations
@@ -12,10 +11,10 @@ from ctypes import byref, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
 from warmlink.orchestration.master.slaves.fmu_log import FmuLog
+from warmlink.orchestration.master.slaves.library import Library
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.master.slaves.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo, Variable
@@ -45,8 +44,6 @@ class FmiSlave(ABC):
 
     Attributes
     ----------
-    functions : ctypes library
-        The FMU's functions, declared.
     component : ctypes pointer
         The instance.
     number : int
@@ -64,7 +61,6 @@ class FmiSlave(ABC):
     """
 
     prefix: ClassVar[str]
-    spelling: ClassVar[dict[str, str]]
 
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
@@ -86,13 +82,12 @@ class FmiSlave(ABC):
         self.watched = True
         self._surroundings = Surroundings()
         self._note(under_way.LOADING)
-        self._library = self._load(folder)
-        try:
-            self.instantiate(self._library)
-        except Exception as error:
-            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from error
-        self.functions = self._library.dll
-        self.component = c_void_p(self._library.component)
+        library = Library(name, info.path.name, folder, info.model_identifier, self.prefix)
+        self._library: Library | None = library
+        self.functions = library.functions
+        self.component = c_void_p(self.instantiate(name.encode(), info.guid.encode(), folder / "resources"))
+        if not self.component:
+            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}")
         # An FMU may refuse all further calls after one for a category that it does not declare.
         known = [each for each in _CATEGORIES if each.decode() in info.log_categories]
         asked = known if info.log_categories else _CATEGORIES
@@ -102,12 +97,8 @@ class FmiSlave(ABC):
         self._look_around("when it was loaded")
 
     @abstractmethod
-    def load_class(self) -> tuple[Any, str]:
-        """Give FMPy's class for this FMI version and the name of this platform's folder."""
-
-    @abstractmethod
-    def instantiate(self, library: Any) -> None:
-        """Instantiate through FMPy, with logging into the log."""
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate with logging into the log, and give the instance's address."""
 
     @abstractmethod
     def base_type(self, variable: Variable) -> tuple[str, Any] | None:
@@ -119,7 +110,7 @@ class FmiSlave(ABC):
 
     def function(self, name: str) -> Any:
         """Find one of the FMU's functions by its name without the prefix."""
-        return getattr(self.functions, self.prefix + self.spelling.get(name, name))
+        return self.functions[name]
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function and raise unless it answers ok or warning."""
@@ -234,7 +225,7 @@ class FmiSlave(ABC):
         state, size = self.state(), c_size_t()
         self.call("SerializedFMUStateSize", self.component, state, byref(size))
         data = create_string_buffer(size.value)
-        self.call("SerializeFMUState", self.component, state, self.as_bytes(data), size)
+        self.call("SerializeFMUState", self.component, state, data, size)
         self.free(state)
         return data.raw
 
@@ -242,13 +233,9 @@ class FmiSlave(ABC):
         """Take a serialised state."""
         state = c_void_p()
         buffer = (c_char * len(data)).from_buffer_copy(data)
-        self.call("DeserializeFMUState", self.component, self.as_bytes(buffer), len(data), byref(state))
+        self.call("DeserializeFMUState", self.component, buffer, len(data), byref(state))
         self.restore(state)
         self.free(state)
-
-    def as_bytes(self, buffer: Any) -> Any:
-        """Give a buffer as the pointer type that this FMI version declares."""
-        return buffer
 
     def terminate(self) -> None:
         """End the simulation, free the instance and unload the library."""
@@ -261,26 +248,7 @@ class FmiSlave(ABC):
             self.function("Terminate")(self.component)
         if self._worst < 4:
             self.function("FreeInstance")(self.component)
-            library.freeLibrary()
-
-    def _load(self, folder: Path) -> Any:
-        slave_class, platform = self.load_class()
-        name, info = self.name, self.info
-        if not (folder / "binaries" / platform).is_dir():
-            offered = ", ".join(sorted(p.name for p in (folder / "binaries").glob("*"))) or "none"
-            raise InputError(
-                f"{name}: {info.path.name} holds no library for {platform} (it has: {offered}); "
-                "export it for this platform"
-            )
-        try:
-            return slave_class(
-                instanceName=name,
-                guid=info.guid,
-                modelIdentifier=info.model_identifier,
-                unzipDirectory=str(folder),
-            )
-        except Exception as error:
-            raise InputError(f"{name}: the library of {info.path.name} does not load: {error}") from error
+            library.close()
 
     def batches(self, names: Names) -> list[Batch]:
         """Give a set of variables sorted by type, which is done once."""

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import byref, c_char_p, c_double, c_int
+from ctypes import byref, c_double, c_int
+from pathlib import Path
 from typing import Any, ClassVar
 
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmu_log import fmi2_callbacks
+from warmlink.orchestration.master.slaves.library import FMI2_TYPES
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.description import Variable
 
-_BASES: dict[str, tuple[str, Any]] = {
-    "Real": ("Real", c_double),
-    "Integer": ("Integer", c_int),
-    "Enumeration": ("Integer", c_int),
-    "Boolean": ("Boolean", c_int),
-    "String": ("String", c_char_p),
-}
+_CO_SIMULATION = 1  # fmi2Type
 _TERMINATED = 3  # fmi2StatusKind
 
 
@@ -27,30 +23,20 @@ class Fmi2Slave(FmiSlave):
     """One instance of an FMI 2.0 FMU."""
 
     prefix: ClassVar[str] = "fmi2"
-    spelling: ClassVar[dict[str, str]] = {
-        "GetFMUState": "GetFMUstate",
-        "SetFMUState": "SetFMUstate",
-        "FreeFMUState": "FreeFMUstate",
-        "SerializedFMUStateSize": "SerializedFMUstateSize",
-        "SerializeFMUState": "SerializeFMUstate",
-        "DeserializeFMUState": "DeSerializeFMUstate",
-    }
 
-    def load_class(self) -> tuple[Any, str]:
-        """Give FMPy's class and the platform's name in FMI 2.0."""
-        from fmpy import platform
-        from fmpy.fmi2 import FMU2Slave
-
-        return FMU2Slave, platform
-
-    def instantiate(self, library: Any) -> None:
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
         self._callbacks = fmi2_callbacks(self.log)
-        library.instantiate(callbacks=self._callbacks, loggingOn=False)
+        place = resources.absolute().as_uri().encode()
+        found: int | None = self.function("Instantiate")(
+            name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
+        )
+        return found
 
     def base_type(self, variable: Variable) -> tuple[str, Any] | None:
         """Give one of the four base types."""
-        return _BASES.get(variable.type)
+        base = "Integer" if variable.type == "Enumeration" else variable.type
+        return (base, FMI2_TYPES[base]) if base in FMI2_TYPES else None
 
     def arguments(self, batch: Batch) -> tuple[Any, ...]:
         """Give instance, value references, their count, and values."""
@@ -73,7 +59,7 @@ class Fmi2Slave(FmiSlave):
         """Advance by one communication step."""
         self.time = time
         self._under_way[under_way.CALL] = self.stepping
-        status = self.functions.fmi2DoStep(self.component, time, step_size, 0)
+        status = self.functions["DoStep"](self.component, time, step_size, 0)
         if status > 1:
             if status == 2 and self._wants_to_end():
                 self.end("DoStep answered discard and")
@@ -83,5 +69,5 @@ class Fmi2Slave(FmiSlave):
 
     def _wants_to_end(self) -> bool:
         wanted = c_int(0)
-        status = self.functions.fmi2GetBooleanStatus(self.component, _TERMINATED, byref(wanted))
+        status = self.functions["GetBooleanStatus"](self.component, _TERMINATED, byref(wanted))
         return bool(status <= 1 and wanted.value)

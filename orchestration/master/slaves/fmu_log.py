@@ -8,13 +8,20 @@ the environment pointer that each instance was given says whose line it is.
 from __future__ import annotations
 
 import itertools
+import sys
 from collections import deque
+from ctypes import CDLL, CFUNCTYPE, Structure, byref, c_char_p, c_int, c_void_p, cast
 from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
+from warmlink.orchestration.master.slaves.library import SUFFIX, c_library, platform_name
+
 KEPT_LINES = 200
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+_LOG = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
 
 class FmuLog:
@@ -60,28 +67,38 @@ def fmi2_callbacks(log: FmuLog) -> Any:
     """
     shared = _fmi2_shared()
     own = type(shared).from_buffer_copy(shared)
-    own.componentEnvironment = log.key
+    own.environment = log.key
     return own
 
 
-@cache
-def _fmi2_shared() -> Any:
-    """Callback functions that FMPy's proxy knows, kept alive as long as the process."""
-    from ctypes import byref
+class _Callbacks(Structure):
+    """`fmi2CallbackFunctions`."""
 
-    from fmpy import calloc, fmi2, free
-    from fmpy.logging import addLoggerProxy
+    _fields_ = (
+        ("logger", _LOG),
+        ("allocate", c_void_p),
+        ("free", c_void_p),
+        ("step_finished", c_void_p),
+        ("environment", c_void_p),
+    )
+
+
+@cache
+def _fmi2_shared() -> _Callbacks:
+    """Callback functions that FMPy's proxy knows, kept alive as long as the process."""
 
     def log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
         kept = FmuLog.open.get(environment or 0)
         if kept is None:
-            fmi2.printLogMessage(environment, name, status, category, message)
+            print(message.decode("utf-8", "replace"), file=sys.stderr)
         else:
             kept.add(status, message)
 
-    shared = fmi2.fmi2CallbackFunctions()
-    shared.logger = fmi2.fmi2CallbackLoggerTYPE(log)
-    shared.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
-    shared.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-    addLoggerProxy(byref(shared))
+    c = c_library()
+    shared = _Callbacks(_LOG(log), cast(c.calloc, c_void_p), cast(c.free, c_void_p))
+    # The package itself would take longer to import than an hour of the cell takes to run.
+    package = find_spec("fmpy")
+    if package is not None and package.origin is not None:
+        folder = Path(package.origin).parent / "logging" / platform_name("fmi2")
+        CDLL(str(folder / f"logging{SUFFIX}")).addLoggerProxy(byref(shared))
     return shared
