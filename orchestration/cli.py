@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from inspect import cleandoc
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import typer
@@ -15,32 +15,18 @@ if TYPE_CHECKING:
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
-from warmlink.orchestration.command_line.options import Option
 from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 COMMANDS = {
-    "run": "run:run",
-    "live": "live:live",
-    "build": "build:build",
-    "save": "save:save",
-    "plot": "plot:plot",
-    "simulate": "simulate:simulate",
-    "compare": "studies.compare:compare",
-    "tune": "studies.tune:tune",
-    "sweep": "studies.sweep:sweep",
-    "design": "laws.design:design",
-    "export": "laws.export:export",
-    "check": "check:check",
-    "diagnose": "diagnose:diagnose",
-    "hide": "hide:hide",
-    "reduce": "reduce:reduce",
-    "reproduce": "reproduce:reproduce",
-    "init": "init:init",
-    "schema": "init:schema",
-    "list": "list:list_",
+    **{"run": "run", "live": "pages", "build": "build", "save": "build", "plot": "pages"},
+    **{"simulate": "simulate", "compare": "studies", "tune": "studies", "sweep": "studies"},
+    **{"design": "laws", "export": "laws", "check": "check", "diagnose": "diagnose", "hide": "hide"},
+    **{"reduce": "reduce", "reproduce": "pages", "init": "init", "schema": "init", "list": "init"},
 }
-"""Module and function of each command."""
+"""Module of each command; a function of the same name, or with a `_` after it, is the command."""
+
+HELP = "How far off a robot's tool point is while a link warms up, and how well a controller corrects it."
 
 COMPLETES = "_WARMLINK_COMPLETE"
 """Environment variable with which the shell asks for completions."""
@@ -71,14 +57,12 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
     listed = list(arguments) in _HELP and COMPLETES not in os.environ
     found = typer.Typer(
         name="warmlink",
-        help="How far off a robot's tool point is while a link warms up, and how well a controller corrects "
-        "it.",
         epilog="Begin with: warmlink run",
         no_args_is_help=True,
         rich_markup_mode=None if listed else "markdown",
         pretty_exceptions_enable=False,
     )
-    found.callback(invoke_without_command=True)(for_typer(_before_any_command))
+    found.callback(invoke_without_command=True, help=HELP)(for_typer(_before_any_command))
     named = [name for name in COMMANDS if [name] == list(arguments[:1])]
     if listed:
         for name, sentence in remembered("outlines", (), _outlines).items():
@@ -96,8 +80,8 @@ def _outlines() -> dict[str, str]:
 
 
 def _command(name: str) -> Command:
-    module, _, function = COMMANDS[name].partition(":")
-    found: Command = getattr(import_module(f"warmlink.orchestration.command_line.{module}"), function)
+    module = import_module(f"warmlink.orchestration.command_line.{COMMANDS[name]}")
+    found: Command = getattr(module, f"{name}_", None) or getattr(module, name)
     return found
 
 
@@ -105,9 +89,13 @@ def _outline() -> None:
     """Stand for a command in the list of commands."""
 
 
-def _before_any_command(
-    version: Annotated[bool, Option("--version", help="Print the version.")] = False,
-) -> None:
+def _before_any_command(*, version: bool = False) -> None:
+    """Do what is asked before any command.
+
+    Parameters
+    ----------
+    version : Print the version.
+    """
     if version:
         from warmlink.fmus.packaging.release import version as released
 

@@ -204,7 +204,7 @@ def causes() -> str:
 
 def names() -> str:
     """What `warmlink list` prints."""
-    from warmlink.orchestration.command_line.list import _descriptions
+    from warmlink.orchestration.command_line.init import _descriptions
 
     text = ["# Names\n", "The names that the commands accept, as `warmlink list` prints them.\n"]
     for kind, entries in _descriptions().items():

@@ -24,7 +24,7 @@ _FRONT = (
 _COORDINATES = "Each line is a trial; drag along an axis to pick some."
 
 
-def write_report(tuned: Tuned, storage: Storage, path: Path) -> None:
+def write_report(tuned: Tuned, path: Path) -> None:
     """Write `report.html`."""
     study, trials, winner = tuned.study, tuned.trials, tuned.best
     complete = [trial for trial in trials if trial.reason is None]
@@ -33,7 +33,7 @@ def write_report(tuned: Tuned, storage: Storage, path: Path) -> None:
         sections.insert(0, Section("Front", _FRONT, _front_table(study, trials), _front(study, trials)))
     if winner is not None:
         sections.insert(0, Section("Winner", f"{tuned.gain.capitalize()}.", _winner(study, winner)))
-    importance = _importance(storage) if len(complete) > 1 and len(study.axes) > 1 else None
+    importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
         sections.append(Section("What matters", _IMPORTANCE, figure=importance))
     if complete:
