@@ -39,7 +39,7 @@ def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> 
     """Run the command that the arguments name; by default those of the process."""
     given = sys.argv[1:] if arguments is None else [*arguments]
     if given and given[0] in COMMANDS and COMPLETES not in os.environ:
-        command = _command(given[0])
+        command = command_named(given[0])
         values = plain_values(command, given[1:])
         if values is not None:
             command(**values)
@@ -69,17 +69,18 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
             found.command(name, short_help=sentence)(_outline)
         return found
     for name in named or COMMANDS:
-        found.command(name)(for_typer(_command(name)))
+        found.command(name)(for_typer(command_named(name)))
     return found
 
 
 def _outlines() -> dict[str, str]:
     """First sentence of each command."""
-    texts = {name: cleandoc(_command(name).__doc__ or "") for name in COMMANDS}
+    texts = {name: cleandoc(command_named(name).__doc__ or "") for name in COMMANDS}
     return {name: text.partition("\n\n")[0].replace("\n", " ") for name, text in texts.items()}
 
 
-def _command(name: str) -> Command:
+def command_named(name: str) -> Command:
+    """Function of a command."""
     module = import_module(f"warmlink.orchestration.command_line.{COMMANDS[name]}")
     found: Command = getattr(module, f"{name}_", None) or getattr(module, name)
     return found

@@ -1,10 +1,9 @@
-"""The pages inside an FMU: the component's README with a table of its variables, and its licence."""
+"""The page inside an FMU: the component's README with a table of its variables."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from html import escape
-from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import MOST_IN_A_STEP, Component, Input, Output, Parameter
@@ -31,18 +30,6 @@ footer { font-size: 0.85em; color: #666; }
 """
 
 
-def documentation_files(entry: Entry) -> dict[str, bytes]:
-    """Documentation, licence and the picture that tools show on a block, by path inside an FMU of FMI 2.0.
-
-    FMI 3.0 has the picture at `terminalsAndIcons/icon.png`.
-    """
-    return {
-        "documentation/index.html": documentation_page(entry),
-        "documentation/licenses/license.txt": release.license_text().encode("utf-8"),
-        "model.png": Path(__file__).with_name("icon.png").read_bytes(),
-    }
-
-
 def documentation_page(entry: Entry) -> bytes:
     """README of a component as one HTML page that needs no other file; the mark becomes the tables."""
     from markdown_it import MarkdownIt
@@ -57,13 +44,11 @@ def documentation_page(entry: Entry) -> bytes:
         text += f"\n\n## Variables\n\n{MARK}\n"
     body = MarkdownIt("commonmark").enable("table").render(text)
     body = body.replace(MARK, variable_tables(component) + _longest_step(component))
-    origin = escape(
-        f"{component.name}, warmlink {release.version()}. {release.COPYRIGHT}, {release.LICENSE}."
-    )
+    release_of = f"{component.name}, warmlink {release.version()}. {release.COPYRIGHT}, {release.LICENSE}."
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f"<title>{escape(component.name)}</title>\n<style>{_STYLE}</style>\n</head>\n"
-        f"<body>\n{body}<footer>{origin}</footer>\n</body>\n</html>\n"
+        f"<body>\n{body}<footer>{escape(release_of)}</footer>\n</body>\n</html>\n"
     ).encode()
 
 

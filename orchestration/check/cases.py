@@ -10,7 +10,7 @@ from pathlib import Path
 
 from warmlink.orchestration.check.subject import Row, Subject, get, put, same, scale_of, start_of, within
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.system.model_info import Variable
+from warmlink.orchestration.system.model import Variable
 
 Outcome = tuple[str, str]
 """Verdict ("pass", "fail" or "skip") and detail."""

@@ -17,11 +17,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES
 from warmlink.orchestration.check.subject import Subject
 from warmlink.orchestration.check.validity import validity_problems
-from warmlink.orchestration.master.slaves.process import START_LIMIT, OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model_info import ModelInfo
+from warmlink.orchestration.system.model import ModelInfo
 
 Verdict = Literal["pass", "fail", "skip"]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from warmlink.orchestration.master.assembly import open_slave
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.system.model_info import ModelInfo, Variable
+from warmlink.orchestration.system.model import ModelInfo, Variable
 
 Row = list[float]
 

@@ -121,7 +121,7 @@ def listed(text: str | None) -> list[str] | None:
 
 def advise(scenario: Scenario) -> None:
     """Remark where a scenario's controller was not designed for its system."""
-    from warmlink.orchestration.closed_loop.outcome import judged
+    from warmlink.orchestration.closed_loop.belief import judged
     from warmlink.orchestration.console import remark
 
     advice, _ = judged(scenario)

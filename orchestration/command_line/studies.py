@@ -74,7 +74,7 @@ def compare(
     scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold.
     out : Folder for results. Default: out/compare.
     """
-    from warmlink.orchestration.scenarios.replaced import with_replaced
+    from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.studies.compare import compared, write_csv
     from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
     from warmlink.orchestration.system.replacement import Replacements
@@ -167,9 +167,9 @@ def tune(
             if found.best is not None:
                 write_winner(asked, found.best.point, target)
             if report:
-                from warmlink.orchestration.report.tuning import write_report
+                from warmlink.orchestration.report.studies import write_tuning
 
-                write_report(found, target / "report.html")
+                write_tuning(found, target / "report.html")
     if json:
         answer_json(found.to_dict())
         return
@@ -212,9 +212,9 @@ def sweep(
         with _results(folder) as target:
             write_parquet(asked, swept.found, target / "sweep.parquet")
             if report:
-                from warmlink.orchestration.report.sweep import write_report
+                from warmlink.orchestration.report.studies import write_sweep
 
-                write_report(asked, swept.found, target / "report.html")
+                write_sweep(asked, swept.found, target / "report.html")
     if json:
         answer_json(swept.to_dict())
         return

@@ -24,8 +24,7 @@ from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed, figures, recorded, run_case
 

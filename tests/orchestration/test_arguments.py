@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from importlib import import_module
 from typing import Any
 
 import pytest
 import typer
 
-from warmlink.orchestration.cli import COMMANDS
-from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
+from warmlink.orchestration.cli import command_named
+from warmlink.orchestration.command_line.arguments import for_typer, plain_values
 
 GIVEN = (
     "run",
@@ -33,22 +32,17 @@ UNUSUAL = (
 )
 
 
-def function(name: str) -> Command:
-    module, _, attribute = COMMANDS[name].partition(":")
-    return getattr(import_module(f"warmlink.orchestration.command_line.{module}"), attribute)
-
-
 @pytest.mark.parametrize("line", GIVEN)
 def test_plain_arguments_are_read_as_typer_reads_them(line: str) -> None:
     name, *given = shlex.split(line)
     told: list[dict[str, Any]] = []
     app = typer.Typer()
-    app.command()(for_typer(function(name), told.append))
+    app.command()(for_typer(command_named(name), told.append))
     app(given, standalone_mode=False)
-    assert plain_values(function(name), given) == told[0]
+    assert plain_values(command_named(name), given) == told[0]
 
 
 @pytest.mark.parametrize("line", UNUSUAL)
 def test_what_is_unusual_is_left_to_typer(line: str) -> None:
     name, *given = shlex.split(line)
-    assert plain_values(function(name), given) is None
+    assert plain_values(command_named(name), given) is None

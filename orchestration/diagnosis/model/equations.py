@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.fmus.component.wiring import part_of
+from warmlink.fmus.component.join import part_of
 from warmlink.fmus.thermal_link.equations import sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig

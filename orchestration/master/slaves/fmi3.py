@@ -12,7 +12,6 @@ from ctypes import CFUNCTYPE, POINTER, byref, c_bool, c_char_p, c_double, c_int,
 from pathlib import Path
 from typing import Any, ClassVar
 
-from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.library import FMI3_TYPES
@@ -34,8 +33,7 @@ class Fmi3Slave(FmiSlave):
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
         self._varying: dict[int, list[float]] = {}
-        self._terminate = c_bool()
-        self._answers = (byref(c_bool()), byref(self._terminate), byref(c_bool()), byref(c_double()))
+        self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
         inputs = [
             v.value_reference
@@ -62,10 +60,8 @@ class Fmi3Slave(FmiSlave):
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Enter initialization mode."""
         self.time = start_time
-        stop = 0.0 if stop_time is None else stop_time
-        self.call(
-            "EnterInitializationMode", self.component, False, 0.0, start_time, stop_time is not None, stop
-        )
+        times = start_time, stop_time is not None, stop_time or 0.0
+        self.call("EnterInitializationMode", self.component, False, 0.0, *times)
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables; derivatives that were set for them are dropped."""
@@ -88,34 +84,16 @@ class Fmi3Slave(FmiSlave):
 
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
-        self.time = time
-        self._under_way[under_way.CALL] = self.stepping
-        status = self.functions["DoStep"](self.component, time, step_size, False, *self._answers)
-        if status > 1:
-            self.fail("DoStep", status)
-        if self._terminate.value:
-            self.end("DoStep")
-        if self.watched:
-            self.look_around()
+        super().step(time, step_size)
         if self._varying:
             status = self._vary(step_size)
             self._varying.clear()
             if status > 1:
                 self.fail("SetFloat64", status)
 
-    def _update(
-        self,
-        environment: Any,
-        time: float,
-        set_requested: bool,
-        get_allowed: bool,
-        finished: bool,
-        may_return: bool,
-        return_requested: Any,
-        return_time: Any,
-    ) -> None:
+    def _update(self, _: Any, time: float, set_requested: bool, *more: Any) -> None:
         """Set the inputs of an intermediate time; called by the slave within its step."""
-        return_requested[0] = False
+        more[3][0] = False  # no early return
         if set_requested and self._varying:
             self._vary(time - self.time)
 
@@ -124,4 +102,4 @@ class Fmi3Slave(FmiSlave):
         count = len(self._varying)
         numbers = (u + elapsed * (d + 0.5 * elapsed * c) for u, d, c in self._varying.values())
         values, references = (c_double * count)(*numbers), (c_uint * count)(*self._varying)
-        return int(self.functions["SetFloat64"](self.component, references, count, values, count))
+        return int(self.function("SetFloat64")(self.component, references, count, values, count))
