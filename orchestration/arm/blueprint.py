@@ -12,12 +12,11 @@ from pathlib import Path
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.geometry import axis
-from warmlink.orchestration.arm.library import NAME
+from warmlink.orchestration.arm.geometry import NAME, axis
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.ports import Ports
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
+from warmlink.orchestration.system.tree import Ports
 from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
 
 ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"

@@ -17,9 +17,9 @@ from warmlink.orchestration.arm.blueprint import KINEMATICS, arm_blueprint, arm_
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.scenarios.drive import StartValues
+from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 OBSERVER, LAG = "observer", "lag"
@@ -62,10 +62,11 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
 def arm(count: int = AXES) -> Setup:
     """The arm, or one of another number of axes."""
     elongations = tuple(f"{axis_name(i)}.link.elongation" for i in range(1, count + 1))
-    error = (f"{KINEMATICS}.error_norm", f"{KINEMATICS}.uncompensated_error_norm")
+    score = Expression(f"{KINEMATICS}.error_norm")
+    without = Expression(f"{KINEMATICS}.uncompensated_error_norm", "uncompensated")
     return Setup(
         arm_blueprint(count),
-        Roles.scored_by(*error, elongations),
+        Roles(score, without, elongations),
         arm_values(count),
         SENSORS,
         partial(designs, count=count),

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.master.assembly import open_slave
-from warmlink.orchestration.system.model_info import ModelInfo, Variable
+from warmlink.orchestration.system.model import ModelInfo, Variable
 
 Outcome = tuple[str, str]
 """Verdict ("pass", "fail" or "skip") and detail."""

@@ -13,11 +13,11 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES, Outcome, Subject
 from warmlink.orchestration.check.validity import validity_problems
-from warmlink.orchestration.master.slaves.process import START_LIMIT, OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model_info import ModelInfo
+from warmlink.orchestration.system.model import ModelInfo
 
 TIME_LIMIT = 120.0
 """s, for one check; an FMU that does not answer is left and the next check made."""

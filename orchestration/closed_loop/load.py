@@ -16,8 +16,8 @@ from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.arm.library import NAME as ARM
-from warmlink.orchestration.arm.library import PROGRAMS, program_names
+from warmlink.orchestration.arm.geometry import NAME as ARM
+from warmlink.orchestration.arm.geometry import PROGRAMS, program_names
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
@@ -48,7 +48,7 @@ class ScenarioFile(DutyTables, Settings):
         if self.duty is None:
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
-            self.check()
+            super().__post_init__()
         elif twice:
             raise InputError(f"{twice[0]} beside duty; name a duty cycle or write one, not both")
 

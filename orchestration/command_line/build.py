@@ -103,8 +103,8 @@ def build_files(
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
+    from warmlink.orchestration.closed_loop.belief import judged
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.outcome import judged
 
     out = Path(out)
     own = None if scenario is None else load_scenario(str(scenario))

@@ -46,7 +46,7 @@ def _interface(what: list[str]) -> dict[str, dict[str, str]]:
 def _descriptions() -> dict[str, dict[str, str]]:
     """One line about each thing, by its kind and its name."""
     from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
-    from warmlink.orchestration.arm.library import NAME as ARM
+    from warmlink.orchestration.arm.geometry import NAME as ARM
     from warmlink.orchestration.catalogue import components, controllers
     from warmlink.orchestration.closed_loop.load import load_scenario, scenario_names
     from warmlink.orchestration.diagnosis.practice.effects import about_effects

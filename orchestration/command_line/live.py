@@ -36,8 +36,8 @@ def live(
     It needs a compiler for browsers once: `pip install "warmlink[live]"`.
     """
     from warmlink.fmus.errors import InputError
+    from warmlink.orchestration.closed_loop.belief import judged
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.outcome import judged
     from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.console import spinner
     from warmlink.orchestration.files import fresh_file

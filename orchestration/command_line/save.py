@@ -33,8 +33,8 @@ def save(
 
     Example: `warmlink save my_cell.toml --parameters observer.ssv --out my_cell.ssp`
     """
+    from warmlink.orchestration.closed_loop.belief import judged
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.outcome import judged
     from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.system.write import write_ssp

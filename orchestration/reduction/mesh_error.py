@@ -42,6 +42,30 @@ class MeshError:
         """Error as a share of the elongation, at the worst of the times."""
         return float((self.error / np.abs(self.elongation[-1])).max())
 
+    @property
+    def observed(self) -> str:
+        """The observed order in words."""
+        return "no order observed" if self.order is None else f"observed order {self.order:.2g}"
+
+    @property
+    def sentence(self) -> str:
+        """What `table` shows."""
+        return (
+            f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures, the one in "
+            f"use last ({self.observed}), and its estimated error [nm]. For a mesh file the first line is "
+            "that of temperatures that are linear in each tetrahedron."
+        )
+
+    @property
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Headings and rows of the elongation on each mesh."""
+        rows = [
+            [str(n), *(f"{1e6 * each:.4f}" for each in row)]
+            for n, row in zip(self.unknowns, self.elongation, strict=True)
+        ]
+        rows.append(["error [nm]", *(f"{1e9 * each:.2g}" for each in self.error)])
+        return ["temperatures", *(f"{time:g} s" for time in TIMES)], rows
+
 
 def mesh_error(meshes: Sequence[DenseHeat], reach: Array, within: Range, ratio: float) -> MeshError:
     """Compare elongations on meshes of one part.

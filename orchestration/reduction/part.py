@@ -13,13 +13,16 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import SENSORS
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.elements import Elements, HeatMatrices, Task, linear_temperatures
+from warmlink.orchestration.reduction.elements import (
+    Elements,
+    HeatMatrices,
+    Task,
+    linear_temperatures,
+)
 from warmlink.orchestration.reduction.mesh_error import MeshError, mesh_error
 from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Responses, choose_order, separated
-from warmlink.orchestration.reduction.picture import Picture, drawn
-from warmlink.orchestration.reduction.simplices import coarsened
 from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_solid
-from warmlink.orchestration.reduction.subspace import Range, projected
+from warmlink.orchestration.reduction.subspace import DenseHeat, Range, projected
 from warmlink.orchestration.scenarios.quantity import in_si
 from warmlink.orchestration.scenarios.settings import materials
 
@@ -30,9 +33,6 @@ PROPERTIES = {
     "expansion_coefficient": "1/K",
 }
 """Units of a material's properties."""
-
-THERMOMETER_PLACES = 100
-"""Most corners of the surface at which a thermometer is tried."""
 
 COARSER = (2.0, 2**0.5)
 """Sizes of elements of the coarser meshes, as multiples."""
@@ -70,22 +70,29 @@ class Wanted:
 class Part:
     """A reduced part: its mesh, its full matrices, the reduced model, and the errors found on the way.
 
-    `places` are corners of the surface, shape (n, 3) [m], and `rows` give their temperatures, shape
-    (n, order).
+    Attributes
+    ----------
+    dense : the part in the span of its responses
+    search, chosen : bases that were tried, and the best of them
+    basis : patterns of the model in that span, shape (m, order)
     """
 
     solid: Solid
     task: Task
-    heat: HeatMatrices
+    elements: Elements
     within: Range
     demand: Demand
+    dense: DenseHeat
+    search: Sequence[Chosen]
     chosen: Chosen
-    span: int
     mesh: MeshError
-    picture: Picture
-    places: Array
-    rows: Array
+    basis: Array
     model: ReducedModel
+
+    @property
+    def heat(self) -> HeatMatrices:
+        """Matrices of the part in all its temperatures."""
+        return self.elements.heat
 
 
 def reduce_part(
@@ -118,12 +125,11 @@ def reduce_part(
     heat = elements.heat
     doing(f"responses of {heat.unknowns} temperatures")
     dense = projected(heat, within)
-    picture = drawn(solid.mesh, elements, dense, within)
-    reach = float(np.linalg.norm(heat.reach))
-    volume = float(heat.mass.sum())
+    volume, reach = float(heat.mass.sum()), float(np.linalg.norm(heat.reach))
     responses = Responses(dense, within, demand, volume, reach)
     doing("choosing the order")
-    chosen = choose_order(responses, wanted.order)
+    search = choose_order(responses, wanted.order)
+    chosen = min(search, key=lambda tried: tried.error)
     doing("coarser meshes")
     if path.suffix.lower() in SOLIDS:
         coarser = [read_solid(path, None, solid.size, ratio) for ratio in COARSER]
@@ -131,52 +137,34 @@ def reduce_part(
     else:
         coarse = [linear_temperatures(heat, solid)]
     error = mesh_error([*(projected(each, within) for each in coarse), dense], heat.reach, within, COARSER[1])
-    patterns, conduction = separated(chosen.basis, dense, volume)
-    rows = dense.outputs @ patterns
-    mesh = solid.mesh
-    kept, _ = coarsened(mesh.p, mesh.facets[:, mesh.boundary_facets()], THERMOMETER_PLACES)
-    return Part(
-        solid,
-        task,
-        heat,
-        within,
-        demand,
-        chosen,
-        len(dense.loads),
-        error,
-        picture,
-        mesh.p[:, kept].T,
-        dense.patterns[kept] @ patterns,
-        ReducedModel(
-            material=within.material,
-            volume=volume,
-            conduction=conduction,
-            cooling=np.array([patterns.T @ each @ patterns for each in dense.cooling]),
-            base_row=rows[-2],
-            tip_row=rows[-1],
-            sensor_rows=rows[6:-2],
-            surface_rows=dense.loads[:, 2:].T @ patterns,
-            area=np.asarray(heat.loads[:, 2:].sum(axis=0)),
-            displacement_rows=rows[:3],
-            rotation_rows=rows[3:6],
-            reach=heat.reach,
-            initial_rows=patterns.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)) / volume,
-            error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
-            discretisation=error.share,
-            conductivity_range=within.conductivity,
-            convection_range=within.convection,
-        ),
+    basis, conduction = separated(chosen.basis, dense, volume)
+    rows = dense.outputs @ basis
+    model = ReducedModel(
+        material=within.material,
+        volume=volume,
+        conduction=conduction,
+        cooling=np.array([basis.T @ each @ basis for each in dense.cooling]),
+        base_row=rows[-2],
+        tip_row=rows[-1],
+        sensor_rows=rows[6:-2],
+        surface_rows=dense.loads[:, 2:].T @ basis,
+        area=np.asarray(heat.loads[:, 2:].sum(axis=0)),
+        displacement_rows=rows[:3],
+        rotation_rows=rows[3:6],
+        reach=heat.reach,
+        initial_rows=basis.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)) / volume,
+        error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
+        discretisation=error.share,
+        conductivity_range=within.conductivity,
+        convection_range=within.convection,
     )
+    return Part(solid, task, elements, within, demand, dense, search, chosen, error, basis, model)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:
     """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`."""
     kinds = np.array(
-        [
-            np.linalg.norm(gains[:3], axis=0),
-            np.linalg.norm(gains[3:6], axis=0),
-            gains[6:].max(axis=0),
-        ]
+        [np.linalg.norm(gains[:3], axis=0), np.linalg.norm(gains[3:6], axis=0), gains[6:].max(axis=0)]
     )
     inputs, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
     return np.column_stack([inputs, np.maximum(inputs[:, 2:], profiles.max(axis=2))])

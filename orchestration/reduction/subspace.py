@@ -8,17 +8,15 @@ one along a load that is there, whose responses lie in the same span.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.finite_elements.forms import symmetric_factor
 from warmlink.orchestration.reduction.elements import HeatMatrices
-from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
 
 RATES = np.geomspace(2e-5, 16.0, 9)
 """1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""
@@ -118,16 +116,11 @@ def _responses(heat: HeatMatrices, within: Range) -> Iterator[Array]:
     driving = np.concatenate([heat.loads.T, heat.motion, heat.sensors])
     for ratios in within.cooled(len(heat.cooling)):
         for rate in RATES:
-            factor = splu(
-                shifted(heat, rate * within.capacity / within.material["conductivity"], ratios), **SYMMETRIC
-            )
+            # The equations over the conductivity.
+            shift = rate * within.capacity / within.material["conductivity"]
+            cooling = sum(ratio * each for ratio, each in zip(ratios, heat.cooling, strict=True))
+            factor = symmetric_factor(shift * heat.mass + heat.conduction + cooling)
             yield factor.solve(driving.T).T
-
-
-def shifted(heat: HeatMatrices, shift: float, ratios: Sequence[float]) -> csc_matrix:
-    """Matrix of the equations for a rate, both over the conductivity; shift in 1/m2, ratios in 1/m."""
-    cooling = sum(ratio * each for ratio, each in zip(ratios, heat.cooling, strict=True))
-    return csc_matrix(shift * heat.mass + heat.conduction + cooling)
 
 
 def _symmetric(matrix: Array) -> Array:

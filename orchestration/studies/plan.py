@@ -10,7 +10,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.library import NAME as ARM
+from warmlink.orchestration.arm.geometry import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.own_law import controller_named

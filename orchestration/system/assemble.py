@@ -6,27 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import cast, get_args
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.system.check import checked_value, variable_of
-from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import (
-    Component,
-    Connection,
-    ConnectorKind,
-    System,
-    Value,
-)
-from warmlink.orchestration.system.ssp.declared import (
-    DeclaredComponent,
-    DeclaredConnection,
-    DeclaredConnector,
-    DeclaredSystem,
-)
-from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
-from warmlink.orchestration.system.ssp.flatten import flatten
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
+from warmlink.orchestration.system.ssp.net import DeclaredConnector, Element, Net, edge_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.units import Unit
 
@@ -134,33 +120,31 @@ def check_system(system: System) -> None:
 
 def _resolved(system: System) -> list[Connection]:
     """Give a system's connections with the conversion of their units, as if an SSD had declared them."""
-    infos: dict[ElementPath, ModelInfo] = {}
-    elements: dict[str, DeclaredComponent | DeclaredSystem] = {}
+    edges = tuple(edge_of(link) for link in system.connections)
+    net = Net()
+    net.add((), Element({}, connections=edges))
     for name, held in system.components.items():
-        infos[name,] = read_description(held.fmu)
-        elements[name] = _declared(system, held, infos[name,])
-    links = tuple(map(DeclaredConnection.of, system.connections))
-    resolver = Resolver(flatten(DeclaredSystem(system.name, {}, (), elements, links)), infos)
-    for place in resolver.flat.components:
-        resolver.connectors(place)
+        ends = [node.connector for edge in edges for node in edge.ends if node.path == (name,)]
+        net.add((name,), Element(_connectors(held, ends, system.units), held.fmu))
+    resolver = Resolver(net)
+    for path in net.components:
+        resolver.connectors(path)
     return list(resolver.connections())
 
 
-def _declared(system: System, held: Component, info: ModelInfo) -> DeclaredComponent:
-    """Give a component's declaration, with connectors for the ends of connections that it does not show."""
-    units, kinds = system.units, cast("tuple[ConnectorKind, ...]", get_args(ConnectorKind))
-    shown = {
-        c.name: DeclaredConnector(c.name, c.kind, c.type, units.get(c.unit, Unit(c.unit)) if c.unit else None)
-        for c in held.connectors
-    }
-    given = [c.source_variable for c in system.connections if c.source_component == held.name]
-    taken = [c.target_variable for c in system.connections if c.target_component == held.name]
-    for end in given + taken:
-        variable = variable_of(info, end, f"{held.name}.{end}")
+def _connectors(
+    held: Component, ends: Iterable[str], units: Mapping[str, Unit]
+) -> dict[str, DeclaredConnector]:
+    """Give a component's connectors, and those for ends of connections that it does not show."""
+    shown = {}
+    for end in ends:
+        causality = variable_of(read_description(held.fmu), end, f"{held.name}.{end}").causality
         # Time, which is of no kind, connects to nothing, as a parameter does.
-        kind: ConnectorKind = next((k for k in kinds if k == variable.causality), "parameter")
-        shown.setdefault(end, DeclaredConnector(end, kind, None, None))
-    return DeclaredComponent(held.name, held.fmu, shown, ())
+        shown[end] = DeclaredConnector(next((k for k in CONNECTOR_KINDS if k == causality), "parameter"))
+    for c in held.connectors:
+        unit = units.get(c.unit, Unit(c.unit)) if c.unit else None
+        shown[c.name] = DeclaredConnector(c.kind, c.type, unit)
+    return shown
 
 
 def _end(components: Mapping[str, Component], name: str) -> tuple[Component, str]:

@@ -18,7 +18,7 @@ from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component as Held
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
-from warmlink.orchestration.system.ports import Ports
+from warmlink.orchestration.system.tree import Ports
 
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""

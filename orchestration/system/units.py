@@ -17,7 +17,14 @@ from typing import Any
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.xml import local, optional_integer, optional_number, required
+from warmlink.orchestration.system.xml import (
+    children,
+    integer,
+    number,
+    only_child,
+    optional,
+    required,
+)
 
 ZERO_CELSIUS = 273.15
 """0 degC in K."""
@@ -99,6 +106,9 @@ class Conversion:
         return self.factor == 1.0 and self.offset == 0.0
 
 
+IDENTITY = Conversion()
+
+
 def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversion:
     """Give the conversion between two units of one quantity.
 
@@ -117,12 +127,12 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
         If one is neither defined nor known by name.
     """
     if source.name == target.name and (source.exponents is None or target.exponents is None):
-        return Conversion()
+        return IDENTITY
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
         raise QuantityError(f"{_shown(source)} does not convert to {_shown(target)}")
     if (source.factor, source.offset) == (target.factor, target.offset):
-        return Conversion()
+        return IDENTITY
     factor = source.factor / target.factor
     return Conversion(factor, 0.0 if difference else (source.offset - target.offset) / target.factor)
 
@@ -145,23 +155,21 @@ def meaning(unit: Unit) -> Unit:
 def read_unit(element: Any, where: str) -> Unit:
     """Give the unit that a `Unit` element of FMI or SSP defines."""
     name = required(element, "name", where)
-    base = next((child for child in element if local(child) == "BaseUnit"), None)
+    base = only_child(element, "BaseUnit")
     if base is None:
         return Unit(name)
     where = f"{where}: unit {name}"
-    exponents = tuple(optional_integer(base, key, where) or 0 for key in BASE_UNITS)
-    factor = optional_number(base, "factor", where)
+    exponents = tuple(optional(base, key, integer, where) or 0 for key in BASE_UNITS)
+    factor = optional(base, "factor", number, where)
     if factor == 0:
         raise InputError(f"{where}: its factor is 0, which converts nothing; give the factor to SI units")
-    return Unit(
-        name, exponents, 1.0 if factor is None else factor, optional_number(base, "offset", where) or 0.0
-    )
+    offset = optional(base, "offset", number, where) or 0.0
+    return Unit(name, exponents, 1.0 if factor is None else factor, offset)
 
 
 def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
     """Give the units that an element of FMI or SSP defines, by name; none where it is None."""
-    found = [read_unit(child, where) for child in (() if held is None else held) if local(child) == "Unit"]
-    return {unit.name: unit for unit in found}
+    return {unit.name: unit for unit in (read_unit(child, where) for child in children(held, "Unit"))}
 
 
 @lru_cache(maxsize=512)

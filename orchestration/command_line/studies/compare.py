@@ -73,11 +73,11 @@ def compare(
 
     Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
     """
-    from warmlink.orchestration.closed_loop.outcome import judged
+    from warmlink.orchestration.closed_loop.belief import judged
     from warmlink.orchestration.command_line.studies.compare_table import print_table
     from warmlink.orchestration.command_line.studies.in_order import interruptible, results
     from warmlink.orchestration.fmu_store import kind_named
-    from warmlink.orchestration.scenarios.replaced import with_replaced
+    from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.studies.at_work import Means, at_work
     from warmlink.orchestration.studies.compare import run_comparison, write_csv
     from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers

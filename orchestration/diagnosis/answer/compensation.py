@@ -20,7 +20,7 @@ from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
-from warmlink.orchestration.diagnosis.answer.gain import Predicted
+from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
@@ -97,12 +97,9 @@ def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
 
 def _padded(run: Run) -> NDArray[np.bool_]:
     """Rows with the pad on, or on not long ago."""
-    pad = run.inputs.get("motor.pad_temperature")
-    if pad is None or not np.isfinite(pad).any():
-        return np.zeros(run.time.size, dtype=bool)
-    on = run.time[np.isfinite(pad)]
-    last = np.searchsorted(on, run.time, side="right") - 1
-    return (last >= 0) & (run.time - on[np.maximum(last, 0)] < _AFTER_PAD)
+    pad = run.inputs.get("motor.pad_temperature", np.full(run.time.size, np.nan))
+    on = np.append(-np.inf, run.time[np.isfinite(pad)])
+    return run.time - on[np.searchsorted(on, run.time, side="right") - 1] < _AFTER_PAD
 
 
 def _largest(errors: Sequence[tuple[Array, Array]]) -> Compensated | None:
@@ -111,8 +108,10 @@ def _largest(errors: Sequence[tuple[Array, Array]]) -> Compensated | None:
     for time, error in errors:
         good = np.isfinite(error)
         which = np.floor(time[good] / AVERAGED)
-        stretches += [error[good][which == w] for w in np.unique(which)]
-    stretches = [s[np.abs(s - np.median(s)) <= _wild(s)] for s in stretches if s.size]
+        for each in np.unique(which):
+            inside = error[good][which == each]
+            away = np.abs(inside - np.median(inside))
+            stretches.append(inside[away <= 8 * 1.4826 * float(np.median(away)) + 1e-7])
     if not stretches:
         return None
     scatter = np.concatenate([s - s.mean() for s in stretches])
@@ -121,11 +120,6 @@ def _largest(errors: Sequence[tuple[Array, Array]]) -> Compensated | None:
     largest = abs(float(worst.mean()))
     spread = 1.96 * float(np.sqrt(scatter @ scatter / freedom / worst.size))
     return Compensated(largest, max(largest - spread, 0.0), largest + spread)
-
-
-def _wild(values: Array) -> float:
-    """Distance from the median beyond which a reading is a spike."""
-    return 8 * 1.4826 * float(np.median(np.abs(values - np.median(values)))) + 1e-7
 
 
 def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
@@ -148,10 +142,8 @@ def _designed(problem: Problem, values: Mapping[str, float]) -> Values:
 
 def _reading(rig: Rig, run: Run, variable: str, faults: Mapping[str, float]) -> Array:
     """Readings of an output, corrected for the known faults of its instrument except the lag."""
-    values = run.readings[variable]
-    channel = channel_of(rig, variable)
-    fault = channel.faults(faults)
-    values = (values - fault["offset"] - fault["drift_rate"] * run.time) / fault["scale"]
+    fault = channel_of(rig, variable).faults(faults)
+    values = (run.readings[variable] - fault["offset"] - fault["drift_rate"] * run.time) / fault["scale"]
     stem = fault["stem_conduction"]
     ambient = run.inputs.get("motor.ambient_temperature")
     return values if ambient is None or stem == 0 else (values - stem * ambient) / (1 - stem)
@@ -186,29 +178,23 @@ def _compiled_law() -> tuple[Any, Any]:
 
     from warmlink.controllers.observer.component import COMPONENT
 
-    x, u, d = (
-        ca.SX.sym(n, each.size) for n, each in (("x", COMPONENT.x), ("u", COMPONENT.u), ("d", COMPONENT.d))
-    )
-    step = ca.SX.sym("step")
+    sizes = {"x": COMPONENT.x.size, "u": COMPONENT.u.size, "d": COMPONENT.d.size, "step": 1}
+    x, u, d, step = (ca.SX.sym(name, size) for name, size in sizes.items())
     begin = ca.Function("begin", [u, d], [COMPONENT.states_at_start(u, d)])
-    return begin, ca.Function(
-        "update", [x, u, d, step], [COMPONENT.updated(x, u, d, 0.0, step)], {"cse": True}
-    )
+    after = [COMPONENT.updated(x, u, d, 0.0, step)]
+    return begin, ca.Function("update", [x, u, d, step], after, {"cse": True})
 
 
 def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Array]:
     """Inputs of the observer by name, corrected for the model's faults of sensors and surroundings."""
     signals: dict[str, Array] = {}
     for name in SENSED:
-        variable = rig.columns[name]
-        if variable in run.readings and name in READ_BY_LAW:
-            signals[name] = _reading(rig, run, variable, values)
-        else:
-            signals[name] = np.full(run.time.size, np.nan)
+        signals[name] = np.full(run.time.size, np.nan)
+        if name in READ_BY_LAW and rig.columns[name] in run.readings:
+            signals[name] = _reading(rig, run, rig.columns[name], values)
     for name in ("speed", "torque", "ambient_temperature"):
-        signal = run.inputs.get(f"motor.{name}")
-        start = float(rig.variables[f"motor.{name}"].start or 0.0)
-        signals[name] = np.full(run.time.size, start) if signal is None else np.abs(signal)
+        start = np.full(run.time.size, float(rig.variables[f"motor.{name}"].start or 0.0))
+        signals[name] = np.abs(run.inputs.get(f"motor.{name}", start))
     signals["ambient_temperature"] = (
         signals["ambient_temperature"]
         + values.get("motor.ambient_offset", 0.0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warmlink.orchestration.catalogue import components
+from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -44,7 +44,6 @@ def _is_ours(problem: Problem, name: str) -> bool:
 
 def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
     """Write the system with the extended values bound, and the heat paths that were found wired in."""
-    from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.system.write import write_ssp
 
     if rig.own is not None:

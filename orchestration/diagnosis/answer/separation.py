@@ -1,4 +1,4 @@
-"""How far apart models are on a run, in standard deviations, and the chance of naming the right one.
+"""How far apart models are on a run that was not made, and the chance that it names the right one.
 
 The separation of a rival from the truth is the distance of the true readings from the nearest that the rival
 can give, its numbers refitted (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975)
@@ -8,30 +8,80 @@ twice the separation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
 from warmlink.orchestration.diagnosis.fit.carried import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 
 _CLOSE = 1e-6
 """Separation in standard deviations below which two models count as the same."""
 
+_REST = Segment(900)
+_FAST = Segment(1500, 4.5, 0.5)
+_HEAVY = Segment(1500, 1.0, 5.0)
+_STALL = Segment(1500, 0.0, 4.5)
+_BOTH = Segment(1500, 3.43, 2.5)
+_PAD = Segment.with_pad(1500, ROOM_TEMPERATURE + 35)
+_LONG_REST = Segment(2700)
+# Pad and winding heat together: the shaft becomes 45 K warm, the winding 80 K.
+_HOT = Segment.with_pad(2700, ROOM_TEMPERATURE + 60, 0.0, 4.5)
+_HOT_FAST = Segment.with_pad(2700, ROOM_TEMPERATURE + 60, 4.5, 2.5)
+
+ONE_AT_A_TIME = (_FAST, _REST, _HEAVY, _REST, _PAD, _REST)
+"""Fast without load, slow under load, and heated by a pad, with rests between."""
+
+DUTIES: tuple[tuple[Segment, ...], ...] = (
+    (_REST, _BOTH, _LONG_REST, _FAST),
+    ONE_AT_A_TIME,
+    (_PAD, _LONG_REST, _STALL, _REST),
+    (_HEAVY, _FAST, _HEAVY, _FAST),
+    (_PAD, _FAST, _PAD, _REST),
+    (_LONG_REST, _STALL, _FAST, _REST),
+    (_STALL, _BOTH, _REST, _PAD),
+    (_HOT, _LONG_REST),
+    (_HOT_FAST, _LONG_REST),
+    (_HOT, _REST, _HOT_FAST, _LONG_REST),
+    (_HOT, _FAST, _LONG_REST),
+    tuple(
+        replace(s, duration=600.0)
+        for s in (_FAST, _REST, _HEAVY, _REST, _STALL, _REST, _PAD, _REST, _BOTH, _REST, _FAST, _REST)
+    ),
+    tuple(replace(s, duration=300.0) for s in (_BOTH, _REST, _PAD, _REST, _FAST, _REST, _HEAVY, _REST) * 3),
+)
+"""Feasible duty cycles of one to three hours."""
+
+
+def problem_with(experiment: Experiment, runs: Iterable[Run]) -> tuple[Problem, int]:
+    """A problem whose last runs were not made, with the labels of the first that was; how many stand before.
+
+    Causes by label need runs with every value. Nothing was measured that a new run could start from.
+    """
+    labels = next(run for run in experiment.runs if not run.heldout).labels
+    labelled = [run for run in experiment.runs if run.labels]
+    every = (*labelled, *(replace(run, labels=labels) for run in runs))
+    return Problem(replace(experiment, runs=every, initial_measured=False)), len(labelled)
+
+
+def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, interval: float) -> Run:
+    """Run over the first share of a duty cycle, with a row for each interval in s; its readings are 0."""
+    time = np.arange(0.0, share * length(duty) + interval / 2, interval)
+    inputs = {f"motor.{name}": values for name, values in demands_at(duty, time).items()}
+    return Run("next", time, inputs, {v: np.zeros(time.size) for v in variables})
+
 
 class Foreseen:
-    """Predictions of the last run of a problem by several models, in standard deviations of the noise.
-
-    Parameters
-    ----------
-    problem : its last run is the one in question
-    noise : of each channel in that run
-    models : fits to other runs
-    """
+    """Predictions of a problem's last run by models of other runs, in standard deviations of its noise."""
 
     def __init__(self, problem: Problem, noise: Sequence[NoiseModel], models: Sequence[Fit]) -> None:
         self.models = tuple(models)
@@ -70,10 +120,8 @@ class Foreseen:
 def chances(separations: Array, needed: Array) -> Array:
     """Chance that each truth is told from the rival that is nearest to it, shape (truths,).
 
-    Parameters
-    ----------
-    separations : of each rival from each truth, shape (truths, models)
-    needed : by how much the rival's chi-square must be larger, shape (truths, models)
+    By the separation of each rival from each truth, and by how much the rival's chi-square must be larger,
+    shape (truths, models) each.
     """
     from scipy.special import ndtr
 

@@ -10,9 +10,9 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 from tests import closed_forms
 from tests.bars import bar
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.finite_elements.body import Body, Support, ThermoElasticity
 from warmlink.orchestration.paper.data import load_geometry, load_materials
-from warmlink.orchestration.paper.fea.elasticity import ThermoElasticity
-from warmlink.orchestration.paper.fea.mesh import Body, Support, paper_assembly
+from warmlink.orchestration.paper.mesh import paper_assembly
 
 MATERIALS, GEOMETRY = load_materials(), load_geometry()
 SIZE = (0.3302, 0.0254, 0.00635)

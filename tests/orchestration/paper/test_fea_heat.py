@@ -11,11 +11,11 @@ pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'w
 from tests import closed_forms
 from tests.bars import bar
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
+from warmlink.orchestration.finite_elements.body import HeatModel
+from warmlink.orchestration.finite_elements.transient import Drive, Fea, HeatStepper, graded, held, within
 from warmlink.orchestration.paper.data import load_geometry, load_materials
-from warmlink.orchestration.paper.fea.drive import Drive, graded, held, within
-from warmlink.orchestration.paper.fea.heat import STEFAN_BOLTZMANN, HeatModel
-from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
-from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
+from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
 
 MATERIALS, GEOMETRY = load_materials(), load_geometry()
 LINK = MATERIALS.link
@@ -99,11 +99,11 @@ def test_energy_balance_with_quantities_integrated_apart_from_the_solver(radiati
     field, lost = np.full(model.size, AMBIENT), [0.0]
     for i in range(360):
         field, _ = stepper.step(field, i * 10.0, 10.0)
-        surface = model.surface.interpolation @ field
+        surface = model.points @ field
         flux = 7.75 * (surface - AMBIENT)
         if radiation:
-            flux = flux + model.surface.emissivity * STEFAN_BOLTZMANN * (surface**4 - AMBIENT**4)
-        lost.append(float(model.surface.area @ flux))
+            flux = flux + model.emissivity * STEFAN_BOLTZMANN * (surface**4 - AMBIENT**4)
+        lost.append(float(model.area @ flux))
     at_points = np.asarray(model.basis.interpolate(field - AMBIENT))
     stored = 0.0
     for name, cells in body.mesh.subdomains.items():
@@ -147,7 +147,7 @@ def test_radiation_balances_a_black_plate_at_the_stefan_boltzmann_temperature() 
     model = HeatModel(body)
     drive = Drive(0.0, AMBIENT, heat_flow=0.5, radiation=True)
     history = Fea(body, 1).run(drive, 100.0 * np.arange(200 + 1), AMBIENT)
-    expected = (0.5 / (STEFAN_BOLTZMANN * model.surface.area.sum()) + AMBIENT**4) ** 0.25
+    expected = (0.5 / (STEFAN_BOLTZMANN * model.area.sum()) + AMBIENT**4) ** 0.25
     assert history.temperature["tip"][-1] == pytest.approx(expected, abs=0.01)
 
 
@@ -164,12 +164,12 @@ def test_assembly_surface_and_volume_converge_to_the_exact_ones() -> None:
     holes = np.pi / 4 * np.array([g.shaft_diameter**2, g.diode_diameter**2])
     exact = (g.length * g.width - holes.sum()) * g.thickness
     for n, slack in ((1, 5e-3), (2, 1.3e-3), (4, 4e-4)):
-        model = HeatModel(paper_assembly(g, MATERIALS, Assembly(refinement=n)), cooled=("cooled_link",))
+        model = HeatModel(paper_assembly(g, MATERIALS, Assembly(refinement=n, only_link_cooled=True)))
         volume = model.basis.dx[model.body.mesh.subdomains["link"]].sum()
         faces = 2 * (g.length * g.width - holes.sum()) + 2 * g.thickness * (g.length + g.width)
         assert volume == pytest.approx(exact, rel=slack)
         # Only the two faces and the rim are free: the holes are filled without a crack.
-        assert model.surface.area.sum() == pytest.approx(faces, rel=slack)
+        assert model.area.sum() == pytest.approx(faces, rel=slack)
 
 
 def test_held_series_jumps_only_where_a_step_begins() -> None:
@@ -188,7 +188,6 @@ def test_graded_grid_meets_every_breakpoint() -> None:
     ("wrong", "words"),
     [
         (lambda: Drive(1.0, 1.0), "either temperature or heat_flow"),
-        (lambda: HeatModel(bar(SIZE, (1, 1, 1), LINK), cooled=("roof",)), "no boundary 'roof'"),
         (lambda: Fea(bar(SIZE, (1, 1, 1), LINK), 3).elasticity, "order: 3"),
     ],
 )

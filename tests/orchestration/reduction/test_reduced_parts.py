@@ -57,8 +57,8 @@ def test_a_bar_that_is_warmer_on_one_side_bends_by_the_closed_form(part: Part) -
 
 
 def test_the_order_meets_the_tolerance_and_the_search_needed_several(part: Part) -> None:
-    assert part.chosen.error <= 1 < part.chosen.errors[0]
-    assert part.model.order == part.chosen.orders[-1] > 6
+    assert part.chosen.error <= 1 < part.search[0].error
+    assert part.model.order == part.search[-1].order > 6
     assert part.model.area.sum() == pytest.approx(sum(face.area for face in part.solid.faces), rel=1e-9)
     assert 0 < part.mesh.share < 0.002
 

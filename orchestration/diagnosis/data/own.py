@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
@@ -22,28 +22,16 @@ Paths = Mapping[str, AddsTable]
 """Heat paths by the name of their cause, which is that of their instance."""
 
 
-@dataclass(frozen=True, eq=False)
 class Own:
-    """A system of one's own.
+    """A system of one's own, with the heat paths that causes may add to its `base`.
 
-    Attributes
-    ----------
-    base : as it was given
-    paths : heat paths that causes may add
-    system : with all of these
-    moved : input of a heat path that stands for each input before which one was put
+    `moved` is the input of a heat path that stands for each input before which one was put. InputError is
+    raised where a path does not fit.
     """
 
-    base: System
-    paths: Paths
-    system: System
-    moved: Mapping[str, str]
-
-    @classmethod
-    def of(cls, base: System, paths: Paths) -> Own:
-        """A system and the heat paths that causes may add to it; raises InputError where one does not fit."""
-        system, moved = _with_paths(base, paths)
-        return cls(base, paths, system, moved)
+    def __init__(self, base: System, paths: Paths) -> None:
+        self.base, self.paths = base, paths
+        self.system, self.moved = _with_paths(base, paths)
 
     def extended(self, values: Mapping[str, float]) -> System:
         """The system with values in SI by full name, and with those heat paths that carry heat."""
@@ -54,7 +42,7 @@ class Own:
         for name, value in values.items():
             end = back.get(name, name)
             end = moved.get(end, end)
-            part = max((p for p in by_part if end.startswith(f"{p}.")), key=len, default="")
+            part = _owner(by_part, end)
             if part:
                 info, key = read_description(system.components[part].fmu), end[len(part) + 1 :]
                 by_part[part][key] = from_si(info, key, value)
@@ -67,11 +55,6 @@ def to_si(info: ModelInfo, name: str) -> Conversion:
     variable = info.variables[name]
     unit = meaning(own_unit(info, variable) or Unit("1"))
     return Conversion(unit.factor, 0.0 if variable.relative else unit.offset)
-
-
-def in_si(info: ModelInfo, name: str, value: Value) -> Value:
-    """A start value in SI; a text stays."""
-    return value if isinstance(value, str) else to_si(info, name)(float(value))
 
 
 def from_si(info: ModelInfo, name: str, value: float) -> Value:
@@ -100,9 +83,13 @@ def _with_paths(system: System, paths: Paths) -> tuple[System, dict[str, str]]:
                 parts[name].values[taken] = own(float(value or 0.0))
             else:
                 whole = Conversion(before.factor, before.offset).then(own.factor, own.offset)
-                there = replace(before, target_component=name, target_variable=taken)
-                there = replace(there, factor=whole.factor, offset=whole.offset)
-                connections[connections.index(before)] = there
+                connections[connections.index(before)] = replace(
+                    before,
+                    target_component=name,
+                    target_variable=taken,
+                    factor=whole.factor,
+                    offset=whole.offset,
+                )
             connections.append(connect(parts, f"{name}.total_{taken}", target))
             moved.setdefault(target, f"{name}.{taken}")
         for end, source in path.sources.items():
@@ -120,9 +107,14 @@ def _with_paths(system: System, paths: Paths) -> tuple[System, dict[str, str]]:
 
 def _variable(parts: Mapping[str, Part], target: str, where: str) -> tuple[ModelInfo, str, Value | None]:
     """The FMU of a variable, the variable's name there and its start value."""
-    owner = next((name for name in sorted(parts, key=len, reverse=True) if target.startswith(f"{name}.")), "")
+    owner = _owner(parts, target)
     if not owner:
         raise InputError(f"{where}: {target}: there is no component of this name; {instead(target, parts)}")
     info, name = read_description(parts[owner].fmu), target[len(owner) + 1 :]
     found = variable_of(info, name, f"{where}: {target}")
     return info, name, parts[owner].values.get(name, found.start)
+
+
+def _owner(parts: Mapping[str, object], name: str) -> str:
+    """Part whose variable a full name is; empty where it is none's."""
+    return max((each for each in parts if name.startswith(f"{each}.")), key=len, default="")

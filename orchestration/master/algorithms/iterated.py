@@ -1,30 +1,36 @@
-"""Implicit coupling: a macro step is repeated by rollback until inputs and outputs agree at its end."""
+"""Implicit coupling: a macro step is repeated by rollback until inputs and outputs agree at its end.
+
+Fixed points are iterated, accelerated after Anderson, or found by Newton's method.
+"""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import ClassVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
-from warmlink.orchestration.master.algorithms.loops import plan
-from warmlink.orchestration.master.algorithms.signals import Point, continuous_inputs, derivatives, value_at
+from warmlink.orchestration.master.algorithms.structure import continuous_inputs, plan
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
-from warmlink.orchestration.master.slaves.slave import SlaveError, nominal, takes_input_derivatives
+from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.system.model import Value
 
-Vector = NDArray[np.float64]
-Sweep = Callable[[Vector], Vector]
+Point = tuple[float, float]
+"""Time in s, from the start of the step, and value."""
+
+Sweep = Callable[[Array], Array]
 """Goes back to the start of the step, steps a group with torn inputs as given, gives what they should be."""
 
 _REMEMBERED = 3
 """Past communication points, enough for a parabola."""
+
+DIFFERENCE = 1e-6  # of the nominal value
 
 
 @dataclass(frozen=True)
@@ -37,13 +43,12 @@ class Iterated(Algorithm):
         Order 0, 1 or 2 of the inputs during a step.
     tolerance : float
         On the residual of each iterated input, as a fraction of its nominal value.
-    most : int
-        Iterations after which a step has not converged.
     """
 
     interpolation: int = 1
     tolerance: float = 1e-10
-    most: int = 50
+    most: ClassVar[int] = 50
+    """Iterations after which a step has not converged."""
 
     @property
     def order(self) -> int:
@@ -58,13 +63,89 @@ class Iterated(Algorithm):
 
     @abstractmethod
     def solve(
-        self, sweep: Sweep, guess: Vector, scale: Vector, kept: Vector | None
-    ) -> tuple[bool, Vector | None]:
+        self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None
+    ) -> tuple[bool, Array | None]:
         """Find torn values that the slaves confirm; the last sweep made leaves the slaves in their state.
 
         Begins at `guess`, with `scale` the inputs' nominal values and `kept` what the last step gave to be
         kept. Gives whether it converged and what is to be kept now.
         """
+
+
+@dataclass(frozen=True)
+class FixedPoint(Iterated):
+    """Repeat each step with the inputs that the last repetition answered, mixed after Anderson.
+
+    D. G. Anderson, J. ACM 12 (1965) 547; the mixing of H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49
+    (2011) 1715.
+    """
+
+    depth: ClassVar[int] = 5
+    """How many earlier repetitions are mixed."""
+
+    def solve(self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None) -> tuple[bool, None]:
+        """Iterate to the tolerance; nothing is carried from step to step."""
+        x = guess
+        steps: list[Array] = []
+        changes: list[Array] = []
+        previous: tuple[Array, Array] | None = None
+        for _ in range(self.most):
+            residual = sweep(x) - x
+            if not np.all(np.isfinite(residual)):
+                return False, None
+            size = np.maximum(scale, np.abs(x))
+            if np.all(np.abs(residual) <= self.tolerance * size):
+                return True, None
+            if previous is not None:
+                steps = [*steps, x - previous[0]][-self.depth :]
+                changes = [*changes, residual - previous[1]][-self.depth :]
+            previous = (x, residual)
+            x = x + residual
+            if changes:
+                F, X = np.array(changes).T, np.array(steps).T
+                mix = np.linalg.lstsq(F / size[:, None], residual / size, rcond=1e-12)[0]
+                x = x - (X + F) @ mix
+        return False, None
+
+
+@dataclass(frozen=True)
+class InterfaceNewton(Iterated):
+    """Solve each step's interface equations by Newton's method, reusing the Jacobian while it serves.
+
+    It is that of the step, from rollback differences. Directional derivatives hold a slave's state fixed, so
+    through a thermal link they are zero; what counts is how the outputs at the end of a step answer to the
+    inputs during it.
+    """
+
+    most: ClassVar[int] = 20
+
+    def solve(
+        self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None
+    ) -> tuple[bool, Array | None]:
+        """Iterate to the tolerance; a Jacobian that reduces the residual too slowly is made anew."""
+        x, jacobian, last = guess, kept, np.inf
+        for _ in range(self.most):
+            residual = sweep(x) - x
+            if not np.all(np.isfinite(residual)):
+                return False, jacobian
+            size = np.maximum(scale, np.abs(x))
+            error = float(np.max(np.abs(residual) / size))
+            if error <= self.tolerance:
+                return True, jacobian
+            if jacobian is None or error > 0.1 * last:
+                jacobian = _differences(sweep, x, residual, size)
+            last = error
+            x = x - np.linalg.solve(jacobian, residual)
+        return False, jacobian
+
+
+def _differences(sweep: Sweep, x: Array, residual: Array, size: Array) -> Array:
+    columns = []
+    for j in range(len(x)):
+        moved = x.copy()
+        moved[j] += DIFFERENCE * size[j]
+        columns.append((sweep(moved) - moved - residual) / (moved[j] - x[j]))
+    return np.array(columns).T
 
 
 class IteratedStepper(Stepper):
@@ -84,7 +165,7 @@ class IteratedStepper(Stepper):
         self._smooth = [continuous_inputs(network, k) for k in range(len(network.slaves))]
         self._names = [tuple(network.writes[k][p] for p in smooth) for k, smooth in enumerate(self._smooth)]
         self._past: list[tuple[float, list[list[Value]]]] = []  # times and inputs, newest first
-        self._kept: list[Vector | None] = [None] * len(self.plan.groups)
+        self._kept: list[Array | None] = [None] * len(self.plan.groups)
         self._snapshots: list[Snapshot | None] = [None] * len(self.plan.groups)
 
     def step(self, time: float, step_size: float) -> None:
@@ -116,7 +197,7 @@ class IteratedStepper(Stepper):
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""
-        past, kept = cast("tuple[list[tuple[float, list[list[Value]]]], list[Vector | None]]", memory)
+        past, kept = cast("tuple[list[tuple[float, list[list[Value]]]], list[Array | None]]", memory)
         self._past, self._kept = list(past), [None if each is None else np.array(each) for each in kept]
 
     def _remember(self, time: float) -> None:
@@ -129,7 +210,7 @@ class IteratedStepper(Stepper):
         self._snapshots[index] = snapshot
         fresh = True
 
-        def sweep(torn: Vector) -> Vector:
+        def sweep(torn: Array) -> Array:
             nonlocal fresh
             if not fresh:
                 for k, state in zip(snapshot.members, snapshot.states, strict=True):
@@ -180,7 +261,8 @@ class IteratedStepper(Stepper):
         if order == 0:
             values = [ends.get(p, value) for p, value in enumerate(values)]
         slopes: list[tuple[float, float]] = []
-        varies = takes_input_derivatives(slave)
+        # FMI 3.0 has no input derivatives, but a slave may ask for its inputs within a step.
+        varies = slave.capabilities.interpolate_inputs or slave.capabilities.intermediate_update
         for p, end in ends.items() if order else ():
             now, *past = self._points(k, p, time, order)
             first, second = derivatives([now, (step_size, end), *past])
@@ -200,3 +282,29 @@ class IteratedStepper(Stepper):
     def _points(self, k: int, position: int, now: float, count: int) -> list[Point]:
         """Give at most `count` past values of one input, by their offset from `now`."""
         return [(time - now, float(values[k][position])) for time, values in self._past[:count]]
+
+
+def derivatives(points: Sequence[Point]) -> tuple[float, float]:
+    """Give first and second derivative at offset 0 of the polynomial through one to three points.
+
+    Parameters
+    ----------
+    points : sequence of (offset, value)
+        The first has offset 0 s. Newton's divided differences.
+    """
+    (_, v0), *rest = points
+    if not rest:
+        return 0.0, 0.0
+    (t1, v1), *rest = rest
+    slope1 = (v1 - v0) / t1
+    if not rest:
+        return slope1, 0.0
+    t2, v2 = rest[0]
+    curvature = ((v2 - v0) / t2 - slope1) / (t2 - t1)
+    return slope1 - curvature * t1, 2.0 * curvature
+
+
+def value_at(points: Sequence[Point], offset: float) -> float:
+    """Evaluate the polynomial through one to three points."""
+    first, second = derivatives(points)
+    return points[0][1] + offset * (first + 0.5 * offset * second)

@@ -1,4 +1,4 @@
-"""Places on triangles and in tetrahedra, and the surface of a mesh parted at its edges."""
+"""Places on triangles and in tetrahedra, and the surface of a mesh: parted at its edges, and coarser."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from warmlink.orchestration.arrays import Array
 
@@ -43,21 +45,12 @@ def nearest(place: Array, corners: Array) -> Nearest:
     return Nearest(index, weights[:, index], float(distance[index]))
 
 
-def facet_centres(mesh: Any, facets: Integers) -> tuple[Array, Array]:
-    """Centres, shape (3, n) [m], and areas, shape (n,) [m2], of facets."""
-    corners = mesh.p[:, mesh.facets[:, facets]]
-    return corners.mean(axis=1), np.linalg.norm(_normals(corners), axis=0) / 2
-
-
 def boundary_patches(mesh: Any, facets: Integers) -> list[Integers]:
     """Boundary facets parted into faces at sharp edges."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     if not len(facets):
         return []
     corners = mesh.facets[:, facets]
-    normals = _normals(mesh.p[:, corners])
+    normals = facet_normals(mesh.p[:, corners])
     normals /= np.linalg.norm(normals, axis=0)
     edges = np.sort(np.hstack([corners[[0, 1]], corners[[1, 2]], corners[[0, 2]]]), axis=0)
     owner = np.tile(np.arange(len(facets)), 3)
@@ -67,12 +60,18 @@ def boundary_patches(mesh: Any, facets: Integers) -> list[Integers]:
     a, b = owner[shared], owner[shared + 1]
     # Corners are in no particular order, so that normals point either way.
     smooth = np.abs(np.einsum("kn,kn->n", normals[:, a], normals[:, b])) > np.cos(np.radians(EDGE_ANGLE))
-    joined = coo_matrix((np.ones(smooth.sum()), (a[smooth], b[smooth])), shape=(len(facets),) * 2)
-    _, patch = connected_components(joined, directed=False)
+    patch = connected(a[smooth], b[smooth], len(facets))
     return [facets[patch == i] for i in range(patch.max() + 1)]
 
 
-def _normals(corners: Array) -> Array:
+def connected(a: Integers, b: Integers, count: int) -> Integers:
+    """Number of the group, from 0 on, of each of so many things, of which a[i] and b[i] are joined."""
+    joined = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1])
+
+
+def facet_normals(corners: Array) -> Array:
+    """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
 
 
