@@ -1,9 +1,9 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, wraps
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -31,10 +31,11 @@ def kept_whole(function: Called) -> Called:
             return function(*given)
         given = _mapped(given, _as_graph)
         # What the call has in common with others: all but the expressions themselves.
-        whole = _whole(function, _mapped(given, lambda leaf: _Symbol.of(leaf) if _is_graph(leaf) else leaf))
+        shape = _mapped(given, lambda leaf: _Symbol.of(leaf) if _is_graph(leaf) else leaf)
+        whole, used, result = _whole(function, shape)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
-        results = iter(whole.function.call([arguments[i] for i in whole.used]))
-        return _mapped(whole.result, lambda leaf: next(results))
+        results = iter(whole.call([arguments[i] for i in used]))
+        return _mapped(result, lambda leaf: next(results))
 
     return cast(Called, called)
 
@@ -53,17 +54,12 @@ class _Symbol:
         return cls(sparsity.size(), tuple(sparsity.colind()), tuple(sparsity.row()))
 
 
-class _Whole(NamedTuple):
-    """A CasADi function, which of the arguments it uses, and how its results are put together."""
-
-    function: Any
-    used: Sequence[int]
-    result: Any
-
-
 @cache
-def _whole(function: Callable[..., Any], shape: Any) -> _Whole:
-    """The function for arguments of a shape, whose symbols stand for expressions; the same one each time."""
+def _whole(function: Callable[..., Any], shape: Any) -> tuple[Any, list[int], Any]:
+    """The CasADi function for arguments of a shape, whose symbols stand for expressions; always the same.
+
+    Beside it which of the arguments it uses, and a result that shows how its results are put together.
+    """
     import casadi
 
     symbols: list[Any] = []
@@ -79,7 +75,7 @@ def _whole(function: Callable[..., Any], shape: Any) -> _Whole:
     everything = casadi.vertcat(*(casadi.vec(each) for each in results))
     used = [i for i, symbol in enumerate(symbols) if casadi.depends_on(everything, symbol)]
     name = function.__name__.strip("_")
-    return _Whole(casadi.Function(name, [symbols[i] for i in used], results), used, result)
+    return casadi.Function(name, [symbols[i] for i in used], results), used, result
 
 
 def _as_graph(value: Any) -> Any:
