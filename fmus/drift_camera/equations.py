@@ -6,6 +6,8 @@ After P. Poonyapak, M. J. D. Hayes and J. M. J. McDill, "Temperature-Induced Def
 System", sections II and III: a picture each 30 s while the link moves and each 120 s while it is still.
 """
 
+from types import SimpleNamespace
+
 from warmlink.fmus import faults, noise
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, where
@@ -19,7 +21,8 @@ _EARLY = 1e-6
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start, where the first picture is taken."""
-    empty = _Film(p)
+    nothing = dict.fromkeys(("seen", "lost", "unread", "measured_drift", "drift_valid"), 0.0)
+    empty = SimpleNamespace(generator=noise.start(p.seed, _GENERATOR), age_count=-1.0, **nothing)
     return _looked(empty, u, p, 0.0, p.sample_time, 0.0, 1.0)
 
 
@@ -45,16 +48,6 @@ def picture(u: Record, p: Record, number: Number, time: Number) -> Number:
     shift = faults.shift(p.fault_kind, p.fault_size, p.fault_rate, time - p.fault_time)
     drift = p.scale * (u.elongation - u.correction) + p.drift_rate * time + p.offset
     return drift + p.pixel_size * p.centroid_noise * number + shift
-
-
-class _Film:
-    """What is remembered before the first picture."""
-
-    def __init__(self, p: Record) -> None:
-        self.generator = noise.start(p.seed, _GENERATOR)
-        self.seen = self.lost = self.unread = 0.0
-        self.measured_drift = self.drift_valid = 0.0
-        self.age_count = -1.0
 
 
 def _looked(
