@@ -1,4 +1,7 @@
-"""Which outputs depend directly on which inputs, found from the structure of the component's functions."""
+"""Which outputs depend directly on which inputs, and in which order coupled components follow each other.
+
+Dependencies are found from the structure of a component's functions.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,12 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
     import casadi
+
+    from warmlink.fmus.component.join import Joint
 
 
 @dataclass(frozen=True)
@@ -32,13 +38,10 @@ TIME = "time"
 
 
 @lru_cache(maxsize=256)
-def direct_dependencies(component: Component) -> Dependencies:
-    """Dependencies of outputs on inputs and parameters alone; found once, for it takes CasADi a while."""
-    return dependencies(component)
-
-
-def dependencies(component: Component, states: Sequence[str] = (), rates: Sequence[str] = ()) -> Dependencies:
-    """Find the dependencies of a component by the sparsity of its functions in CasADi.
+def dependencies(
+    component: Component, states: tuple[str, ...] = (), rates: tuple[str, ...] = ()
+) -> Dependencies:
+    """Find the dependencies of a component by the sparsity of its functions in CasADi, which takes a while.
 
     A variable that only stands in a condition counts: it acts on the output though its derivative is zero.
 
@@ -52,37 +55,112 @@ def dependencies(component: Component, states: Sequence[str] = (), rates: Sequen
 
     sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "t": 1}
     x, u, p, t = (casadi.SX.sym(name, size) for name, size in sizes.items())
-    settled = component.settled(p)
+    settled, nothing = component.settled(p), casadi.SX(0, 1)
 
     def unknowns(x: casadi.SX) -> casadi.SX:
-        slopes = component.rates_of(x, u, settled, t) if rates else casadi.SX(0, 1)
-        outputs = component.outputs_of(x, u, settled, t)[: component.output_count]
-        return casadi.vertcat(outputs, slopes)
+        slopes = component.rates_of(x, u, settled, t) if rates else nothing
+        return casadi.vertcat(component.outputs_of(x, u, settled, t)[: component.output_count], slopes)
 
     # The start values stand in place of the states, as they do during initialization.
     begun = casadi.SX(component.states_at_start(u, settled))
+    at_start = casadi.vertcat(unknowns(begun), begun if states else nothing)
     computed = [*component.y.names[: component.output_count], *rates]
-    held = {**_named(component.u.names, u), TIME: t}
-    at_start = casadi.vertcat(unknowns(begun), begun if states else casadi.SX(0, 1))
+    held = [*component.u.names, TIME]
     return Dependencies(
-        _by_unknown(computed, unknowns(x), held | _named(states, x)),
-        _by_unknown([*computed, *states], at_start, _named(component.p.names, p) | held),
+        _by_unknown(computed, unknowns(x), [*held, *states], [u, t, x] if states else [u, t]),
+        _by_unknown([*computed, *states], at_start, [*component.p.names, *held], [p, u, t]),
     )
 
 
-def _named(names: Sequence[str], vector: casadi.SX) -> dict[str, casadi.SX]:
-    return {name: vector[i] for i, name in enumerate(names)}
-
-
 def _by_unknown(
-    unknowns: Sequence[str], expression: casadi.SX, known: Mapping[str, casadi.SX]
+    unknowns: Sequence[str], expression: casadi.SX, known: Sequence[str], symbols: Sequence[casadi.SX]
 ) -> dict[str, tuple[str, ...]]:
     """For each element of an expression the names of what it depends on, in the order of `known`."""
     import casadi
 
-    names = list(known)
-    pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*known.values()))
+    pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*symbols))
     found: dict[str, list[int]] = {name: [] for name in unknowns}
     for row, column in zip(*pattern.get_triplet(), strict=True):
         found[unknowns[row]].append(column)
-    return {name: tuple(names[column] for column in sorted(each)) for name, each in found.items()}
+    return {name: tuple(known[column] for column in sorted(each)) for name, each in found.items()}
+
+
+def stepping_order(direct: Sequence[set[int]], every: Sequence[set[int]]) -> tuple[int, ...]:
+    """Order such that each comes after those on which its outputs depend at once.
+
+    Among those that may come next, the one with the fewest other sources still ahead is taken, then the
+    first. In a cycle of direct feedthrough the one with the fewest open dependencies goes first, so the
+    order is the same on every machine.
+
+    Parameters
+    ----------
+    direct : for each component the others whose values act on its connected outputs at once
+    every : for each component all others that it takes values from
+    """
+    ahead = set(range(len(direct)))
+    order: list[int] = []
+    while ahead:
+        order.append(min(ahead, key=lambda k: (len(direct[k] & ahead), len(every[k] & ahead), k)))
+        ahead.remove(order[-1])
+    return tuple(order)
+
+
+def sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> list[str]:
+    """Instances that sample, in the order of data flow, be it through parts that have no memory."""
+    sources: dict[str, set[str]] = {key: set() for key in parts}
+    for target, source in wires.items():
+        sources[target.rpartition(".")[0]].add(source.rpartition(".")[0])
+
+    def sampled_before(key: str, seen: set[str]) -> set[str]:
+        found: set[str] = set()
+        for giver in sources[key] - seen:
+            seen.add(giver)
+            if parts[giver].sampled:
+                found.add(giver)
+            elif not parts[giver].states:
+                found |= sampled_before(giver, seen)
+        return found
+
+    keys = [key for key, part in parts.items() if part.sampled]
+    before = [{keys.index(giver) for giver in sampled_before(key, {key})} for key in keys]
+    return [keys[i] for i in stepping_order([set() for _ in keys], before)]
+
+
+def evaluation_order(
+    joint: Joint, direct: Mapping[str, Mapping[str, Sequence[str]]]
+) -> list[tuple[str, list[str]]]:
+    """Which parts to evaluate in which order, and which of their outputs are right by then.
+
+    A part comes more than once where some of its outputs feed others that its remaining ones wait for,
+    as the link's temperature feeds the motor, whose heat flow the link waits for.
+    """
+    needs = {
+        f"{key}.{output}": {joint.wires[f"{key}.{n}"] for n in known if f"{key}.{n}" in joint.wires}
+        for key, of in direct.items()
+        for output, known in of.items()
+    }
+    steps: list[tuple[str, list[str]]] = []
+    known: set[str] = set()
+    while len(known) < len(needs):
+        before = len(known)
+        for key, part in joint.parts.items():
+            names = [n for n in part.y.names if f"{key}.{n}" not in known]
+            ready = [n for n in names if needs[f"{key}.{n}"] <= known]
+            if ready:
+                steps.append((key, ready))
+                known |= {f"{key}.{n}" for n in ready}
+        if len(known) == before:
+            raise InputError(_loop({name: on - known for name, on in needs.items() if name not in known}))
+    return steps
+
+
+def _loop(waiting: Mapping[str, set[str]]) -> str:
+    """Sentence that names a loop among outputs, each of which waits for others."""
+    path = [next(iter(waiting))]
+    while path[-1] not in path[:-1]:
+        path.append(next(iter(waiting[path[-1]])))
+    loop = path[path.index(path[-1]) :]
+    return (
+        f"{' <- '.join(loop)}: each of these signals depends on the next at once (an algebraic loop); "
+        "put something with a memory between them"
+    )

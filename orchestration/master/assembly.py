@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import cast
 
+from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
 from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
-from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, start
-from warmlink.orchestration.master.slaves.process import OtherProcess
+from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, OtherProcess, start
 from warmlink.orchestration.master.slaves.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -25,14 +27,10 @@ NOT_FOR_RUNNING = ("documentation", "sources")
 
 @dataclass
 class Assembly:
-    """Slaves, connections and start values; used once, then closed.
+    """Slaves in the system's order, connections and start values; used once, then closed.
 
     Attributes
     ----------
-    slaves : sequence of Slave
-        In the system's order.
-    connections : sequence of Connection
-        From outputs to inputs.
     values : mapping
         Start values by slave and variable, in the variables' own units.
     files : mapping
@@ -79,13 +77,13 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     started: dict[str, OtherProcess] = {}
     try:
         for name, component in system.components.items():
-            folder = unpack(component.fmu, home, without=NOT_FOR_RUNNING)
+            folder = unpack(component.fmu, _home(component.fmu, home), without=NOT_FOR_RUNNING)
             if isolation is None:
                 slaves.append(open_slave(name, infos[name], folder))
             else:
                 started[name] = start(name, partial(open_slave, name, infos[name], folder), isolation)
         for name, process in started.items():
-            slaves.append(IsolatedSlave(name, process, isolation or Isolation()))
+            slaves.append(cast(Slave, IsolatedSlave(name, process, isolation or Isolation())))
     except BaseException:
         for slave in slaves:
             slave.terminate()
@@ -97,6 +95,12 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     values = {name: component.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
     return Assembly(slaves, system.connections, values, files, own)
+
+
+def _home(fmu: Path, other: Path) -> Path:
+    """Where an FMU is unpacked: one that warmlink keeps is so beside it, once; any other elsewhere."""
+    ours = fmu.is_relative_to(cache_folder()) and os.access(fmu.parent, os.W_OK)
+    return fmu.parent / "unpacked" if ours else other
 
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:

@@ -1,0 +1,61 @@
+"""Files that are whole or not there, and locks that end with the process that holds them, however it ends."""
+
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+WRITING = ".writing-"
+"""How the names of files begin that are not whole yet."""
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
+    scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name}")
+    try:
+        yield scratch
+        scratch.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            scratch.unlink(missing_ok=True)
+        raise
+
+
+def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:
+    """Lock a file or folder that is there.
+
+    Parameters
+    ----------
+    path : of the file or folder
+    wait : until nobody else holds it
+
+    Returns
+    -------
+    tuple
+        Handle for `unlock`, None where the system or the file system has no such locks, and whether nobody
+        else holds it.
+    """
+    if sys.platform == "win32":
+        return None, True
+    import fcntl
+
+    handle = None
+    try:
+        # Network file systems lock only files that are open for writing, and no folder can be.
+        handle = os.open(path, (os.O_RDONLY if path.is_dir() else os.O_RDWR) | os.O_NOFOLLOW)
+        fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return handle, False
+    except OSError:
+        unlock(handle)
+        return None, True
+    return handle, True
+
+
+def unlock(handle: int | None) -> None:
+    """Give a lock back."""
+    if handle is not None:
+        os.close(handle)
