@@ -69,14 +69,16 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     """Both filters after the first readings, and the start values of all states except the elongation."""
     told, readings = first_believed(u, p), sensed(u)
     recalled = retained.recalled(told, p)
-    start = first_filters(recalled, told, readings, p, size)
+    start = first_belief(recalled, told, readings, p, size)
     trust = fail_safe.at_start(readings)
-    filters, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    filters, trust = sense(
+        Filters(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
+    )
     return filters, {
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
-        "duty_modes": where(recalled.valid > 0, recalled.duty_modes, start.alert.mean[:MODES]),
+        "duty_modes": where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES]),
         "plausible_heat": 0.0,
         "correction": recalled.correction,
         "distrusted": fail_safe.distrusted(trust, readings, p),
@@ -194,12 +196,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
     """Name the filters' memory as the law's states are named."""
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
-
-
-def first_filters(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Filters:
-    """Both filters before any reading is taken in."""
-    start = first_belief(recalled, told, readings, p, size)
-    return Filters(start, quieted(start, p))
 
 
 def first_belief(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:
