@@ -20,24 +20,27 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.blueprint import axis_name
-from warmlink.orchestration.arm.inverse import joint_angles
+from warmlink.orchestration.arm.geometry import joint_angles
 from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.scenarios.drive import Drive
-from warmlink.orchestration.scenarios.duties.duty import Duty, Segment, check_segments
-from warmlink.orchestration.scenarios.duties.duty_files import MOST_SEED, SHORTEST_DRAWN
-from warmlink.orchestration.scenarios.entries import Flag, Quantities, Quantity, Text, Whole
+from warmlink.orchestration.scenarios.duties.duty import Drive, Duty, Segment
+from warmlink.orchestration.scenarios.duties.duty_files import (
+    MOST_SEED,
+    SHORTEST_DRAWN,
+    Row,
+    Rows,
+    RowsTables,
+    durations,
+)
+from warmlink.orchestration.scenarios.entries import Quantities, Quantity, Whole
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.settings import Settings
 from warmlink.orchestration.scenarios.written import TABLE, read_table
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 
 CONTROLLER, TOLERANCE = "observer", 30e-6
 """What the arm's scenarios have unless they say otherwise; the tolerance in m."""
 
 STILL = (0.0,) * AXES
-
-Row = tuple[Segment, ...]
-"""What each joint does at the same time."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +66,10 @@ class Program(Drive):
     poses: tuple[Pose, ...]
     axes: int = AXES
 
-    def start_values(self) -> dict[str, dict[str, Value]]:
+    def start_values(self) -> StartValues:
         """Start values of the duty cycles and of the poses, by instance."""
-        values: dict[str, dict[str, Value]] = {
-            f"{axis_name(i)}.duty": dict(self.duties[(i - 1) % AXES].component_parameters())
+        driven = {
+            f"{axis_name(i)}.duty": self.duties[(i - 1) % AXES].component_parameters()
             for i in range(1, self.axes + 1)
         }
         poses: dict[str, Value] = {"repeat": True}
@@ -75,11 +78,11 @@ class Program(Drive):
             poses[f"duration[{i + 1}]"] = pose.hold
             for joint, angle in enumerate(pose.angles, start=1):
                 poses[f"joint_{joint}[{i + 1}]"] = angle
-        return {**values, POSE_SEQUENCE: poses}
+        return {**driven, POSE_SEQUENCE: poses}
 
 
 @dataclass(frozen=True)
-class JointsTable:
+class JointsTable(Rows):
     """Constant demands on the six joints from the base outwards."""
 
     __pydantic_config__ = TABLE
@@ -89,15 +92,14 @@ class JointsTable:
     torque: Annotated[tuple[float, ...], Quantities("N.m", AXES, 0)] = STILL
     ambient_temperature: Annotated[float, Quantity("K", least=0)] = ROOM_TEMPERATURE
 
-    def row(self) -> Row:
+    def rows(self, stop_time: float, where: str) -> Iterator[Row]:
         """The segment of each joint."""
-        ambient = self.ambient_temperature
         demands = zip(self.speed, self.torque, strict=True)
-        return tuple(Segment(self.duration, speed, torque, ambient) for speed, torque in demands)
+        yield tuple(Segment(self.duration, *each, self.ambient_temperature) for each in demands)
 
 
 @dataclass(frozen=True)
-class JobsTable:
+class JobsTable(Rows):
     """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
 
     __pydantic_config__ = TABLE
@@ -117,20 +119,15 @@ class JobsTable:
             )
 
     def rows(self, stop_time: float, where: str) -> Iterator[Row]:
-        """Segments of each joint until the stop time in s; raises InputError where there may be too many."""
-        check_segments(stop_time / self.shortest, f"{where}.shortest")
-        generator = np.random.default_rng(self.seed)
-        time = 0.0
-        while time < stop_time:
-            # Whole seconds, so that the segments fall on communication points.
-            duration = float(round(generator.uniform(self.shortest, self.longest)))
+        """Segments of each joint that are drawn until a stop time in s."""
+        generator, lasting = np.random.default_rng(self.seed), (self.shortest, self.longest)
+        for duration in durations(generator, lasting, stop_time, f"{where}.shortest"):
             shares = generator.uniform(size=(2, AXES)) * (generator.uniform() >= self.pause_share)
             drawn = zip(*shares, self.speed, self.torque, strict=True)
             yield tuple(
                 Segment(duration, round(float(a * speed), 4), round(float(b * torque), 3))
                 for a, b, speed, torque in drawn
             )
-            time += duration
 
 
 @dataclass(frozen=True)
@@ -164,21 +161,18 @@ class PoseTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProgramFile(Settings):
+class ProgramFile(RowsTables, Settings):
     """A program of the six-axis arm: what each joint does, and the poses in which the tool works."""
 
     __pydantic_config__ = TABLE
 
     stop_time: Annotated[float, Quantity("s", positive=True)]
     pose: tuple[PoseTable, ...]
-    reason: Annotated[str, Text()] = ""
-    repeat: Annotated[bool, Flag()] = False
     segment: tuple[JointsTable, ...] = ()
     random: JobsTable | None = None
 
     def __post_init__(self) -> None:
-        if bool(self.segment) == (self.random is not None):
-            raise InputError("give either [[segment]] tables or one [random] table")
+        super().__post_init__()
         if not self.pose:
             raise InputError("there is no pose; write [[pose]] above each")
         if len(self.pose) > POSES:
@@ -186,16 +180,10 @@ class ProgramFile(Settings):
 
     def program(self, name: str) -> Program:
         """The program; raises InputError where it has too many segments, or a point is out of reach."""
-        rows = [each.row() for each in self.segment]
-        if self.random is not None:
-            rows = list(self.random.rows(self.stop_time, f"{name}: random"))
-        title, reason = name if self.title is None else self.title, self.reason.strip()
-        duties = tuple(
-            Duty(f"{name}, joint {joint}", title, reason, self.stop_time, segments, self.repeat)
-            for joint, segments in enumerate(zip(*rows, strict=True), start=1)
-        )
+        called = [f"{name}, joint {joint}" for joint in range(1, AXES + 1)]
+        duties = self.duties(name, self.stop_time, called)
         poses = tuple(each.pose(f"{name}: pose {i}") for i, each in enumerate(self.pose, 1))
-        return Program(name, title, reason, self.stop_time, duties, poses)
+        return Program(name, duties[0].title, duties[0].reason, self.stop_time, duties, poses)
 
 
 def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:

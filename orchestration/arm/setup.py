@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.design.gains import Design, design_controller
+from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.lag.component import COMPONENT as LAW
 from warmlink.controllers.lag.fit import first_order
@@ -17,9 +17,9 @@ from warmlink.orchestration.arm.blueprint import KINEMATICS, arm_blueprint, arm_
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.scenarios.drive import StartValues
+from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 OBSERVER, LAG = "observer", "lag"
@@ -51,8 +51,7 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
     for i in range(1, count + 1):
         number, compensator = (i - 1) % AXES + 1, f"{axis_name(i)}.{COMPENSATOR}"
         if law == OBSERVER:
-            design = _observer(number, sensors.used or (), sensors.noise or 0.0)
-            values[compensator] = dict(by_scalar(design.parameters))
+            values[compensator] = dict(_observer(number, sensors.used or (), sensors.noise or 0.0))
         elif law == LAG:
             values[compensator] = dict(_lag(number))
     return values
@@ -62,10 +61,11 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
 def arm(count: int = AXES) -> Setup:
     """The arm, or one of another number of axes."""
     elongations = tuple(f"{axis_name(i)}.link.elongation" for i in range(1, count + 1))
-    error = (f"{KINEMATICS}.error_norm", f"{KINEMATICS}.uncompensated_error_norm")
+    score = Expression(f"{KINEMATICS}.error_norm")
+    without = Expression(f"{KINEMATICS}.uncompensated_error_norm", "uncompensated")
     return Setup(
         arm_blueprint(count),
-        Roles.scored_by(*error, elongations),
+        Roles(score, without, elongations),
         arm_values(count),
         SENSORS,
         partial(designs, count=count),
@@ -78,9 +78,9 @@ def _detail(result: Result) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=64)
-def _observer(number: int, used: tuple[str, ...], noise: float) -> Design:
+def _observer(number: int, used: tuple[str, ...], noise: float) -> dict[str, float]:
     """Observer of one axis by itself: what comes from its neighbours is unknown heat."""
-    return design_controller(OBSERVER, used, noise, plant=plant(number))
+    return by_scalar(design_controller(OBSERVER, used, noise, plant=plant(number)).parameters)
 
 
 @lru_cache(maxsize=AXES)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
+from dataclasses import dataclass
+from functools import cached_property
 
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.component import Component
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.overrides import start_value, start_values
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.system.model import StartValues
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 PLANT = ("motor", "link")
@@ -22,50 +26,32 @@ SUBSTITUTE = "observer"
 
 _NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
 
-Written = Mapping[str, str | float]
-"""Start values as written, by `instance.variable`."""
 
-
-def advice(
-    controller: str, components: Mapping[str, Component], believed: Written, file: Path | None = None
-) -> str | None:
-    """Advise what to do if a law was designed for another cell than the one that it runs in.
-
-    Parameters
-    ----------
-    controller : name of a shipped law
-    components : declaration behind each instance of the cell
-    believed : start values of the law, and of the cell as its designer may know it (without mismatches)
-    file : the scenario's, in which the start values stand
+def judged(scenario: Scenario) -> tuple[str | None, bool]:
+    """Judge whether a scenario's controller was designed for its system.
 
     Returns
     -------
-    str or None
-        A sentence with the command that designs the law anew; None if the law suits the cell.
+    tuple
+        A sentence with the command that designs the law anew, None if the law suits the system; and whether
+        the law runs in exactly the cell that it was designed for, with thermometers without errors.
 
     Raises
     ------
     InputError
         If a start value does not exist or is refused.
     """
-    changed = _changed(believed, components, PLANT)
-    made_for = {name: believed[name] for name in changed}
-    differing = f"differs in {listed(changed)}" if changed else "is the nominal one"
-    if has_design(controller):
-        if knows(controller, components, believed):
-            return None
-        return (
-            f"{controller} was designed for another cell; this one {differing}; design it anew: "
-            f"{_command(controller, made_for, file)}; then add --parameters {controller}.ssv"
-        )
-    own = {name.partition(".")[2] for name in _changed(believed, components, (COMPENSATOR,))}
-    if not changed or own - _NO_PART_OF_A_DESIGN or _is_nominal(SUBSTITUTE, components, believed):
-        return None
-    return (
-        f"the parameters of {controller} suit the nominal cell; this one {differing}; tune them, or use a "
-        f"law that is designed for this cell: {_command(SUBSTITUTE, made_for, file)}; then run with "
-        f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
-    )
+    name, setup = scenario.controller.name, scenario.setup
+    if name == NO_CONTROLLER or isinstance(scenario.controller, OwnLaw):
+        return None, False
+    if scenario.design is None:
+        told = f"{name} has no design for {setup.name}; it runs with the parameters that it is shipped with"
+        return told, False
+    if setup.name != CELL.name:
+        return None, False
+    real = _Cell(scenario.declared, scenario.parameters)
+    perfect = scenario.in_use.noise is None and not real.changed(THERMOMETERS)
+    return _advice(scenario), perfect and has_design(name) and real.known_to(name)
 
 
 def has_design(controller: str) -> bool:
@@ -73,75 +59,80 @@ def has_design(controller: str) -> bool:
     return design_file(controller).is_file()
 
 
-def knows(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
-    """Whether a law that can be designed was designed for the motor and link in `parameters`.
+@dataclass(frozen=True)
+class _Cell:
+    """Declaration behind each instance of a cell, and start values as written, by `instance.variable`."""
 
-    Raises
-    ------
-    InputError
-        If a start value does not exist or is refused.
-    """
-    if not _changed(parameters, components, (*PLANT, COMPENSATOR)):
-        return True
-    own = _values(parameters, components).get(COMPENSATOR, {})
-    held = {scalar.name: scalar.start for scalar in components[COMPENSATOR].scalars()} | own
-    facts = _facts(controller, components, parameters)
-    return all(math.isclose(float(held[n] or 0.0), v, rel_tol=1e-6, abs_tol=1e-12) for n, v in facts.items())
+    components: Mapping[str, Component]
+    written: Mapping[str, str | float]
+
+    def changed(self, *instances: str) -> list[str]:
+        """Names of start values that differ from what the components declare."""
+        declared = {
+            f"{part}.{scalar.name}": scalar.start
+            for part in instances
+            for scalar in self.components[part].scalars()
+            if scalar.name in self.components[part].p.index
+        }
+        return [
+            name
+            for name, text in self.written.items()
+            if name in declared and start_value(name, text, self.components, "start values") != declared[name]
+        ]
+
+    @cached_property
+    def values(self) -> StartValues:
+        """The start values in SI units."""
+        return start_values(self.written, self.components, "start values")
+
+    def facts(self, law: str) -> dict[str, float]:
+        """What a design of a law for this motor and link knows of them."""
+        from warmlink.controllers.design.plant import cell_plant
+        from warmlink.controllers.design.shipped import PLANT_FACTS
+
+        motor, link = (
+            {n: float(v) for n, v in self.values.get(part, {}).items() if n in self.components[part].p.index}
+            for part in PLANT
+        )
+        return by_scalar(PLANT_FACTS[law](cell_plant(motor, link)))
+
+    def known_to(self, law: str) -> bool:
+        """Whether a law that can be designed was designed for this motor and link."""
+        if not self.changed(*PLANT, COMPENSATOR):
+            return True
+        declared = {scalar.name: scalar.start for scalar in self.components[COMPENSATOR].scalars()}
+        held = {**declared, **self.values.get(COMPENSATOR, {})}
+        return all(
+            math.isclose(float(held[name] or 0.0), fact, rel_tol=1e-6, abs_tol=1e-12)
+            for name, fact in self.facts(law).items()
+        )
 
 
-def is_ideal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
-    """Whether a law runs in exactly the cell that it was designed for, with thermometers without errors.
+def _advice(scenario: Scenario) -> str | None:
+    """What to do if the law was designed for another cell than its designer may know, mismatches apart."""
+    law, believed = scenario.controller.name, scenario.as_believed.parameters
+    cell = _Cell(scenario.declared, believed)
+    changed = cell.changed(*PLANT)
+    differing = f"differs in {listed(changed)}" if changed else "is the nominal one"
 
-    Raises
-    ------
-    InputError
-        If a start value does not exist or is refused.
-    """
-    perfect = not _changed(parameters, components, (THERMOMETERS,))
-    return has_design(controller) and perfect and knows(controller, components, parameters)
+    def command(law: str) -> str:
+        known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
+        settings = "".join(f' --set "{n}={believed[n]}"' for n in changed if known.get(n) != believed[n])
+        return f"warmlink design {scenario.file or 'WarmupCell'} --law {law}{settings} --out {law}.ssv"
 
-
-def _is_nominal(controller: str, components: Mapping[str, Component], parameters: Written) -> bool:
-    """Whether a design for this cell would equal the design for the nominal cell."""
-    return _facts(controller, components, parameters) == _facts(controller, components, {})
-
-
-def _facts(controller: str, components: Mapping[str, Component], parameters: Written) -> dict[str, float]:
-    from warmlink.controllers.design.plant import cell_plant
-    from warmlink.controllers.design.shipped import PLANT_FACTS
-
-    values = _values(parameters, components)
-    motor, link = (
-        {name: float(v) for name, v in values.get(part, {}).items() if name in components[part].p.index}
-        for part in PLANT
+    if has_design(law):
+        if cell.known_to(law):
+            return None
+        return (
+            f"{law} was designed for another cell; this one {differing}; design it anew: "
+            f"{command(law)}; then add --parameters {law}.ssv"
+        )
+    own = {name.partition(".")[2] for name in cell.changed(COMPENSATOR)}
+    nominal = _Cell(scenario.declared, {})
+    if not changed or own - _NO_PART_OF_A_DESIGN or cell.facts(SUBSTITUTE) == nominal.facts(SUBSTITUTE):
+        return None
+    return (
+        f"the parameters of {law} suit the nominal cell; this one {differing}; tune them, or use a "
+        f"law that is designed for this cell: {command(SUBSTITUTE)}; then run with "
+        f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
     )
-    return by_scalar(PLANT_FACTS[controller](cell_plant(motor, link)))
-
-
-def _values(parameters: Written, components: Mapping[str, Component]) -> dict[str, dict[str, Value]]:
-    return start_values(parameters, components, "start values")
-
-
-def _changed(
-    parameters: Written, components: Mapping[str, Component], instances: tuple[str, ...]
-) -> list[str]:
-    """Names of start values that differ from what the components declare."""
-    declared = {
-        f"{part}.{scalar.name}": scalar.start
-        for part in instances
-        for scalar in components[part].scalars()
-        if scalar.name in components[part].p.index
-    }
-    return [
-        name
-        for name, written in parameters.items()
-        if name in declared and start_value(name, written, components, "start values") != declared[name]
-    ]
-
-
-def _command(law: str, plant: Written, file: Path | None) -> str:
-    """The command that designs a law, with `--set` for each value that is not in the scenario's file."""
-    known = {} if file is None else load_scenario(str(file)).parameters
-    beside = {name: value for name, value in plant.items() if known.get(name) != value}
-    settings = "".join(f' --set "{name}={value}"' for name, value in beside.items())
-    return f"warmlink design {file or 'WarmupCell'} --law {law}{settings} --out {law}.ssv"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.orchestration.closed_loop.belief import advice, is_ideal
+from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
@@ -22,9 +22,8 @@ from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
-from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
-from warmlink.orchestration.scenarios.setup import CELL, Setup
+from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.simulation import largest_step
 from warmlink.orchestration.system.model import System
 
@@ -159,8 +158,8 @@ class ClosedLoop(Answer):
             "communication_step_size_s": self.scenario.step_size,
             "master": self.scenario.master,
             "tolerance_um": 1e6 * self.scenario.tolerance,
-            "uncompensated": {**self.uncompensated.to_dict(), **more.get("uncompensated", {})},
-            "compensated": {**self.metrics.to_dict(), **more.get("compensated", {})},
+            "uncompensated": {**asdict(self.uncompensated), **more.get("uncompensated", {})},
+            "compensated": {**asdict(self.metrics), **more.get("compensated", {})},
             "reduction_percent": self.reduction_percent,
             "heat_balance_error_J": sum(audit.total for audit in self.result.audits),
             "error_budget_um": {
@@ -263,30 +262,24 @@ def _bounded_run(
     statistics: bool,
 ) -> tuple[Result, float | None, str | None]:
     """Run a system, and again at half the step: its run, coupling error in um, and why a run ended early."""
-    stop, step, setup = scenario.stop_time, scenario.step_size, scenario.setup
+    plant = scenario.setup.roles.plant
     with temporary_folder() as home:
-        result = guarded(
-            lambda line: simulate(system, stop, step, whole, unpacked=home, statistics=statistics, line=line),
-            lambda at, count: report(at / count / 3),
-        )
+
+        def once(step: float, chosen: Algorithm, begun: float, share: float, **how: Any) -> Result:
+            return guarded(
+                lambda line: simulate(
+                    system, scenario.stop_time, step, chosen, unpacked=home, line=line, **how
+                ),
+                lambda at, count: report(begun + share * at / count),
+            )
+
+        result = once(scenario.step_size, whole, 0, 1 / 3, statistics=statistics)
         if result.reason is not None:
             return result, None, result.reason
         coupling = None
         try:
-            fine = guarded(
-                lambda line: simulate(
-                    system,
-                    stop,
-                    step / 2,
-                    finer,
-                    record=setup.roles.plant,
-                    unpacked=home,
-                    check_stability=False,
-                    line=line,
-                ),
-                lambda at, count: report((1 + 2 * at / count) / 3),
-            )
-            coupling, cut_short = coupling_um(result, fine, whole.order, setup), fine.reason
+            fine = once(scenario.step_size / 2, finer, 1 / 3, 2 / 3, record=plant, check_stability=False)
+            coupling, cut_short = coupling_um(result, fine, whole.order, scenario.setup), fine.reason
         except KeyboardInterrupt:
             cut_short = "interrupted"
         except SlaveError as fault:  # before its first value, which costs the first run nothing
@@ -299,22 +292,3 @@ def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float
     bounds = coupling_error(result, fine, order, setup.roles.plant)
     largest = max((bound.largest for bound in bounds), default=np.inf)
     return 1e6 * largest if np.isfinite(largest) else None
-
-
-def judged(scenario: Scenario) -> tuple[str | None, bool]:
-    """Advice if the controller was not designed for the system, and whether the system is ideal for it."""
-    name, setup = scenario.controller.name, scenario.setup
-    if name == NO_CONTROLLER or isinstance(scenario.controller, OwnLaw):
-        return None, False
-    if scenario.design is None:
-        return (
-            f"{name} has no design for {setup.name}; it runs with the parameters that it is shipped with",
-            False,
-        )
-    if setup.name != CELL.name:
-        return None, False
-    declared = scenario.declared
-    believed = scenario.parameters if scenario.believed is None else scenario.believed
-    perfect = scenario.in_use.noise is None
-    told = advice(name, declared, believed, scenario.file)
-    return told, perfect and is_ideal(name, declared, scenario.parameters)

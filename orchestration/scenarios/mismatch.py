@@ -51,6 +51,19 @@ _DRAW = re.compile(r"draw_(\d{1,9})")
 
 
 @dataclass(frozen=True)
+class MismatchFile:
+    """How the real cell differs from the one that the controllers were designed for."""
+
+    __pydantic_config__ = TABLE
+
+    about: Annotated[str | None, Text()] = None
+    scale: Mapping[str, Annotated[float, Number("factor", above=0, at_most=LARGEST_FACTOR)]] = field(
+        default_factory=dict
+    )
+    parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Mismatch:
     """Factors on start values and other start values, under `instance.variable`."""
 
@@ -76,22 +89,18 @@ class Mismatch:
         InputError
             If the mismatch names a variable that does not exist, or a value that is no number.
         """
-        where = f"mismatch {self.name}"
-        setup = scenario.setup
-        components = scenario.declared
+        where, components = f"mismatch {self.name}", scenario.declared
         changed = dict(scenario.parameters)
-        changed |= {
-            full: value for name, value in self.parameters.items() for full in _corresponding(name, setup)
-        }
-        for full, factor in (
-            (f, factor) for name, factor in self.scale.items() for f in _corresponding(name, setup)
-        ):
-            instance, _, variable = full.rpartition(".")
-            declared = scalar(full, components, where).start or 0.0
-            base = float(setup.values.get(instance, {}).get(variable, declared))
-            if full in changed:
-                base = start_value(full, changed[full], components, where)
-            changed[full] = factor * base
+        for name, value in self.parameters.items():
+            changed |= dict.fromkeys(_corresponding(name, scenario.setup), value)
+        for name, factor in self.scale.items():
+            for full in _corresponding(name, scenario.setup):
+                instance, _, variable = full.rpartition(".")
+                declared = scalar(full, components, where).start or 0.0
+                base = float(scenario.setup.values.get(instance, {}).get(variable, declared))
+                if full in changed:
+                    base = start_value(full, changed[full], components, where)
+                changed[full] = factor * base
         believed = scenario.parameters if scenario.believed is None else scenario.believed
         names = (*scenario.mismatches, self.name)
         return replace(scenario, parameters=changed, mismatches=names, believed=believed)
@@ -103,19 +112,6 @@ def _corresponding(name: str, setup: Setup) -> list[str]:
     if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:
         return [name]
     return [f"{each}.{variable}" for each in setup.called(instance)]
-
-
-@dataclass(frozen=True)
-class MismatchFile:
-    """How the real cell differs from the one that the controllers were designed for."""
-
-    __pydantic_config__ = TABLE
-
-    about: Annotated[str | None, Text()] = None
-    scale: Mapping[str, Annotated[float, Number("factor", above=0, at_most=LARGEST_FACTOR)]] = field(
-        default_factory=dict
-    )
-    parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
 
 
 def names() -> list[str]:
@@ -134,14 +130,10 @@ def load(name: str) -> Mismatch:
     drawn = _DRAW.fullmatch(name)
     if drawn:
         return draw(int(drawn.group(1)))
-    path = LIBRARY / f"{name}.toml"
-    if name.endswith(".toml"):
-        path = Path(name)
+    path = Path(name) if name.endswith(".toml") else LIBRARY / f"{name}.toml"
     if not is_file(path):
-        raise InputError(
-            f"{name}: no such mismatch; "
-            f"{instead(name, [*names(), 'draw_1', 'draw_2'], 'or give a TOML file')}"
-        )
+        known = instead(name, [*names(), "draw_1", "draw_2"], "or give a TOML file")
+        raise InputError(f"{name}: no such mismatch; {known}")
     return parsed(read_toml(path), path.stem)
 
 

@@ -69,19 +69,9 @@ def start_value(name: str, text: str | float, components: Mapping[str, Component
 
 
 def to_si(text: str | float, scalar: Scalar, where: str, difference: bool = False) -> float:
-    """SI value of `"6 W"` or `"22 degC"` for a variable; a bare number is taken for SI.
+    """SI value of `"6 W"` or `"22 degC"`, or of a bare number in SI, for a variable. Raises as `quantity`.
 
-    Parameters
-    ----------
-    text : a number, or a number and a unit
-    scalar : declaration of the variable that takes it
-    where : what to name in an error
-    difference : whether it is a difference (a noise, an offset) even where the variable is a temperature
-
-    Raises
-    ------
-    InputError
-        Not a quantity, or one of another kind.
+    `difference` says that it is one (a noise, an offset), even where the variable is a temperature.
     """
     difference = difference or not scalar.is_temperature
     return quantity(text, scalar.variable.unit, where, difference=difference)
@@ -90,20 +80,17 @@ def to_si(text: str | float, scalar: Scalar, where: str, difference: bool = Fals
 def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar:
     """The input or parameter that `instance.variable` names. Raises as `start_values`."""
     instance, _, variable = name.rpartition(".")
+    where = f"{where}: {name}"
     if not instance:
         full = [f"{held}.{name}" for held, component in components.items() if name in settable(component)]
         known = instead(name, full or components, "with a dot and the variable after it")
-        raise InputError(f"{where}: {name}: names no component; {known}")
+        raise InputError(f"{where}: names no component; {known}")
     if instance not in components:
-        raise InputError(
-            f"{where}: {name}: there is no component {instance}; {instead(instance, components)}"
-        )
-    scalars = settable(components[instance])
-    if variable not in scalars:
-        raise InputError(
-            f"{where}: {name}: {components[instance].name} has no such variable; {instead(variable, scalars)}"
-        )
-    return scalars[variable]
+        raise InputError(f"{where}: there is no component {instance}; {instead(instance, components)}")
+    known_scalars, kind = settable(components[instance]), components[instance].name
+    if variable not in known_scalars:
+        raise InputError(f"{where}: {kind} has no such variable; {instead(variable, known_scalars)}")
+    return known_scalars[variable]
 
 
 def settable(component: Component) -> dict[str, Scalar]:

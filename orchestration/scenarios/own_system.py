@@ -1,4 +1,4 @@
-"""A user's SSP as a system for scenarios: its FMUs, and the roles that a scenario file gives them.
+"""Other people's FMUs in scenarios: a system of their own, as an SSP, or one in place of a shipped part.
 
 ```toml
 [roles]
@@ -11,11 +11,11 @@ controller = "compensator"                     # the instance, or a list of them
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
-from warmlink.fmus.component import Component
+from warmlink.fmus.component import Component, Output
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -23,12 +23,15 @@ from warmlink.fmus.packaging.flags import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Text
 from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Roles, Setup
 from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.replacement import Asked, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
+from warmlink.orchestration.system.units import Unit
 
 DUTY = "duty"
 """Instance that drives the inputs named in the roles."""
@@ -56,11 +59,6 @@ class RolesTable:
     pad_temperature: Driven = ()
     pad_power: Driven = ()
 
-    @property
-    def driven(self) -> dict[str, tuple[str, ...]]:
-        """Names of the driven inputs, by the demand of the duty cycle that drives them."""
-        return {demand: getattr(self, demand) for demand in DEMANDS}
-
 
 def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     """System of an SSP with the roles of its parts.
@@ -87,7 +85,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     components, foreign = parts_of(system, roles.controller)
     values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
     wires = [(each.source, each.target) for each in system.connections]
-    driven = [(f"{DUTY}.{demand}", target) for demand, target in _driven(system, roles, where)]
+    driven = _driven(system, roles, where)
     if driven:
         components = {DUTY: DRIVER, **components}
     elif components.get(DUTY) != DRIVER:
@@ -95,15 +93,9 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
         )
-    experiment = system.default_experiment
-    blueprint = Blueprint(
-        system.name,
-        f"system of {path.name}",
-        components,
-        (*wires, *driven),
-        experiment.stop_time or 3600.0,
-        experiment.step_size or 1.0,
-    )
+    stop, step = system.default_experiment.stop_time or 3600.0, system.default_experiment.step_size or 1.0
+    about = f"system of {path.name}"
+    blueprint = Blueprint(system.name, about, components, (*wires, *driven), stop, step)
     return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
 
 
@@ -125,9 +117,7 @@ def is_ours(fmu: Path, declared: Component | None) -> bool:
     if declared is None:
         return False
     found = read_description(fmu).variables
-    if any(flag_of(scalar.name) in found for scalar in declared.scalars()):
-        return False
-    return all(
+    return not any(flag_of(scalar.name) in found for scalar in declared.scalars()) and all(
         scalar.name in found and found[scalar.name].value_reference == scalar.reference
         for scalar in declared.scalars()
     )
@@ -147,15 +137,15 @@ def _roles(roles: RolesTable, system: System, where: str) -> Roles:
 
 
 def _driven(system: System, roles: RolesTable, where: str) -> list[tuple[str, str]]:
-    """Demand and input of each wire from the duty cycle."""
+    """Both ends of each wire from the duty cycle."""
     found = []
     fed = {each.target for each in system.connections}
-    for demand, names in roles.driven.items():
-        for name in names:
+    for demand in DEMANDS:
+        for name in getattr(roles, demand):
             _check_variable(system, name, f"{where}.{demand}")
             if name in fed:
                 raise InputError(f"{where}.{demand}: {name} is fed in {system.name} already; leave it out")
-            found.append((demand, name))
+            found.append((f"{DUTY}.{demand}", name))
     return found
 
 
@@ -167,3 +157,42 @@ def _check_variable(system: System, name: str, where: str) -> None:
     variables = read_description(system.components[instance].fmu).variables
     if variable not in variables:
         raise InputError(f"{where}: {name}: {instance} has no such variable; {instead(variable, variables)}")
+
+
+def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
+    """Put FMUs in place of parts of a scenario's system.
+
+    Raises
+    ------
+    InputError
+        There is no such part, a controller's place is meant, or an FMU does not fit.
+    """
+    setup, fmus = scenario.setup, replacements.fmus
+    kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)
+    if not fmus:
+        return scenario
+    for instance, path in fmus.items():
+        known = catalogue.components().get(kinds.get(instance, ""))
+        if known is None:
+            ours = [name for name, kind in kinds.items() if kind in catalogue.components()]
+            raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
+        kinds[instance] = f"{instance} of {path.name}"
+        foreign[kinds[instance]] = replacements.fmu(instance, _asked(setup, instance, known), known.name)
+    name = f"{setup.name} with {', '.join(path.name for path in fmus.values())}"
+    values = {each: given for each, given in setup.values.items() if each not in fmus}
+    blueprint = replace(setup.blueprint, name=name, components=kinds)
+    return replace(scenario, setup=replace(setup, blueprint=blueprint, foreign=foreign, values=values))
+
+
+def _asked(setup: Setup, instance: str, known: Component) -> dict[str, Asked]:
+    """What wires and score ask of an instance."""
+    roles = setup.roles
+    scored = {*roles.score.variables, *roles.uncompensated.variables, *roles.plant}
+    declared = {f"{instance}.{scalar.name}": scalar for scalar in known.scalars()}
+    asked = {}
+    for end in [*(end for wire in setup.blueprint.wires for end in wire), *sorted(scored)]:
+        if end in declared:
+            name, variable = declared[end].name, declared[end].variable
+            causality = "output" if isinstance(variable, Output) else "input"
+            asked[name] = Asked(causality, Unit(variable.unit), end in scored)
+    return asked

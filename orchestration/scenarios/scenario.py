@@ -10,10 +10,10 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.drive import Drive, StartValues
+from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint
 
 DEFAULT_SCENARIO = "warm_up"
@@ -27,7 +27,7 @@ LONGEST = 365 * 86400.0
 """Longest time in s that a scenario may simulate."""
 
 MOST_POINTS = 1_000_000
-"""Most communication points that a run may keep in memory: eleven days in steps of 1 s."""
+"""Most communication points that a run may keep in memory, fewer if several instances are controllers."""
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,6 @@ class Scenario:
         return self.setup.designs(self.controller.name, self.in_use)
 
     @property
-    def _most_points(self) -> int:
-        """Communication points that fit into memory: fewer if several instances are controllers."""
-        return MOST_POINTS // max(1, len(self.setup.controllers))
-
-    @property
     def kinds(self) -> set[str]:
         """Names of warmlink's components that the system needs."""
         return self.setup.kinds | self.controller.kinds
@@ -101,13 +96,7 @@ class Scenario:
         return self.setup.declared(self.controller.component)
 
     def files(self, store: FmuStore) -> dict[str, Path]:
-        """Files of all FMUs of the system by the component's name; missing ones are built.
-
-        Raises
-        ------
-        InputError
-            If an FMU cannot be built.
-        """
+        """Files of all FMUs by the component's name; what is missing is built; raises InputError."""
         files = store.files(sorted(self.kinds))
         return {**files, **self.setup.foreign, **self.controller.files(store)}
 
@@ -120,7 +109,7 @@ class Scenario:
             If the scenario names a parameter or unit that does not exist, a component refuses a value, or the
             run would be too long.
         """
-        check_extent(self.name, self.stop_time, self.step_size, self._most_points)
+        self._check_extent()
         noise = self.in_use.noise
         chosen = merged(
             self.setup.values,
@@ -133,6 +122,22 @@ class Scenario:
             if "tolerance" in self.controller.component.p.index:
                 chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
+
+    def _check_extent(self) -> None:
+        """Refuse a run that is too long, or of more communication points than fit into memory."""
+        stop, step = self.stop_time, self.step_size
+        if stop > LONGEST:
+            raise InputError(
+                f"{self.name}: the stop time {stop:g} s is more than a year ({LONGEST:g} s), in which every "
+                "cell has long been warm; give a shorter one"
+            )
+        most = MOST_POINTS // max(1, len(self.setup.controllers))
+        if stop / step > most:
+            raise InputError(
+                f"{self.name}: {stop:g} s in steps of {step:g} s are {stop / step:.3g} "
+                f"communication points, and a run keeps at most {most} in memory; take a longer step or "
+                "a shorter time, or stream it to disk with `warmlink simulate SYSTEM.ssp --checkpoint 3600`"
+            )
 
     @property
     def _blueprint(self) -> Blueprint:
@@ -163,30 +168,3 @@ class Scenario:
             )
         chosen = self.values() if values is None else values
         return self._blueprint.joined(self.controller.component, chosen)
-
-
-def check_extent(name: str, stop_time: float, step_size: float, most: int = MOST_POINTS) -> None:
-    """Refuse a run that is too long or has too many communication points.
-
-    Parameters
-    ----------
-    name : of the scenario
-    stop_time, step_size : in s
-    most : communication points that fit into memory
-
-    Raises
-    ------
-    InputError
-        If it would run for more than a year, or have too many points.
-    """
-    if stop_time > LONGEST:
-        raise InputError(
-            f"{name}: the stop time {stop_time:g} s is more than a year ({LONGEST:g} s), in which every cell "
-            "has long been warm; give a shorter one"
-        )
-    if stop_time / step_size > most:
-        raise InputError(
-            f"{name}: {stop_time:g} s in steps of {step_size:g} s are {stop_time / step_size:.3g} "
-            f"communication points, and a run keeps at most {most} in memory; take a longer step or "
-            "a shorter time, or stream it to disk with `warmlink simulate SYSTEM.ssp --checkpoint 3600`"
-        )

@@ -50,27 +50,19 @@ class Settings:
         InputError
             If the controller or a mismatch does not exist.
         """
-        scenario = replace(
-            default,
-            title=default.title if self.title is None else self.title,
-            about=default.about if self.about is None else self.about,
-            step_size=self.step_size or default.step_size,
-            master=default.master if self.master is None else self.master,
-            controller=default.controller if self.controller is None else controller_named(self.controller),
-            tolerance=self.tolerance or default.tolerance,
-            coupling_tolerance=self.coupling_tolerance or default.coupling_tolerance,
-            parameters={**self._of_materials(), **self.parameters},
-            sensors=self.sensors,
-        )
-        for name in self.mismatches:
-            scenario = mismatch.load(name).applied(scenario)
-        return scenario
-
-    def _of_materials(self) -> dict[str, str | float]:
-        """Start values that follow from the materials, under `instance.variable`."""
-        return {
+        names = ("title", "about", "step_size", "master", "tolerance", "coupling_tolerance")
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
+        if self.controller is not None:
+            given["controller"] = controller_named(self.controller)
+        of_materials = {
             f"{instance}.{name}": figure
             for instance, material in self.materials.items()
             for name, figure in materials()[material].items()
             if name not in _WORDS
         }
+        scenario = replace(
+            default, **given, parameters={**of_materials, **self.parameters}, sensors=self.sensors
+        )
+        for name in self.mismatches:
+            scenario = mismatch.load(name).applied(scenario)
+        return scenario

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.scenarios.drive import StartValues
 from warmlink.orchestration.scenarios.entries import Names, Quantity
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.written import TABLE
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
@@ -39,12 +38,6 @@ class Roles:
     score: Expression
     uncompensated: Expression
     plant: tuple[str, ...]
-
-    @classmethod
-    def scored_by(cls, score: str, uncompensated: str, plant: tuple[str, ...] | None = None) -> Roles:
-        """Roles from the texts of the expressions; roles that are not given follow from the score."""
-        without = Expression(uncompensated, "uncompensated")
-        return cls(Expression(score), without, plant or without.variables)
 
 
 @dataclass(frozen=True)
@@ -138,7 +131,14 @@ class Setup:
         return {each: {**channels, "seed": i} for i, each in enumerate(self.called("sensors"), start=1)}
 
 
-CELL = Setup(WARMUP_CELL, Roles.scored_by(f"link.elongation - {COMPENSATOR}.correction", "link.elongation"))
+CELL = Setup(
+    WARMUP_CELL,
+    Roles(
+        Expression(f"link.elongation - {COMPENSATOR}.correction"),
+        Expression("link.elongation", "uncompensated"),
+        ("link.elongation",),
+    ),
+)
 """The warm-up cell: one motor, one link."""
 
 

@@ -35,8 +35,8 @@ from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
+from warmlink.orchestration.scenarios.own_system import with_replaced
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
 from warmlink.orchestration.system.description import read_description

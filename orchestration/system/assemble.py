@@ -6,27 +6,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import cast, get_args
 
+from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.system.check import checked_value, variable_of
-from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import (
-    Component,
-    Connection,
-    ConnectorKind,
-    System,
-    Value,
-)
-from warmlink.orchestration.system.ssp.declared import (
-    DeclaredComponent,
-    DeclaredConnection,
-    DeclaredConnector,
-    DeclaredSystem,
-)
-from warmlink.orchestration.system.ssp.flatten import Path as ElementPath
-from warmlink.orchestration.system.ssp.flatten import flatten
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
+from warmlink.orchestration.system.ssp.net import DeclaredConnector, Element, Net, edge_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.units import Unit
 
@@ -36,12 +23,9 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
 
     Parameters
     ----------
-    name
-        The component's name in the system.
-    fmu
-        Path of the .fmu file.
-    values
-        Start values by variable name, in the variables' own units.
+    name : the component's name in the system
+    fmu : path of the .fmu file
+    values : start values by variable name, in the variables' own units
 
     Raises
     ------
@@ -59,55 +43,52 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
 def assemble(
     name: str,
     fmus: Mapping[str, str | Path],
-    wires: Iterable[tuple[str, str]] = (),
+    wires: Iterable[Wire] = (),
     values: Mapping[str, Mapping[str, Value]] = MappingProxyType({}),
 ) -> System:
     """Make a system of FMU files.
 
     Parameters
     ----------
-    name
-        What the system is called.
-    fmus
-        The .fmu file of each component, by the component's name.
-    wires
-        Ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted.
-    values
-        Start values by component and variable, in the variables' own units.
+    name : what the system is called
+    fmus : the .fmu file of each component, by the component's name
+    wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted
+    values : start values by component and variable, in the variables' own units
 
     Raises
     ------
     InputError
         If an FMU cannot be read, or something does not exist or does not fit.
     """
-    parts = {each: component(each, Path(fmu), values.get(each)) for each, fmu in fmus.items()}
     for each in values:
-        if each not in parts:
-            raise InputError(f"{each}: there is no component of this name; {instead(each, parts)}")
-    system = System(name, parts, tuple(connect(parts, source, target) for source, target in wires))
-    check_system(system)
-    return system
+        if each not in fmus:
+            raise InputError(f"{each}: there is no component of this name; {instead(each, fmus)}")
+    parts = {each: component(each, Path(fmu), values.get(each)) for each, fmu in fmus.items()}
+    return System(name, parts, connected(parts, wires))
 
 
-def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
-    """Give the connection between two variables, with the conversion of their units.
+def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
+    """Give connections between variables, with the conversion of their units.
 
     Parameters
     ----------
-    components
-        The system's components by name.
-    source, target
-        As `motor.heat_flow`; a component's name may hold dots.
+    components : the system's components by name
+    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
 
     Raises
     ------
     InputError
-        If an end does not exist, or kinds, types or quantities do not fit.
+        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
     """
-    giver, giving = _end(components, source)
-    taker, taking = _end(components, target)
-    ends = {end.name: replace(end, connectors=()) for end in (giver, taker)}
-    return _resolved(System("", ends, (Connection(giver.name, giving, taker.name, taking),)))[0]
+    links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
+    used = {name for link in links for name in (link.source_component, link.target_component)}
+    ends = {name: replace(components[name], connectors=()) for name in components if name in used}
+    return tuple(_resolved(System("", ends, tuple(links))))
+
+
+def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
+    """Give the connection between two variables; arguments and errors as for `connected`."""
+    return connected(components, [(source, target)])[0]
 
 
 def check_system(system: System) -> None:
@@ -134,38 +115,36 @@ def check_system(system: System) -> None:
 
 def _resolved(system: System) -> list[Connection]:
     """Give a system's connections with the conversion of their units, as if an SSD had declared them."""
-    infos: dict[ElementPath, ModelInfo] = {}
-    elements: dict[str, DeclaredComponent | DeclaredSystem] = {}
+    edges = tuple(edge_of(link) for link in system.connections)
+    net = Net()
+    net.add((), Element({}, connections=edges))
     for name, held in system.components.items():
-        infos[name,] = read_description(held.fmu)
-        elements[name] = _declared(system, held, infos[name,])
-    links = tuple(map(DeclaredConnection.of, system.connections))
-    resolver = Resolver(flatten(DeclaredSystem(system.name, {}, (), elements, links)), infos)
-    for place in resolver.flat.components:
-        resolver.connectors(place)
+        ends = [node.connector for edge in edges for node in edge.ends if node.path == (name,)]
+        net.add((name,), Element(_connectors(held, ends, system.units), held.fmu))
+    resolver = Resolver(net)
+    for path in net.components:
+        resolver.connectors(path)
     return list(resolver.connections())
 
 
-def _declared(system: System, held: Component, info: ModelInfo) -> DeclaredComponent:
-    """Give a component's declaration, with connectors for the ends of connections that it does not show."""
-    units, kinds = system.units, cast("tuple[ConnectorKind, ...]", get_args(ConnectorKind))
-    shown = {
-        c.name: DeclaredConnector(c.name, c.kind, c.type, units.get(c.unit, Unit(c.unit)) if c.unit else None)
-        for c in held.connectors
-    }
-    given = [c.source_variable for c in system.connections if c.source_component == held.name]
-    taken = [c.target_variable for c in system.connections if c.target_component == held.name]
-    for end in given + taken:
-        variable = variable_of(info, end, f"{held.name}.{end}")
+def _connectors(
+    held: Component, ends: Iterable[str], units: Mapping[str, Unit]
+) -> dict[str, DeclaredConnector]:
+    """Give a component's connectors, and those for ends of connections that it does not show."""
+    shown = {}
+    for end in ends:
+        causality = variable_of(read_description(held.fmu), end, f"{held.name}.{end}").causality
         # Time, which is of no kind, connects to nothing, as a parameter does.
-        kind: ConnectorKind = next((k for k in kinds if k == variable.causality), "parameter")
-        shown.setdefault(end, DeclaredConnector(end, kind, None, None))
-    return DeclaredComponent(held.name, held.fmu, shown, ())
+        shown[end] = DeclaredConnector(next((k for k in CONNECTOR_KINDS if k == causality), "parameter"))
+    for c in held.connectors:
+        unit = units.get(c.unit, Unit(c.unit)) if c.unit else None
+        shown[c.name] = DeclaredConnector(c.kind, c.type, unit)
+    return shown
 
 
-def _end(components: Mapping[str, Component], name: str) -> tuple[Component, str]:
+def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
     owners = [owner for owner in components if name.startswith(f"{owner}.")]
     if not owners:
         raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
     owner = max(owners, key=len)
-    return components[owner], name[len(owner) + 1 :]
+    return owner, name[len(owner) + 1 :]

@@ -6,8 +6,14 @@ import math
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.model_info import TYPES, ModelInfo, Variable
+from warmlink.orchestration.system.model import (
+    INTEGER_BITS,
+    TYPES,
+    ConnectorType,
+    ModelInfo,
+    Value,
+    Variable,
+)
 from warmlink.orchestration.system.units import Unit
 
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
@@ -31,33 +37,21 @@ def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
     return variable
 
 
-INTEGER_BITS = {
-    "Integer": (32, True),
-    **{f"{sign}Int{bits}": (bits, not sign) for sign in ("", "U") for bits in (8, 16, 32, 64)},
-}
-"""For each integer type of FMI its size, and whether it has a sign."""
-
-
-def check_kind(variable: Variable, kind: str, where: str) -> None:
-    """Refuse a connector whose kind is not its variable's causality."""
+def check_connector(variable: Variable, kind: str, declared: str | None, where: str) -> ConnectorType:
+    """Refuse a connector whose kind or type, in SSP's words, is not its variable's; give that type."""
     constant = variable.variability == "constant"
     if kind != variable.causality and not (kind == "constant" and constant):
         raise InputError(
             f"{where}: is declared {kind}, but the FMU's variable is {variable.causality}; correct one"
         )
-
-
-def check_type(variable: Variable, declared: str | None, where: str) -> None:
-    """Refuse a connector whose type, in SSP's words, is not its variable's."""
-    if declared is None:
-        return
-    kind = TYPES.get(declared)
     # Real and Integer are the words of SSP 1.0 for whatever width FMI 3.0 gives.
     exact = declared not in ("Real", "Integer") and variable.type not in ("Real", "Integer")
-    if kind != variable.kind or (exact and declared != variable.type):
+    if declared and (TYPES.get(declared) != variable.kind or (exact and declared != variable.type)):
         raise InputError(
             f"{where}: is declared {declared}, but the FMU's variable is {variable.type}; correct one"
         )
+    assert variable.kind is not None  # variable_of has seen to it
+    return variable.kind
 
 
 def alike(one: str | None, other: str | None) -> bool:

@@ -12,7 +12,7 @@ Box = tuple[float, float, float, float]
 """x1, y1 of the lower left corner and x2, y2 of the upper right one; y grows upward."""
 
 
-def boxes(heights: Mapping[str, int], links: Iterable[tuple[str | None, str | None]]) -> dict[str, Box]:
+def boxes(heights: Mapping[str, int], links: Iterable[tuple[str, str]]) -> dict[str, Box]:
     """Give each part its place.
 
     A part stands one column right of the last part before it, in the order given, that feeds it; what comes
@@ -21,7 +21,7 @@ def boxes(heights: Mapping[str, int], links: Iterable[tuple[str | None, str | No
     Parameters
     ----------
     heights : names of the parts in their order, each with how many connectors its longer side has
-    links : names of the parts that are connected, from and to; None for the system around them
+    links : names of the parts that are connected, from and to; empty for the system around them
     """
     order = list(heights)
     column: dict[str, int] = {}

@@ -1,14 +1,15 @@
-"""A system of co-simulation components: what is wired to what, and which start values apply.
+"""A system of co-simulation components, and what is known of their FMUs before these are loaded.
 
-This is the one form that every SSP is read into and that the master runs. Nested systems are
+A system is the one form that every SSP is read into and that the master runs. Nested systems are
 flattened on reading; a component then bears its full dotted name.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
@@ -16,8 +17,24 @@ from warmlink.orchestration.system.units import Unit
 ConnectorKind = Literal[
     "input", "output", "parameter", "calculatedParameter", "structuralParameter", "local", "constant"
 ]
+CONNECTOR_KINDS: tuple[ConnectorKind, ...] = get_args(ConnectorKind)
 ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
 Value = float | int | bool | str
+StartValues = Mapping[str, Mapping[str, Value]]
+"""Start values by instance and variable."""
+
+INTEGER_BITS = {
+    "Integer": (32, True),
+    **{f"{sign}Int{bits}": (bits, not sign) for sign in ("", "U") for bits in (8, 16, 32, 64)},
+}
+"""For each integer type of FMI its size, and whether it has a sign."""
+
+TYPES: dict[str, ConnectorType] = {
+    **dict.fromkeys(("Real", "Float32", "Float64"), "Real"),
+    **dict.fromkeys(INTEGER_BITS, "Integer"),
+    **{"Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration"},
+}
+"""Those of connectors by the words of FMI 2.0, FMI 3.0 and SSP."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +99,8 @@ class System(Answer):
 
     Parameters
     ----------
-    units
-        Definitions of those connector units that no FMU of the system defines itself.
-    remarks
-        What the standard lets a reader pass over and a person should hear of, one sentence each.
+    units : definitions of those connector units that no FMU of the system defines itself
+    remarks : what the standard lets a reader pass over and a person should hear of, one sentence each
     """
 
     name: str
@@ -98,3 +113,107 @@ class System(Answer):
     def summary(self) -> str:
         """Name, components and number of connections."""
         return f"{self.name}: {', '.join(self.components)}; {len(self.connections)} connections"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable, an element of an array, or an array whose elements are too many to tell apart.
+
+    Parameters
+    ----------
+    type : as the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on
+    kind : the five types that connectors know; None for those that cannot be connected (Binary, Clock)
+    causality, variability, initial : with the standard's defaults filled in; `initial` is None where none
+        applies
+    unit : from the variable or from its declared type
+    start : as given, converted to a Python value; an Enumeration's is its integer
+    min, max, nominal : in `unit`; None where the FMU gives none
+    relative : whether the value is a difference (`relativeQuantity`), to which unit offsets do not apply
+    items : names of an Enumeration's items with their integers
+    dimensions : sizes of an array that is not taken apart; empty for all others
+    element, elements : place in an array, counted from 0 row by row, and how many elements the array has. All
+        have the array's value reference, and are exchanged together.
+    """
+
+    name: str
+    value_reference: int
+    type: str
+    kind: ConnectorType | None
+    causality: str
+    variability: str
+    initial: str | None = None
+    unit: str | None = None
+    start: Value | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+    relative: bool = False
+    description: str = ""
+    items: dict[str, int] = field(default_factory=dict)
+    dimensions: tuple[int, ...] = ()
+    element: int = 0
+    elements: int = 1
+
+    @property
+    def settable(self) -> bool:
+        """Whether a start value may be set before initialization (FMI 2.0 section 2.2.7, FMI 3.0 2.4.7.4)."""
+        return self.variability != "constant" and self.initial in ("exact", "approx")
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What a co-simulation slave says it can do; False where its FMI version has no such flag."""
+
+    variable_step: bool = False
+    get_set_state: bool = False
+    serialize_state: bool = False
+    directional_derivatives: bool = False
+    interpolate_inputs: bool = False
+    once_per_process: bool = False
+    intermediate_update: bool = False
+
+
+@dataclass(frozen=True)
+class ModelInfo:
+    """An FMU's description, as a master and a checker need it.
+
+    Parameters
+    ----------
+    path : the .fmu file it was read from
+    fmi_version : `2.0` or `3.0`, whatever the minor version
+    guid : FMI 2.0 `guid` or FMI 3.0 `instantiationToken`
+    variables : by name, in the FMU's order; aliases of FMI 3.0 under their own names too. Elements of arrays
+        are called `A[1,2]`.
+    arrays : names of the elements by the name of their array
+    outputs : names, in the order of ModelStructure
+    dependencies : for each output the names it depends on; None where the FMU declares nothing, which means
+        all
+    log_categories : what it may be asked to log; empty where it declares nothing
+    accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
+    """
+
+    path: Path
+    fmi_version: str
+    model_name: str
+    model_identifier: str
+    guid: str
+    description: str
+    variables: dict[str, Variable]
+    outputs: tuple[str, ...]
+    dependencies: dict[str, tuple[str, ...] | None]
+    capabilities: Capabilities
+    default_experiment: DefaultExperiment
+    units: dict[str, Unit]
+    arrays: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    log_categories: tuple[str, ...] = ()
+    accepts_nan: frozenset[str] = frozenset()
+
+    def with_causality(self, causality: str) -> tuple[str, ...]:
+        """Give the names of the variables of one causality, in the FMU's order."""
+        return tuple(v.name for v in self.variables.values() if v.causality == causality)
+
+    def feedthrough(self, output: str) -> frozenset[str]:
+        """Give the inputs on which an output directly depends; all of them where nothing is declared."""
+        inputs = frozenset(self.with_causality("input"))
+        declared = self.dependencies.get(output)
+        return inputs if declared is None else inputs.intersection(declared)

@@ -17,7 +17,14 @@ from typing import Any
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.xml import local, optional_integer, optional_number, required
+from warmlink.orchestration.system.xml import (
+    children,
+    integer,
+    number,
+    only_child,
+    optional,
+    required,
+)
 
 ZERO_CELSIUS = 273.15
 """0 degC in K."""
@@ -52,6 +59,11 @@ _WRITTEN = re.compile(
 )
 _PLAIN_NUMBER = ("", "1", "-")
 _LONGEST_NAME = 80
+# pint's names for the dimensions of BASE_UNITS.
+_DIMENSIONS = tuple(
+    f"[{each}]"
+    for each in ("mass", "length", "time", "current", "temperature", "substance", "luminosity", "angle")
+)
 
 
 class QuantityError(InputError):
@@ -64,12 +76,9 @@ class Unit:
 
     Parameters
     ----------
-    name
-        As in the file, such as `W/(m2.K)`.
-    exponents
-        Of kg, m, s, A, K, mol, cd, rad.
-    factor, offset
-        `base = factor * value + offset`.
+    name : as in the file, such as `W/(m2.K)`
+    exponents : of kg, m, s, A, K, mol, cd, rad
+    factor, offset : `base = factor * value + offset`
     """
 
     name: str
@@ -99,15 +108,16 @@ class Conversion:
         return self.factor == 1.0 and self.offset == 0.0
 
 
+IDENTITY = Conversion()
+
+
 def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversion:
     """Give the conversion between two units of one quantity.
 
     Parameters
     ----------
-    source, target
-        Units; where one has no exponents its name is read.
-    difference
-        Whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K.
+    source, target : units; where one has no exponents its name is read
+    difference : whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K
 
     Raises
     ------
@@ -117,12 +127,12 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
         If one is neither defined nor known by name.
     """
     if source.name == target.name and (source.exponents is None or target.exponents is None):
-        return Conversion()
+        return IDENTITY
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
-        raise QuantityError(f"{_shown(source)} does not convert to {_shown(target)}")
+        raise QuantityError(f"{source.name or '1'} does not convert to {target.name or '1'}")
     if (source.factor, source.offset) == (target.factor, target.offset):
-        return Conversion()
+        return IDENTITY
     factor = source.factor / target.factor
     return Conversion(factor, 0.0 if difference else (source.offset - target.offset) / target.factor)
 
@@ -145,23 +155,21 @@ def meaning(unit: Unit) -> Unit:
 def read_unit(element: Any, where: str) -> Unit:
     """Give the unit that a `Unit` element of FMI or SSP defines."""
     name = required(element, "name", where)
-    base = next((child for child in element if local(child) == "BaseUnit"), None)
+    base = only_child(element, "BaseUnit")
     if base is None:
         return Unit(name)
     where = f"{where}: unit {name}"
-    exponents = tuple(optional_integer(base, key, where) or 0 for key in BASE_UNITS)
-    factor = optional_number(base, "factor", where)
+    exponents = tuple(optional(base, key, integer, where) or 0 for key in BASE_UNITS)
+    factor = optional(base, "factor", number, where)
     if factor == 0:
         raise InputError(f"{where}: its factor is 0, which converts nothing; give the factor to SI units")
-    return Unit(
-        name, exponents, 1.0 if factor is None else factor, optional_number(base, "offset", where) or 0.0
-    )
+    offset = optional(base, "offset", number, where) or 0.0
+    return Unit(name, exponents, 1.0 if factor is None else factor, offset)
 
 
 def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
     """Give the units that an element of FMI or SSP defines, by name; none where it is None."""
-    found = [read_unit(child, where) for child in (() if held is None else held) if local(child) == "Unit"]
-    return {unit.name: unit for unit in found}
+    return {unit.name: unit for unit in (read_unit(child, where) for child in children(held, "Unit"))}
 
 
 @lru_cache(maxsize=512)
@@ -207,26 +215,13 @@ def _from_pint(name: str, text: str) -> Unit:
         raise InputError(
             f"{name!r} is not a known unit; define it with a BaseUnit, or write it as in W/(m2.K)"
         ) from fault
-    exponents = [0] * len(BASE_UNITS)
-    for dimension, power in zero.dimensionality.items():
-        if dimension not in _DIMENSIONS or int(power) != power or abs(power) > 20:
-            raise InputError(f"{name!r} is not a unit of SI base units and rad with whole exponents")
-        exponents[_DIMENSIONS[dimension]] = int(power)
+    powers = zero.dimensionality
+    if not all(each in _DIMENSIONS and int(n) == n and abs(n) <= 20 for each, n in powers.items()):
+        raise InputError(f"{name!r} is not a unit of SI base units and rad with whole exponents")
     if not math.isfinite(factor) or factor == 0:
         raise InputError(f"{name!r} is not a unit of finite size")
-    return Unit(name, tuple(exponents), factor, float(zero.magnitude))
-
-
-_DIMENSIONS = {
-    "[mass]": 0,
-    "[length]": 1,
-    "[time]": 2,
-    "[current]": 3,
-    "[temperature]": 4,
-    "[substance]": 5,
-    "[luminosity]": 6,
-    "[angle]": 7,
-}
+    exponents = tuple(int(powers.get(each, 0)) for each in _DIMENSIONS)
+    return Unit(name, exponents, factor, float(zero.magnitude))
 
 
 @lru_cache(maxsize=1)
@@ -238,7 +233,3 @@ def _registry() -> Any:
     for definition in _PLANE_ANGLES:
         registry.define(definition)
     return registry
-
-
-def _shown(unit: Unit) -> str:
-    return unit.name or "1"

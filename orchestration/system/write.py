@@ -15,18 +15,10 @@ from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.geometry import Box, boxes, longer_side, places
-from warmlink.orchestration.system.model import (
-    Component,
-    Connector,
-    DefaultExperiment,
-    System,
-    Value,
-)
-from warmlink.orchestration.system.ports import Ports, opened, with_connectors
-from warmlink.orchestration.system.ssp.declared import DeclaredConnection
+from warmlink.orchestration.system.model import Component, Connector, DefaultExperiment, System, Value
 from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
-from warmlink.orchestration.system.ssp.nest import SystemConnector, Tree, flat, nested
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
+from warmlink.orchestration.system.tree import Ports, SystemConnector, Tree, opened, tree_of, with_connectors
 from warmlink.orchestration.system.units import Unit, meaning
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
@@ -45,12 +37,9 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> N
 
     Parameters
     ----------
-    system
-        What to write.
-    path
-        The .ssp file.
-    ports
-        What the system exchanges with a larger one; without, it runs by itself.
+    system : what to write
+    path : the .ssp file
+    ports : what the system exchanges with a larger one; without, it runs by itself
 
     Raises
     ------
@@ -58,7 +47,7 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> N
         If the system does not fit its FMUs, or two FMUs define one unit differently.
     """
     system = _checked(system)
-    _write(*((system, flat(system)) if ports is None else opened(system, ports)), Path(path))
+    _write(*((system, tree_of(system)) if ports is None else opened(system, ports)), Path(path))
 
 
 def write_nested_ssp(system: System, path: Path) -> None:
@@ -73,7 +62,7 @@ def write_nested_ssp(system: System, path: Path) -> None:
         As `write_ssp`, and if a name before a dot is that of a component too.
     """
     system = _checked(system)
-    _write(system, nested(system), path)
+    _write(system, tree_of(system, nested=True), path)
 
 
 def _checked(system: System) -> System:
@@ -84,7 +73,7 @@ def _checked(system: System) -> System:
 
 def _write(system: System, tree: Tree, path: Path) -> None:
     files = _Files(system.components.values())
-    entries = {"SystemStructure.ssd": to_bytes(_ssd(system, tree, files))}
+    entries = {"SystemStructure.ssd": to_bytes(_Document(system, files).root(tree))}
     for held in system.components.values():
         if held.values:
             entries[files.parameters[held.name]] = to_bytes(_ssv(held, system))
@@ -119,23 +108,6 @@ class _Files:
         return name
 
 
-def _ssd(system: System, tree: Tree, files: _Files) -> Any:
-    root = element(
-        "ssd",
-        "SystemStructureDescription",
-        version="1.0",
-        name=system.name,
-        generationTool="warmlink",
-        generationDateAndTime=f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
-    )
-    document = _Document(system, files)
-    document.add(root, system.name, tree)
-    _enumerations(root, document.enumerations)
-    unit_elements(root, "ssd", document.units.values())
-    _experiment(root, system.default_experiment)
-    return root
-
-
 class _Document:
     """An SSD being written: which enumerations and units its elements have named so far."""
 
@@ -145,26 +117,54 @@ class _Document:
         self.enumerations: dict[str, dict[str, int]] = {}
         self.units: dict[str, Unit] = {}
 
+    def root(self, tree: Tree) -> Any:
+        """Give the whole document."""
+        root = element(
+            "ssd",
+            "SystemStructureDescription",
+            version="1.0",
+            name=self.system.name,
+            generationTool="warmlink",
+            generationDateAndTime=f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
+        )
+        self.add(root, self.system.name, tree)
+        held = sub_element(root, "ssd", "Enumerations") if self.enumerations else None
+        for name, items in self.enumerations.items():
+            child = sub_element(held, "ssc", "Enumeration", name=name)
+            for item, number in items.items():
+                sub_element(child, "ssc", "Item", name=item, value=number)
+        unit_elements(root, "ssd", self.units.values())
+        _experiment(root, self.system.default_experiment)
+        return root
+
     def add(self, parent: Any, name: str, tree: Tree, box: Box | None = None) -> None:
         """Add a system with all that is in it, to be drawn in a box of the system around it."""
         child = sub_element(parent, "ssd", "System", name=name)
-        self._connectors(child, [self._shown(shown) for shown in tree.connectors])
-        if box is not None:
-            _geometry(child, box)
+        self._connectors(child, [self._shown(shown) for shown in tree.connectors], box)
         elements = sub_element(child, "ssd", "Elements")
+        inside: dict[str, Component | Tree] = {**tree.components, **tree.systems}
         drawn = boxes(
-            {inner: longer_side(c.kind for c in held.connectors) for inner, held in tree.components.items()}
-            | {inner: longer_side(c.kind for c in below.connectors) for inner, below in tree.systems.items()},
-            ((edge.start_element, edge.end_element) for edge in tree.edges),
+            {inner: longer_side(c.kind for c in held.connectors) for inner, held in inside.items()},
+            ((".".join(e.source.path), ".".join(e.target.path)) for e in tree.edges),
         )
         for inner, held in tree.components.items():
             self._component(elements, inner, held, drawn[inner])
         for inner, below in tree.systems.items():
             self.add(elements, inner, below, drawn[inner])
-        if tree.edges:
-            links = sub_element(child, "ssd", "Connections")
-            for edge in tree.edges:
-                _connection(links, edge)
+        links = sub_element(child, "ssd", "Connections") if tree.edges else None
+        for edge in tree.edges:
+            change = edge.transformation
+            ends = {
+                f"{end}{what}": name
+                for end, node in zip(("start", "end"), edge.ends, strict=True)
+                for what, name in (("Element", ".".join(node.path) or None), ("Connector", node.connector))
+            }
+            suppress = None if change is None else True
+            drawn_link = sub_element(links, "ssd", "Connection", **ends, suppressUnitConversion=suppress)
+            if change is not None:
+                sub_element(
+                    drawn_link, "ssc", "LinearTransformation", factor=change.factor, offset=change.offset
+                )
         _fixed_step_master(child, self.system.default_experiment.step_size)
 
     def _shown(self, shown: SystemConnector) -> _Shown:
@@ -175,20 +175,21 @@ class _Document:
     def _component(self, elements: Any, name: str, held: Component, box: Box) -> None:
         source, kind = self.files.fmus[held.fmu], "application/x-fmu-sharedlibrary"
         child = sub_element(elements, "ssd", "Component", name=name, type=kind, source=source)
-        self._connectors(child, [(each.name, each.kind, held, each) for each in held.connectors])
-        _geometry(child, box)
+        self._connectors(child, [(each.name, each.kind, held, each) for each in held.connectors], box)
         if held.values:
             bindings = sub_element(child, "ssd", "ParameterBindings")
             sub_element(bindings, "ssd", "ParameterBinding", source=self.files.parameters[held.name])
 
-    def _connectors(self, parent: Any, shown: Sequence[_Shown]) -> None:
-        """Add connectors: each of the type of a component's connector, and of its unit where it has one."""
+    def _connectors(self, parent: Any, shown: Sequence[_Shown], box: Box | None) -> None:
+        """Add connectors, each with the type and the unit of a component's, and the box of their element."""
         held = sub_element(parent, "ssd", "Connectors") if shown else None
         for (name, kind, component, source), place in zip(shown, places([s[1] for s in shown]), strict=True):
             child = sub_element(held, "ssd", "Connector", name=name, kind=kind)
             self._type(child, component, source)
             if place is not None:
-                sub_element(child, "ssd", "ConnectorGeometry", x=repr(place[0]), y=repr(place[1]))
+                sub_element(child, "ssd", "ConnectorGeometry", x=place[0], y=place[1])
+        if box is not None:
+            sub_element(parent, "ssd", "ElementGeometry", x1=box[0], y1=box[1], x2=box[2], y2=box[3])
 
     def _type(self, connector: Any, held: Component, source: Connector) -> None:
         info, where = read_description(held.fmu), f"{held.name}.{source.name}"
@@ -199,18 +200,10 @@ class _Document:
                 self.enumerations[enumeration] = variable.items
                 sub_element(connector, "ssc", "Enumeration", name=enumeration)
             return
-        typed = sub_element(connector, "ssc", source.type)
         unit = _unit(self.system, held, variable)
-        if unit is None:
-            return
-        if self.units.setdefault(unit.name, unit) != unit:
+        sub_element(connector, "ssc", source.type, unit=None if unit is None else unit.name)
+        if unit is not None and self.units.setdefault(unit.name, unit) != unit:
             raise InputError(f"{where}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
-        typed.set("unit", unit.name)
-
-
-def _geometry(element: Any, box: Box) -> None:
-    corners = dict(zip(("x1", "y1", "x2", "y2"), map(repr, box), strict=True))
-    sub_element(element, "ssd", "ElementGeometry", **corners)
 
 
 def _unit(system: System, held: Component, variable: Variable) -> Unit | None:
@@ -225,53 +218,25 @@ def _unit(system: System, held: Component, variable: Variable) -> Unit | None:
         return None
 
 
-def _connection(links: Any, edge: DeclaredConnection) -> None:
-    ends = {
-        "startElement": edge.start_element,
-        "startConnector": edge.start_connector,
-        "endElement": edge.end_element,
-        "endConnector": edge.end_connector,
-    }
-    named = {key: name for key, name in ends.items() if name is not None}
-    child = sub_element(links, "ssd", "Connection", **named)
-    change = edge.transformation
-    if change is not None:
-        child.set("suppressUnitConversion", "true")
-        sub_element(
-            child, "ssc", "LinearTransformation", factor=repr(change.factor), offset=repr(change.offset)
-        )
-
-
 def _fixed_step_master(system: Any, step: float | None) -> None:
     """Add the annotation by which OMSimulator knows a system of co-simulation, which it refuses without."""
     if step is not None:
         notes = sub_element(sub_element(system, "ssd", "Annotations"), "ssc", "Annotation", type=OMS)
         told = sub_element(sub_element(notes, "oms", "Annotations"), "oms", "SimulationInformation")
-        settings = {"stepSize": step, "absoluteTolerance": 1e-4, "relativeTolerance": 1e-4}
-        master = {key: repr(float(value)) for key, value in settings.items()}
-        sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **master)
-
-
-def _enumerations(root: Any, enumerations: dict[str, dict[str, int]]) -> None:
-    if not enumerations:
-        return
-    held = sub_element(root, "ssd", "Enumerations")
-    for name, items in enumerations.items():
-        child = sub_element(held, "ssc", "Enumeration", name=name)
-        for item, number in items.items():
-            sub_element(child, "ssc", "Item", name=item, value=str(number))
+        settings = {"stepSize": float(step), "absoluteTolerance": 1e-4, "relativeTolerance": 1e-4}
+        sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **settings)
 
 
 def _experiment(root: Any, experiment: DefaultExperiment) -> None:
-    child = sub_element(root, "ssd", "DefaultExperiment", startTime=repr(float(experiment.start_time)))
-    if experiment.stop_time is not None:
-        child.set("stopTime", repr(float(experiment.stop_time)))
-    if experiment.step_size is not None:
+    start, stop, step = experiment.start_time, experiment.stop_time, experiment.step_size
+    times = {"startTime": float(start), "stopTime": None if stop is None else float(stop)}
+    child = sub_element(root, "ssd", "DefaultExperiment", **times)
+    if step is not None:
         # SSP has no word for a step size; this annotation is the one that libcosim reads.
         notes = sub_element(child, "ssd", "Annotations")
         note = sub_element(notes, "ssc", "Annotation", type="com.opensimulationplatform")
         algorithm = sub_element(note, "osp", "Algorithm")
-        sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=repr(float(experiment.step_size)))
+        sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=float(step))
 
 
 def _ssv(held: Component, system: System) -> Any:
@@ -282,14 +247,10 @@ def _ssv(held: Component, system: System) -> Any:
         if variable.kind == "Real":
             values[name] = Parameter(name, "Real", float(value), _unit(system, held, variable))
         elif variable.kind == "Enumeration":
-            values[name] = Parameter(name, "Enumeration", _item(variable, value))
+            item = next((item for item, number in variable.items.items() if number == value), None)
+            if item is None:
+                raise InputError(f"{name}: {value} is no item of its enumeration; give one of its items")
+            values[name] = Parameter(name, "Enumeration", item)
         else:
             values[name] = value
     return parameter_set_element(PARAMETER_SET, values)
-
-
-def _item(variable: Variable, value: Value) -> str:
-    name = next((item for item, number in variable.items.items() if number == value), None)
-    if name is None:
-        raise InputError(f"{variable.name}: {value} is no item of its enumeration; give one of its items")
-    return name

@@ -7,10 +7,13 @@ where it stands.
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES, brief
+
+Read = TypeVar("Read")
 
 XML_LIMIT_TAGS = 500_000
 """Opening and closing ones together: a tree in memory takes some hundred bytes for each."""
@@ -89,31 +92,38 @@ def integer(text: str, where: str) -> int:
     return value
 
 
-def optional_number(element: Any, name: str, where: str) -> float | None:
-    """Give an attribute as a finite number, or None where it is absent."""
-    text = element.get(name)
-    return None if text is None else number(text, f"{where}: {name}")
-
-
-def optional_integer(element: Any, name: str, where: str) -> int | None:
-    """Give an attribute as an integer, or None where it is absent."""
-    text = element.get(name)
-    return None if text is None else integer(text, f"{where}: {name}")
-
-
-def boolean(element: Any, name: str, where: str, default: bool) -> bool:
-    """Give an attribute as a truth value (true, false, 1 or 0), or the default where it is absent."""
-    text = element.get(name)
-    return default if text is None else truth(text, name, where)
-
-
-def truth(text: str, name: str, where: str) -> bool:
-    """Give what a text says as a truth value; `name` is that of its attribute."""
+def truth(text: str, where: str) -> bool:
+    """Give a truth value: true, false, 1 or 0."""
     if text.strip() not in ("true", "false", "1", "0"):
-        raise InputError(f"{where}: {name} is {text!r}, neither true nor false")
+        raise InputError(f"{where} is {text!r}, neither true nor false")
     return text.strip() in ("true", "1")
+
+
+def optional(element: Any, name: str, read: Callable[[str, str], Read], where: str) -> Read | None:
+    """Give an attribute as `number`, `integer` or `truth` read it, or None where it is absent."""
+    text = None if element is None else element.get(name)
+    return None if text is None else read(text, f"{where}: {name}")
 
 
 def local(element: Any) -> str:
     """Give an element's name without its namespace."""
     return str(element.tag).rpartition("}")[2]
+
+
+def children(parent: Any, name: str) -> Iterator[Any]:
+    """Give the child elements of one name."""
+    return (child for child in (() if parent is None else parent) if local(child) == name)
+
+
+def only_child(parent: Any, name: str) -> Any:
+    """Give the first child of one name, or None."""
+    return next(children(parent, name), None)
+
+
+def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> None:
+    """Refuse by name any child element of SSP that is not read; notes are passed over."""
+    for child in parent:
+        if local(child) not in (*known, "Annotations", "MetaData"):
+            raise InputError(
+                f"{where}: the element {local(child)} is not supported; remove it or write it another way"
+            )

@@ -71,12 +71,12 @@ def test_every_law_that_ships_with_a_design_says_what_it_knows_of_the_plant() ->
 def test_the_default_run_loads_no_designer() -> None:
     script = (
         "import sys\n"
-        "from warmlink.orchestration.catalogue import controller\n"
-        "from warmlink.orchestration.closed_loop.belief import advice, is_ideal\n"
-        "from warmlink.orchestration.scenarios.setup import CELL\n"
+        "from dataclasses import replace\n"
+        "from warmlink.orchestration.catalogue import shipped\n"
+        "from warmlink.orchestration.closed_loop.belief import judged\n"
+        "from warmlink.orchestration.closed_loop.load import load_scenario\n"
         "for law in ('lag', 'observer'):\n"
-        "    parts = CELL.declared(controller(law))\n"
-        "    advice(law, parts, {}), is_ideal(law, parts, {})\n"
+        f"    judged(replace(load_scenario('{NOMINAL}'), controller=shipped(law)))\n"
         "print('scipy' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

@@ -10,8 +10,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves.slave import Names
-from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.model_info import Variable
+from warmlink.orchestration.system.model import Value, Variable
 
 Held = dict[int, list[Value]]
 """All values of an array by its value reference: what its elements were set to, or start from."""

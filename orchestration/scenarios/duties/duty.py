@@ -1,9 +1,10 @@
-"""Duty cycles: what a joint is asked to do, segment by segment."""
+"""What drives a system: duty cycles, which say what a joint is asked to do, segment by segment."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.drive import Drive
+from warmlink.orchestration.system.model import StartValues
 
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
 """Values of `pad_mode`."""
@@ -83,6 +84,32 @@ def demands_at(segments: Sequence[Segment], times: NDArray[np.float64]) -> dict[
 
 
 @dataclass(frozen=True)
+class Drive:
+    """What drives a system: a duty cycle, or a program of an arm.
+
+    Attributes
+    ----------
+    name, title, reason : what it is called, in short and in a line, and why it is as it is
+    stop_time : in s
+    remarks : what was taken for granted where a file did not say it
+    """
+
+    name: str
+    title: str
+    reason: str
+    stop_time: float
+    remarks: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def until(self, stop_time: float) -> Self:
+        """The same with another stop time in s."""
+        return replace(self, stop_time=stop_time)
+
+    def start_values(self) -> StartValues:
+        """Start values of the instances that drive the others."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
 class Duty(Drive):
     """A duty cycle.
 
@@ -93,11 +120,6 @@ class Duty(Drive):
 
     segments: tuple[Segment, ...]
     repeat: bool = False
-
-    @property
-    def fits_component(self) -> bool:
-        """Whether the DutyCycle component can hold it; a finer one is fed by the master as a table."""
-        return len(self.segments) <= SEGMENTS
 
     def unrolled(self) -> tuple[Segment, ...]:
         """Segments up to the stop time, repeated as in a run; raises InputError where they are too many."""
@@ -117,19 +139,13 @@ class Duty(Drive):
                     found.append(segment)
         return tuple(found)
 
-    def start_values(self) -> dict[str, dict[str, float | bool]]:
+    def start_values(self) -> StartValues:
         """Start values of the instance `duty`; raises as `component_parameters`."""
         return {"duty": self.component_parameters()}
 
     def component_parameters(self) -> dict[str, float | bool]:
-        """Parameters of the DutyCycle component, by scalar name.
-
-        Raises
-        ------
-        InputError
-            There are more segments than the component has.
-        """
-        if not self.fits_component:
+        """Parameters of the DutyCycle component by scalar name; InputError where it has too few segments."""
+        if len(self.segments) > SEGMENTS:
             raise InputError(
                 f"{self.name}: {len(self.segments)} segments are more than the {SEGMENTS} that the DutyCycle "
                 "component holds; use longer ones, or repeat"

@@ -8,7 +8,7 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,9 +39,44 @@ SHORTEST_DRAWN = 1.0
 
 MOST_SEED = 2**63 - 1
 
+Row = tuple[Segment, ...]
+"""What each joint does at the same time; a cell has one joint."""
+
+
+class Rows:
+    """A table of which rows of segments are made."""
+
+    @property
+    def most(self) -> int:
+        """How many rows there may be of a table that does not fill the time."""
+        return 1
+
+    def rows(self, stop_time: float, where: str) -> Iterator[Row]:
+        """Rows, drawn ones up to a stop time in s; raises InputError where they are too many."""
+        raise NotImplementedError
+
+
+def durations(
+    generator: np.random.Generator, lasting: tuple[float, float], stop_time: float, where: str
+) -> Iterator[float]:
+    """Draw durations in s until a stop time is filled.
+
+    Parameters
+    ----------
+    lasting : shortest and longest duration in s
+    where : name of the shortest one; InputError where there may be too many of it
+    """
+    check_segments(stop_time / lasting[0], where)
+    time = 0.0
+    while time < stop_time:
+        # Whole seconds, so that the segments fall on communication points.
+        duration = float(round(generator.uniform(*lasting)))
+        yield duration
+        time += duration
+
 
 @dataclass(frozen=True)
-class SegmentTable:
+class SegmentTable(Rows):
     """One segment of a duty cycle."""
 
     __pydantic_config__ = TABLE
@@ -59,27 +94,31 @@ class SegmentTable:
         if self.pad_temperature is not None and self.pad_power is not None:
             raise InputError("pad_temperature and pad_power exclude each other; give one")
 
-    def segments(self) -> Iterator[Segment]:
+    @property
+    def most(self) -> int:
+        """One, or the steps of its ramp."""
+        return 1 if self.ambient_temperature_end is None else self.steps
+
+    def rows(self, stop_time: float, where: str) -> Iterator[Row]:
         """The segment, or the steps of its ramp."""
-        end, steps = self.ambient_temperature_end, self.steps
-        if end is None:
-            end, steps = self.ambient_temperature, 1
+        end, steps = self.ambient_temperature_end, self.most
         held, heated = self.pad_temperature, self.pad_power
+        rise = 0.0 if end is None else end - self.ambient_temperature
         for i in range(steps):
-            share = (i + 0.5) / steps
-            yield Segment(
+            segment = Segment(
                 self.duration / steps,
                 self.speed,
                 self.torque,
-                self.ambient_temperature + share * (end - self.ambient_temperature),
+                self.ambient_temperature + (i + 0.5) / steps * rise,
                 PAD_TEMPERATURE if held is not None else PAD_POWER if heated is not None else NO_PAD,
                 ROOM_TEMPERATURE if held is None else held,
                 heated or 0.0,
             )
+            yield (segment,)
 
 
 @dataclass(frozen=True)
-class RandomTable:
+class RandomTable(Rows):
     """Bounds between which segments are drawn evenly until the stop time is filled."""
 
     __pydantic_config__ = TABLE
@@ -89,44 +128,55 @@ class RandomTable:
     speed: Annotated[tuple[float, float], Bounds("rad/s")]
     torque: Annotated[tuple[float, float], Bounds("N.m")]
 
-    def segments(self, stop_time: float, where: str) -> Iterator[Segment]:
-        """Segments until the stop time in s; raises InputError where there may be too many."""
-        check_segments(stop_time / self.duration[0], where)
+    def rows(self, stop_time: float, where: str) -> Iterator[Row]:
+        """Segments that are drawn until a stop time in s."""
         generator = np.random.default_rng(self.seed)
-        time = 0.0
-        while time < stop_time:
-            # Whole seconds, so that the segments fall on communication points.
-            duration = float(round(generator.uniform(*self.duration)))
+        for duration in durations(generator, self.duration, stop_time, f"{where}.duration"):
             speed, torque = (round(float(generator.uniform(*each)), 3) for each in (self.speed, self.torque))
-            yield Segment(duration, speed, torque)
-            time += duration
+            yield (Segment(duration, speed, torque),)
 
 
 @dataclass(frozen=True, kw_only=True)
-class DutyTables:
-    """Segments, or bounds between which they are drawn."""
+class RowsTables:
+    """Segments of one joint or of several, or bounds between which they are drawn."""
 
     title: Annotated[str | None, Text()] = None
     reason: Annotated[str, Text()] = ""
     repeat: Annotated[bool, Flag()] = False
-    segment: tuple[SegmentTable, ...] = ()
-    random: RandomTable | None = None
+    segment: tuple[Rows, ...] = ()
+    random: Rows | None = None
 
-    def check(self) -> None:
-        """Raise InputError where there are none of them, or both."""
+    def __post_init__(self) -> None:
         if bool(self.segment) == (self.random is not None):
             raise InputError("give either [[segment]] tables or one [random] table")
 
+    def duties(self, name: str, stop_time: float, called: Sequence[str]) -> tuple[Duty, ...]:
+        """Duty cycle of each joint up to a stop time in s; raises InputError where segments are too many.
+
+        `called` are the names of the duty cycles, `name` that of the file.
+        """
+        if self.random is None:
+            check_segments(sum(each.most for each in self.segment), name)
+        tables = self.segment if self.random is None else (self.random,)
+        rows = [row for each in tables for row in each.rows(stop_time, f"{name}: random")]
+        title, reason = name if self.title is None else self.title, self.reason.strip()
+        return tuple(
+            Duty(each, title, reason, stop_time, segments, self.repeat)
+            for each, segments in zip(called, zip(*rows, strict=True), strict=True)
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DutyTables(RowsTables):
+    """Segments, or bounds between which they are drawn."""
+
+    segment: tuple[SegmentTable, ...] = ()
+    random: RandomTable | None = None
+
     def laid_out(self, name: str, stop_time: float) -> Duty:
         """The duty cycle of a stop time in s; raises InputError where it has too many segments."""
-        if self.random is not None:
-            segments = tuple(self.random.segments(stop_time, f"{name}: random.duration"))
-        else:
-            ramps = (1 if each.ambient_temperature_end is None else each.steps for each in self.segment)
-            check_segments(sum(ramps), name)
-            segments = tuple(piece for each in self.segment for piece in each.segments())
-        title = name if self.title is None else self.title
-        return Duty(name, title, self.reason.strip(), stop_time, segments, self.repeat)
+        (duty,) = self.duties(name, stop_time, (name,))
+        return duty
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,9 +186,6 @@ class DutyFile(DutyTables):
     __pydantic_config__ = TABLE
 
     stop_time: Annotated[float, Quantity("s", positive=True)]
-
-    def __post_init__(self) -> None:
-        self.check()
 
 
 def names() -> list[str]:
@@ -165,12 +212,6 @@ def load(source: str | Path) -> Duty:
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Duty:
-    """Duty cycle from the tables of a file.
-
-    Raises
-    ------
-    InputError
-        Something is missing, misspelt or out of range.
-    """
+    """Duty cycle from the tables of a file; raises as `load`."""
     read = read_table(DutyFile, given, name)
     return read.laid_out(name, read.stop_time)

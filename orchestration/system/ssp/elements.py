@@ -7,12 +7,13 @@ elements by their prefix alone, so writing always uses the standard's own prefix
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES
+from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.units import BASE_UNITS, Unit, meaning
 from warmlink.orchestration.system.xml import local, parse_xml
 from warmlink.orchestration.text_files import is_file
@@ -28,25 +29,6 @@ PREFIXES = {
 }
 _SSP_NAMESPACE = re.compile(r"^\{http://ssp-standard\.org/SSP[12]/SystemStructure[A-Za-z]+\}")
 _VERSION = re.compile(r"^[12]\.\d+(-.*)?$")
-
-
-def children(parent: Any, name: str) -> Iterator[Any]:
-    """Give the child elements of one name."""
-    return (child for child in (() if parent is None else parent) if local(child) == name)
-
-
-def only_child(parent: Any, name: str) -> Any:
-    """Give the first child of one name, or None."""
-    return next(children(parent, name), None)
-
-
-def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> None:
-    """Refuse by name any child element that is not read."""
-    for child in parent:
-        if local(child) not in known:
-            raise InputError(
-                f"{where}: the element {local(child)} is not supported; remove it or write it another way"
-            )
 
 
 def root_of_file(path: Path, expected: str, where: str) -> Any:
@@ -78,28 +60,29 @@ def element(prefix: str, tag: str, /, **attributes: str) -> Any:
     return etree.Element(f"{{{PREFIXES[prefix]}}}{tag}", attributes, nsmap=used)
 
 
-def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: str) -> Any:
-    """Add a child element and give it."""
+def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: Value | None) -> Any:
+    """Add a child element and give it; attributes that are None are left out."""
     from lxml import etree
 
-    return etree.SubElement(parent, f"{{{PREFIXES[prefix]}}}{tag}", attributes)
+    texts = {name: _text(value) for name, value in attributes.items() if value is not None}
+    return etree.SubElement(parent, f"{{{PREFIXES[prefix]}}}{tag}", texts)
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)
 
 
 def unit_elements(root: Any, prefix: str, units: Iterable[Unit]) -> None:
     """Add a `Units` element with the definitions of some units, by name; nothing where there are none."""
     ordered = sorted(units, key=lambda unit: unit.name)
-    if not ordered:
-        return
-    held = sub_element(root, prefix, "Units")
+    held = sub_element(root, prefix, "Units") if ordered else None
     for unit in map(meaning, ordered):
-        base = sub_element(sub_element(held, "ssc", "Unit", name=unit.name), "ssc", "BaseUnit")
-        for key, exponent in zip(BASE_UNITS, unit.exponents or (), strict=True):
-            if exponent:
-                base.set(key, str(exponent))
-        if unit.factor != 1.0:
-            base.set("factor", repr(unit.factor))
-        if unit.offset != 0.0:
-            base.set("offset", repr(unit.offset))
+        shown = dict(zip(BASE_UNITS, (each or None for each in unit.exponents or ()), strict=True))
+        scale = None if unit.factor == 1.0 else unit.factor
+        child = sub_element(held, "ssc", "Unit", name=unit.name)
+        sub_element(child, "ssc", "BaseUnit", **shown, factor=scale, offset=unit.offset or None)
 
 
 def to_bytes(root: Any) -> bytes:

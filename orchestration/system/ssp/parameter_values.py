@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import whole_file
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import TYPES, Value
 from warmlink.orchestration.system.ssp.elements import (
-    children,
     element,
-    only_child,
-    refuse_other_children,
     root_of_file,
     sub_element,
     to_bytes,
     unit_elements,
 )
+from warmlink.orchestration.system.ssp.net import Edge, Node
 from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units
-from warmlink.orchestration.system.xml import boolean, integer, local, number, optional_number, required
-
-# Names of SSP 1.0 and 2.0 for values of each kind.
-_REAL = ("Real", "Float64", "Float32")
-_INTEGER = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
+from warmlink.orchestration.system.xml import (
+    children,
+    integer,
+    local,
+    number,
+    only_child,
+    optional,
+    refuse_other_children,
+    required,
+    truth,
+)
 
 
 @dataclass(frozen=True)
@@ -34,10 +38,8 @@ class Parameter:
 
     Parameters
     ----------
-    type
-        `Real`, `Integer`, `Boolean`, `String` or `Enumeration`.
-    unit
-        Unit of a Real; None means that of the variable it goes to.
+    type : `Real`, `Integer`, `Boolean`, `String` or `Enumeration`
+    unit : unit of a Real; None means that of the variable it goes to
     """
 
     name: str
@@ -46,23 +48,12 @@ class Parameter:
     unit: Unit | None = None
 
 
-@dataclass(frozen=True)
-class MappingEntry:
-    """One entry of a parameter mapping: `target = factor * source + offset` after unit conversion."""
-
-    source: str
-    target: str
-    transformation: Conversion | None = None
-    suppress_unit_conversion: bool = False
-
-
 def read_ssv(path: Path) -> dict[str, Parameter]:
     """Read an SSV file.
 
     Parameters
     ----------
-    path
-        The file.
+    path : the file
 
     Returns
     -------
@@ -74,7 +65,7 @@ def read_ssv(path: Path) -> dict[str, Parameter]:
     InputError
         If the file is absent, not an SSV, or holds what is not supported.
     """
-    return {p.name: p for p in parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)}
+    return parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)
 
 
 def write_ssv(
@@ -86,50 +77,42 @@ def write_ssv(
 
     Parameters
     ----------
-    values
-        By variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be told.
-    path
-        Where to write.
-    name
-        Name of the parameter set.
+    values : by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
+        told
+    path : where to write
+    name : name of the parameter set
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:
         scratch.write_bytes(to_bytes(parameter_set_element(name, values)))
 
 
-def parameter_set(root: Any, where: str) -> tuple[Parameter, ...]:
-    """Give the parameters of an `ssv:ParameterSet` element; what does not fit is an InputError."""
-    refuse_other_children(root, ("Parameters", "Enumerations", "Units", "Annotations", "MetaData"), where)
+def parameter_set(root: Any, where: str) -> dict[str, Parameter]:
+    """Give the parameters of an `ssv:ParameterSet` element by name; what does not fit is an InputError."""
+    refuse_other_children(root, ("Parameters", "Enumerations", "Units"), where)
     units = definitions_of_units(only_child(root, "Units"), where)
-    held = only_child(root, "Parameters")
     parameters: dict[str, Parameter] = {}
-    for child in () if held is None else held:
-        if local(child) != "Parameter":
-            continue
+    for child in children(only_child(root, "Parameters"), "Parameter"):
         name = required(child, "name", where)
         if name in parameters:
             raise InputError(f"{where}: gives the parameter {name} twice; keep one")
         parameters[name] = _parameter(name, child, units, f"{where}: {name}")
-    return tuple(parameters.values())
+    return parameters
 
 
 def _parameter(name: str, entry: Any, units: Mapping[str, Unit], where: str) -> Parameter:
     typed = [child for child in entry if local(child) not in ("Annotations", "MetaData")]
     if len(typed) != 1:
         raise InputError(f"{where}: needs one value, not {len(typed)}; arrays are not supported")
-    held = typed[0]
-    kind = local(held)
-    text = required(held, "value", where)
-    if kind in _REAL:
-        unit = held.get("unit")
-        return Parameter(
-            name, "Real", number(text, where), None if unit is None else units.get(unit, Unit(unit))
-        )
-    if kind in _INTEGER:
-        return Parameter(name, "Integer", integer(text, where))
+    kind, text, unit = local(typed[0]), required(typed[0], "value", where), typed[0].get("unit")
+    kind = TYPES.get(kind, kind)
+    if kind == "Real":
+        known = None if unit is None else units.get(unit, Unit(unit))
+        return Parameter(name, kind, number(text, where), known)
+    if kind == "Integer":
+        return Parameter(name, kind, integer(text, where))
     if kind == "Boolean":
-        return Parameter(name, "Boolean", boolean(held, "value", where, default=False))
+        return Parameter(name, kind, truth(text, f"{where}: value"))
     if kind in ("String", "Enumeration"):
         return Parameter(name, kind, text)
     raise InputError(
@@ -137,28 +120,27 @@ def _parameter(name: str, entry: Any, units: Mapping[str, Unit], where: str) -> 
     )
 
 
-def parameter_mapping(root: Any, where: str) -> tuple[MappingEntry, ...]:
+def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:
     """Give the entries of an `ssm:ParameterMapping` element; raises `InputError` on what is not supported."""
-    refuse_other_children(root, ("MappingEntry", "Annotations", "MetaData"), where)
+    refuse_other_children(root, ("MappingEntry",), where)
     entries = []
     for entry in children(root, "MappingEntry"):
-        source, target = required(entry, "source", where), required(entry, "target", where)
-        here = f"{where}: {source} -> {target}"
-        suppress = boolean(entry, "suppressUnitConversion", here, default=False)
-        entries.append(MappingEntry(source, target, transformation(entry, here), suppress))
+        source, target = (Node((), required(entry, end, where)) for end in ("source", "target"))
+        edge = Edge(source, target)
+        entries.append(with_transformation(edge, entry, f"{where}: {edge}"))
     return tuple(entries)
 
 
-def transformation(entry: Any, where: str) -> Conversion | None:
-    """Give the linear transformation of a connection or mapping entry, or None where it has none."""
-    refuse_other_children(
-        entry, ("LinearTransformation", "ConnectionGeometry", "Annotations", "MetaData"), where
-    )
-    linear = only_child(entry, "LinearTransformation")
-    if linear is None:
-        return None
-    factor = optional_number(linear, "factor", where)
-    return Conversion(1.0 if factor is None else factor, optional_number(linear, "offset", where) or 0.0)
+def with_transformation(edge: Edge, entry: Any, where: str) -> Edge:
+    """Give a connection or mapping entry with what its element says of units and of a transformation."""
+    suppress = optional(entry, "suppressUnitConversion", truth, where) or False
+    refuse_other_children(entry, ("LinearTransformation", "ConnectionGeometry"), where)
+    linear, change = only_child(entry, "LinearTransformation"), None
+    if linear is not None:
+        factor = optional(linear, "factor", number, where)
+        offset = optional(linear, "offset", number, where) or 0.0
+        change = Conversion(1.0 if factor is None else factor, offset)
+    return replace(edge, transformation=change, suppress_unit_conversion=suppress)
 
 
 def parameter_set_element(name: str, values: Mapping[str, Value | Parameter]) -> Any:
@@ -169,10 +151,11 @@ def parameter_set_element(name: str, values: Mapping[str, Value | Parameter]) ->
     for key, value in values.items():
         parameter = value if isinstance(value, Parameter) else _plain(key, value)
         entry = sub_element(held, "ssv", "Parameter", name=key)
-        typed = sub_element(entry, "ssv", parameter.type, value=_text(parameter.value))
-        if parameter.unit is not None:
-            typed.set("unit", parameter.unit.name)
-            used[parameter.unit.name] = parameter.unit
+        unit = parameter.unit
+        told = None if unit is None else unit.name
+        sub_element(entry, "ssv", parameter.type, value=parameter.value, unit=told)
+        if unit is not None:
+            used[unit.name] = unit
     unit_elements(root, "ssv", used.values())
     return root
 
@@ -181,9 +164,3 @@ def _plain(name: str, value: Value) -> Parameter:
     # bool is an int in Python, hence the order.
     kinds = ((bool, "Boolean"), (int, "Integer"), (float, "Real"), (str, "String"))
     return Parameter(name, next(label for kind, label in kinds if isinstance(value, kind)), value)
-
-
-def _text(value: Value) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return repr(value) if isinstance(value, float) else str(value)

@@ -1,34 +1,81 @@
-"""From connectors to variables: what a component shows, and every connection from end to end."""
+"""From connectors to variables: what components show, connections from end to end, start values.
+
+A value that passes a connector is converted into its unit first, and then transformed (SSP 4.5.2). Of several
+start values for one variable that of the outer binding counts, or the later one (SSP 5.2.3).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.check import alike, check_kind, check_type, own_unit, variable_of
-from warmlink.orchestration.system.model import Connection, Connector
-from warmlink.orchestration.system.model_info import ModelInfo, Variable
-from warmlink.orchestration.system.ssp.carried import Carried
-from warmlink.orchestration.system.ssp.declared import DeclaredConnector
-from warmlink.orchestration.system.ssp.flatten import Edge, Flat, Node, Path
-from warmlink.orchestration.system.units import Conversion, Unit
+from warmlink.orchestration.system.check import alike, check_connector, checked_value, own_unit, variable_of
+from warmlink.orchestration.system.model import Connection, Connector, Value, Variable
+from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Net, Node, Path
+from warmlink.orchestration.system.ssp.parameter_values import Parameter
+from warmlink.orchestration.system.units import IDENTITY, Conversion, Unit, fitting
 
 
 @dataclass(frozen=True)
-class Resolver:
-    """A flat system beside the descriptions of its FMUs, by the components' paths."""
+class Binding:
+    """One parameter binding of an element: values by name, and the mapping of names if there is one."""
 
-    flat: Flat
-    infos: dict[Path, ModelInfo]
+    path: Path
+    parameters: dict[str, Parameter]
+    mapping: tuple[Edge, ...] | None
+    where: str
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """A value under way: its unit by now, None where it is not known, and what has become of it so far.
+
+    `where` and `remedy` are for an error; the zeros of scales do not apply to a `difference`.
+    """
+
+    where: str
+    remedy: str
+    unit: Unit | None
+    difference: bool
+    so_far: Conversion = IDENTITY
+
+    def into(self, unit: Unit | None, edge: Edge | None = None) -> _Carried:
+        """Take the value along an edge into a connector with a unit, None where it tells none."""
+        so_far = self.so_far
+        if self.unit is not None and unit is not None and not (edge and edge.suppress_unit_conversion):
+            step = fitting(self.unit, unit, self.difference, self.where, self.remedy)
+            so_far = so_far.then(step.factor, step.offset)
+        if edge is None or edge.transformation is None:
+            return replace(self, unit=unit or self.unit, so_far=so_far)
+        # What is transformed is in the unit of the connector it reaches, or in none that is known.
+        so_far = so_far.then(edge.transformation.factor, edge.transformation.offset)
+        return replace(self, unit=unit, so_far=so_far)
+
+
+@dataclass
+class Resolver:
+    """A net beside the variables of its FMUs.
+
+    Attributes
+    ----------
+    bindings : those of inner elements before those of the systems around them
+    units : those that connectors use because their FMUs tell none
+    remarks : what the standard lets a reader pass over
+    """
+
+    net: Net
+    bindings: Sequence[Binding] = ()
+    units: dict[str, Unit] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
     def connectors(self, path: Path) -> tuple[Connector, ...]:
         """Give a component's connectors, checked against its FMU in name, kind, type and unit."""
         return tuple(
             self._connector(node, declared)
-            for name, declared in self.flat.components[path].connectors.items()
-            for node in self._elements(Node(path, name), declared.sizes)
+            for name, declared in self.net.elements[path].connectors.items()
+            for node in self._scalars(Node(path, name), declared.sizes)
         )
 
     def connections(self) -> Iterator[Connection]:
@@ -36,74 +83,139 @@ class Resolver:
 
         InputError where types or quantities do not fit, with both ends and the reason.
         """
-        for edge in self.flat.into.values():
-            if edge.target.path in self.flat.components:
-                way = self.flat.way_to(edge.target)
-                if way[0].source.path in self.flat.components:
-                    yield from map(self._connection, self._element_by_element(way))
+        for way in self.net.ways:
+            if self.net.info(way[0].source) is not None:
+                sources, targets = self._scalars(way[0].source), self._scalars(way[-1].target)
+                if len(sources) != len(targets):
+                    raise InputError(
+                        f"{way[0].source} -> {way[-1].target}: {len(sources)} and {len(targets)} elements; "
+                        "connect arrays of one size"
+                    )
+                for source, target in zip(sources, targets, strict=True):
+                    each = [replace(way[0], source=source), *way[1:]]
+                    each[-1] = replace(each[-1], target=target)
+                    yield self._connection(each)
 
-    def variable(self, node: Node) -> tuple[Variable, Unit | None]:
-        """Give a component's scalar variable and the unit of its values."""
-        info = self.infos[node.path]
-        variable = variable_of(info, node.connector, str(node))
-        declared = self.flat.components[node.path].connectors.get(node.connector)
-        return variable, own_unit(info, variable, declared.unit if declared else None)
+    def start_values(self) -> dict[Path, dict[str, Value]]:
+        """Give the start values of each component in its variables' own units."""
+        found: dict[Path, dict[str, Value]] = {path: {} for path in self.net.components}
+        for binding in self.bindings:
+            for parameter, entering in self._entering(binding):
+                for way in self._onward(entering):
+                    variable, value = self._started(parameter, way)
+                    found[way[-1].target.path][variable.name] = value
+        return found
 
-    def carry(self, value: Carried, way: Sequence[Edge]) -> Conversion:
-        """Give what becomes of a value along connected connectors, up to the variable at their end.
+    def _entering(self, binding: Binding) -> Iterator[tuple[Parameter, Edge]]:
+        """Give each value with each connector that it enters; a mapping decides alone, where there is one."""
+        edges: Iterable[Edge] = (Edge(name, name) for name in (Node((), each) for each in binding.parameters))
+        for edge in edges if binding.mapping is None else binding.mapping:
+            name, told = edge.target.connector, edge.source.connector
+            if told not in binding.parameters:
+                self.remarks.append(f"{binding.where}: its mapping names {told}, which has no value")
+                continue
+            nodes = list(self._named(binding.path, name))
+            if not nodes and binding.mapping is not None:
+                raise InputError(
+                    f"{binding.where}: its mapping names {name}, which does not exist; correct it"
+                )
+            if not nodes:
+                self.remarks.append(f"{binding.where}: {name} is the name of no variable and has no effect")
+            for node in nodes:
+                yield binding.parameters[told], replace(edge, source=node, target=node)
 
-        The value is in the unit in which it enters the first connection; the last edge ends at a component.
-        """
-        for edge in way:
-            value = value.into(
-                self._shown_unit(edge.target), edge.transformation, edge.suppress_unit_conversion
+    def _named(self, path: Path, name: str) -> Iterator[Node]:
+        """Give whatever bears a hierarchical name below an element; the standard allows several."""
+        element = self.net.elements[path]
+        if name in (element.connectors if element.info is None else element.info.variables):
+            yield Node(path, name)
+        if element.info is None:
+            for inner in self.net.elements:
+                if inner[:-1] == path and inner and name.startswith(f"{inner[-1]}."):
+                    yield from self._named(inner, name[len(inner[-1]) + 1 :])
+
+    def _onward(self, entering: Edge) -> list[list[Edge]]:
+        """Give the ways of a start value to a variable, or through a system's connector to all it drives."""
+        node = entering.target
+        if self.net.info(node) is not None:
+            return [[entering]]
+        declared = self.net.declared(node)
+        kind = declared.kind if declared else "absent"
+        if kind not in ("input", "parameter"):
+            raise InputError(f"{node}: takes no start value, being {kind}; set an input or parameter")
+        ways = [
+            [entering, *way[i:]] for way in self.net.ways for i, edge in enumerate(way) if edge.source == node
+        ]
+        if not ways:
+            self.remarks.append(f"{node}: has a start value but drives nothing")
+        return ways
+
+    def _started(self, parameter: Parameter, way: Sequence[Edge]) -> tuple[Variable, Value]:
+        """Give the variable at the end of a way, and the start value that it gets."""
+        node = way[-1].target
+        variable, own = self._variable(node)
+        if not alike(parameter.type, variable.kind):
+            raise InputError(
+                f"{node}: is given a value of type {parameter.type}, but is of type {variable.type}; "
+                "give a value of that type"
             )
-        return value.into(self.variable(way[-1].target)[1]).so_far
+        remedy = "give the value in a unit of its variable"
+        carried = _Carried(str(node), remedy, parameter.unit, variable.relative)
+        # A binding that names the variable itself does so whatever unit its connector shows.
+        change = carried.into(own, way[0]).so_far if len(way) == 1 else self._carry(carried, way)
+        value = parameter.value
+        if variable.kind == "Real":
+            value = change(float(value))
+        elif not change.identity:
+            raise InputError(
+                f"{node}: a linear transformation needs a Real, this is {variable.kind}; remove it"
+            )
+        return variable, checked_value(variable, value, str(node))
 
-    def _elements(self, node: Node, sizes: Sequence[int] = ()) -> tuple[Node, ...]:
+    def _scalars(self, node: Node, sizes: Sequence[int] = ()) -> list[Node]:
         """Give the elements of an array, or what is none by itself; `sizes` are those of its connector."""
-        names = self.infos[node.path].arrays.get(node.connector, (node.connector,))
+        info = self.net.info(node)
+        names = info.arrays.get(node.connector, (node.connector,)) if info else ()
         if sizes and math.prod(sizes) != len(names):
             raise InputError(
                 f"{node}: is declared with {math.prod(sizes)} elements, but has {len(names)} in its FMU; "
                 "correct one"
             )
-        return tuple(Node(node.path, name) for name in names)
+        return [Node(node.path, name) for name in names]
 
-    def _element_by_element(self, way: Sequence[Edge]) -> Iterator[Sequence[Edge]]:
-        """Give a way between arrays as one for each element."""
-        sources, targets = self._elements(way[0].source), self._elements(way[-1].target)
-        if len(sources) != len(targets):
-            raise InputError(
-                f"{way[0].source} -> {way[-1].target}: {len(sources)} and {len(targets)} elements; "
-                "connect arrays of one size"
-            )
-        for source, target in zip(sources, targets, strict=True):
-            each = [*way]
-            each[0] = replace(each[0], source=source)
-            each[-1] = replace(each[-1], target=target)
-            yield each
+    def _variable(self, node: Node) -> tuple[Variable, Unit | None]:
+        """Give a component's scalar variable and the unit of its values."""
+        info, declared = self.net.info(node), self.net.declared(node)
+        assert info is not None
+        variable = variable_of(info, node.connector, str(node))
+        return variable, own_unit(info, variable, declared.unit if declared else None)
 
     def _connector(self, node: Node, declared: DeclaredConnector) -> Connector:
         where = str(node)
-        variable, unit = self.variable(node)
-        check_kind(variable, declared.kind, where)
-        check_type(variable, declared.type, where)
+        variable, unit = self._variable(node)
+        kind = check_connector(variable, declared.kind, declared.type, where)
         remedy = "declare the connector in a unit of its variable"
-        Carried(where, remedy, unit, variable.relative).into(declared.unit)
-        assert variable.kind is not None  # variable_of has seen to it
-        return Connector(node.connector, declared.kind, variable.kind, unit.name if unit else None)
+        _Carried(where, remedy, unit, variable.relative).into(declared.unit)
+        if declared.unit and declared.unit.exponents is not None and variable.unit is None:
+            self.units[declared.unit.name] = declared.unit
+        return Connector(node.connector, declared.kind, kind, unit.name if unit else None)
 
     def _shown_unit(self, node: Node) -> Unit | None:
         """Give the unit that a connector shows to those connected with it."""
-        declared = self.flat.connector(node)
+        declared = self.net.declared(node)
         if declared is not None and declared.unit is not None:
             return declared.unit
-        return self.variable(node)[1] if node.path in self.flat.components else None
+        return None if self.net.info(node) is None else self._variable(node)[1]
+
+    def _carry(self, value: _Carried, way: Sequence[Edge]) -> Conversion:
+        """Give what becomes of a value along connected connectors, up to the variable at their end."""
+        for edge in way:
+            value = value.into(self._shown_unit(edge.target), edge)
+        return value.into(self._variable(way[-1].target)[1]).so_far
 
     def _connection(self, way: Sequence[Edge]) -> Connection:
         source, target = way[0].source, way[-1].target
-        (giving, unit), (taking, target_unit) = self.variable(source), self.variable(target)
+        (giving, unit), (taking, target_unit) = self._variable(source), self._variable(target)
         between = f"{source} -> {target}"
         both = giving.kind == taking.kind == "Enumeration"
         if not alike(giving.kind, taking.kind) or (both and giving.items != taking.items):
@@ -111,19 +223,18 @@ class Resolver:
             raise InputError(f"{between}: {kinds}; connect variables of one type")
         remedy = "connect variables of one quantity"
         found = [
-            self.carry(Carried(between, remedy, unit, difference).into(self._shown_unit(source)), way)
+            self._carry(_Carried(between, remedy, unit, difference).into(self._shown_unit(source)), way)
             for difference in (giving.relative, taking.relative)
         ]
         if found[0] != found[1]:
-            ends = ["a difference" if v.relative else "a temperature" for v in (giving, taking)]
-            told = f"{ends[0]} in {_name(unit)} does not convert to {ends[1]} in {_name(target_unit)}"
+            ends = [
+                f"a {'difference' if each.relative else 'temperature'} in {own.name if own else 'no unit'}"
+                for each, own in ((giving, unit), (taking, target_unit))
+            ]
+            told = " does not convert to ".join(ends)
             raise InputError(f"{between}: {told}; connect two differences or two temperatures")
         if giving.kind != "Real" and not found[0].identity:
             told = f"a linear transformation needs Real variables, these are {giving.kind}"
             raise InputError(f"{between}: {told}; remove it")
         names = ".".join(source.path), source.connector, ".".join(target.path), target.connector
         return Connection(*names, found[0].factor, found[0].offset)
-
-
-def _name(unit: Unit | None) -> str:
-    return unit.name if unit else "no unit"

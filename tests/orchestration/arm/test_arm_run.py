@@ -16,7 +16,7 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.blueprint import arm_values
 from warmlink.orchestration.arm.errors import ArmErrors, sensitivities, workspace
-from warmlink.orchestration.arm.library import program_names
+from warmlink.orchestration.arm.geometry import program_names
 from warmlink.orchestration.arm.setup import DESIGNED
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
@@ -28,9 +28,9 @@ from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
 from warmlink.orchestration.studies.compare import run_comparison, write_csv
-from warmlink.orchestration.studies.cores.local import LocalWorkers
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.plan import plan
+from warmlink.orchestration.studies.workers import FmuSet
 
 HOUR = 3600.0
 
@@ -99,7 +99,7 @@ def test_the_map_shows_the_error_at_its_points() -> None:
     reached = np.argwhere(np.isfinite(error))
     assert 10 < len(reached) < 81
     row, column = reached[len(reached) // 2]
-    from warmlink.orchestration.arm.inverse import joint_angles
+    from warmlink.orchestration.arm.geometry import joint_angles
 
     # Turned by the waist the error is as long, wherever it points.
     for turn in (0.0, 1.0):

@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.geometry import axes
-from warmlink.orchestration.arm.inverse import joint_angles
-from warmlink.orchestration.arm.library import program_names
+from warmlink.orchestration.arm.geometry import axes, joint_angles, program_names
 from warmlink.orchestration.arm.program import Program, ProgramFile
 from warmlink.orchestration.closed_loop.load import of_tables
 from warmlink.orchestration.scenarios.written import read_table

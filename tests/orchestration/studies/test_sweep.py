@@ -8,11 +8,11 @@ import pytest
 from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.report.sweep import write_report
+from warmlink.orchestration.report.studies import write_sweep
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.points import points_of, sweep, write_parquet
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
-from warmlink.orchestration.studies.sweep import points_of, sweep, write_parquet
+from warmlink.orchestration.studies.workers import FmuSet
 
 from .conftest import Here
 
@@ -64,7 +64,7 @@ def test_the_table_has_a_row_a_run(study: Study, fmus: FmuSet, tmp_path: Path) -
     assert frame["reason"][:4].isna().all()
     assert frame["reason"][4] == "compensator.time_constant: -1 s is not positive; give a value above 0 s"
     assert list(frame["feasible"][4:]) == [False, False]
-    write_report(study, found, tmp_path / "report.html")
+    write_sweep(study, found, tmp_path / "report.html")
     assert "Points without an objective" in (tmp_path / "report.html").read_text()
     drawn = plots(tmp_path / "report.html")
     # Numbers of some 1e-6 m/W are shown in a unit that they are read in, over an axis and in the overview.
@@ -82,7 +82,7 @@ def test_points_are_laid_out_a_share_at_a_time(
             asked.append(len(cases))
             return super().run(cases)
 
-    monkeypatch.setattr("warmlink.orchestration.studies.sweep.AT_ONCE", 4)
+    monkeypatch.setattr("warmlink.orchestration.studies.points.AT_ONCE", 4)
     done: list[int] = []
     assert sweep(study, points_of(study), Counted(fmus), done.append) == whole
     assert asked == [8, 8, 2]

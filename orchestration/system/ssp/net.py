@@ -1,0 +1,183 @@
+"""A system as its description declares it, made flat: components and systems, and who drives whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path as File
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.model import Connection, ConnectorKind, ModelInfo
+from warmlink.orchestration.system.units import Conversion, Unit
+
+Path = tuple[str, ...]
+"""Names on the way to a component or a system; none for the outermost system."""
+
+# As seen from the system around an element; of a system's own connectors its inside sees the reverse.
+_GIVING = ("output", "calculatedParameter", "local", "constant")
+
+_MOST_ELEMENTS = 100_000
+
+
+@dataclass(frozen=True)
+class Node:
+    """A connector of a component or of a system."""
+
+    path: Path
+    connector: str
+
+    def __str__(self) -> str:
+        return ".".join((*self.path, self.connector))
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A connection between connectors, or an entry of a parameter mapping between names."""
+
+    source: Node
+    target: Node
+    transformation: Conversion | None = None
+    suppress_unit_conversion: bool = False
+
+    @property
+    def ends(self) -> tuple[Node, Node]:
+        """Source and target."""
+        return self.source, self.target
+
+    def __str__(self) -> str:
+        return f"{self.source} -> {self.target}"
+
+
+def edge_of(link: Connection) -> Edge:
+    """Give a connection between components, in the units of their own variables."""
+    source = Node((link.source_component,), link.source_variable)
+    target = Node((link.target_component,), link.target_variable)
+    return Edge(
+        source, target, Conversion(link.factor, link.offset) if link.converts else None, link.converts
+    )
+
+
+@dataclass(frozen=True)
+class DeclaredConnector:
+    """A connector as written: `type` is SSP's name of it, None where none is given; `sizes` of an array."""
+
+    kind: ConnectorKind
+    type: str | None = None
+    unit: Unit | None = None
+    sizes: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Element:
+    """A component with its FMU, or a system with the connections inside it; connectors by name."""
+
+    connectors: dict[str, DeclaredConnector]
+    fmu: File | None = None
+    info: ModelInfo | None = None
+    connections: tuple[Edge, ...] = ()
+
+
+@dataclass
+class Net:
+    """Components and systems by path, a system before what is inside it."""
+
+    elements: dict[Path, Element] = field(default_factory=dict)
+
+    def add(self, path: Path, element: Element) -> None:
+        """Add a system, or a component, whose FMU's description is read."""
+        if len(self.elements) > _MOST_ELEMENTS:
+            raise InputError(
+                f"{path[0]}: the system has more than {_MOST_ELEMENTS} elements, which none needs"
+            )
+        if element.fmu is not None:
+            try:
+                element = replace(element, info=read_description(element.fmu))
+            except InputError as fault:
+                raise InputError(f"{'.'.join(path)}: {fault}") from fault
+        self.elements[path] = element
+
+    def info(self, node: Node) -> ModelInfo | None:
+        """Give the description of the FMU that a connector belongs to; None for one of a system."""
+        return self.elements[node.path].info
+
+    def declared(self, node: Node) -> DeclaredConnector | None:
+        """Give a connector's declaration, or None where there is none."""
+        return self.elements[node.path].connectors.get(node.connector)
+
+    @cached_property
+    def components(self) -> dict[Path, Element]:
+        """The components by their paths; InputError where two have the same dotted name."""
+        found = {path: element for path, element in self.elements.items() if element.info is not None}
+        names: set[str] = set()
+        for name in map(".".join, found):
+            if name in names:
+                raise InputError(f"{name}: is the name of two components once systems are flat; rename one")
+            names.add(name)
+        return found
+
+    @cached_property
+    def into(self) -> dict[Node, Edge]:
+        """The one edge into each connector that is driven.
+
+        InputError where a connection ends nowhere, joins two ends of one direction, or is the second into
+        its target.
+        """
+        into: dict[Node, Edge] = {}
+        for path, element in self.elements.items():
+            for declared in element.connections:
+                edge = self._directed(declared, path)
+                first = into.setdefault(edge.target, edge)
+                if first is not edge:
+                    raise InputError(
+                        f"{edge}: {edge.target} is driven by {first.source} already; "
+                        "one connection may enter an input"
+                    )
+        return into
+
+    @cached_property
+    def ways(self) -> list[list[Edge]]:
+        """For each driven connector of a component the edges up to it, from whatever drives it."""
+        ways = []
+        for edge in self.into.values():
+            if self.info(edge.target) is not None:
+                way = [edge]
+                while before := self.into.get(way[0].source):
+                    if before in way:
+                        raise InputError(f"{before}: the connectors of systems drive each other in a circle")
+                    way.insert(0, before)
+                ways.append(way)
+        return ways
+
+    def _directed(self, declared: Edge, within: Path) -> Edge:
+        """Give a connection that stands in a system as data flows through it."""
+        ends = declared.ends
+        kinds = [self._kind(node, declared) for node in ends]
+        # What a system takes in from outside it gives to its inside.
+        gives = [(kind in _GIVING) != (node.path == within) for kind, node in zip(kinds, ends, strict=True)]
+        edge = replace(declared, source=ends[1], target=ends[0]) if gives[1] else declared
+        source, target = reversed(kinds) if gives[1] else kinds
+        parameters, remedy = ("parameter", "structuralParameter"), None
+        if gives[0] == gives[1]:
+            source, target = kinds
+            remedy = "connect an output to an input"
+        elif target in parameters and source not in parameters:
+            remedy = "give the parameter a start value"
+        elif source in parameters and (edge.source.path != within or target not in (*parameters, "input")):
+            remedy = "give a start value instead"
+        if remedy is not None:
+            raise InputError(f"{declared}: {source} does not connect to {target}; {remedy}")
+        return edge
+
+    def _kind(self, node: Node, edge: Edge) -> str:
+        if node.path not in self.elements:
+            name, known = ".".join(node.path), [".".join(path) for path in self.components]
+            raise InputError(f"{edge}: there is no component {name}; {instead(name, known, 'or add it')}")
+        declared = self.declared(node)
+        if declared is None:
+            owner = ".".join(node.path) or "the system"
+            raise InputError(
+                f"{edge}: {owner} has no connector {node.connector}; declare it or correct the name"
+            )
+        return declared.kind
