@@ -189,10 +189,8 @@ class ProgramFile(RowsTables, Settings):
 def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:
     """Scenario of the arm from the tables of a file.
 
-    Raises
-    ------
-    InputError
-        Something is missing, misspelt, out of range, or a point is out of the arm's reach.
+    Raises InputError where something is missing, misspelt, out of range, or a point is out of the arm's
+    reach.
     """
     from warmlink.orchestration.arm.setup import arm
 

@@ -86,10 +86,7 @@ def _shipped() -> set[str]:
 def load_scenario(name: str) -> Scenario:
     """Load a shipped scenario by its name, or a scenario from a TOML or CSV file by its path.
 
-    Raises
-    ------
-    InputError
-        If no scenario has that name, or the file contains no scenario.
+    Raises InputError if no scenario has that name, or the file contains no scenario.
     """
     path = Path(name)
     for known, folder in ((_shipped(), LIBRARY), (program_names(), PROGRAMS)):
@@ -110,10 +107,7 @@ def load_scenario(name: str) -> Scenario:
 def driven(cell: Scenario, duty: Scenario) -> Scenario:
     """The scenario `cell`, driven by the duty cycle of the scenario `duty`.
 
-    Raises
-    ------
-    InputError
-        If the two are scenarios of different systems.
+    Raises InputError if the two are scenarios of different systems.
     """
     if (cell.setup.name == ARM) != (duty.setup.name == ARM):
         raise InputError(
@@ -126,10 +120,7 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:
     """Read a scenario from the text of its file; the paths in it are relative to `folder`.
 
-    Raises
-    ------
-    InputError
-        If the text contains no scenario.
+    Raises InputError if the text contains no scenario.
     """
     return of_tables(name, tables_of(text, name), folder)
 

@@ -105,10 +105,7 @@ class Expression:
     def weights(self) -> dict[str, float]:
         """Weight of each variable in a linear expression.
 
-        Raises
-        ------
-        InputError
-            If the expression is not linear, or has a constant part.
+        Raises InputError if the expression is not linear, or has a constant part.
         """
         zero = dict.fromkeys(self.variables, 0.0)
         found = {name: float(self.value({**zero, name: 1.0}.__getitem__)) for name in self.variables}

@@ -162,10 +162,7 @@ def _check_variable(system: System, name: str, where: str) -> None:
 def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
     """Put FMUs in place of parts of a scenario's system.
 
-    Raises
-    ------
-    InputError
-        There is no such part, a controller's place is meant, or an FMU does not fit.
+    Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
     """
     setup, fmus = scenario.setup, replacements.fmus
     kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)

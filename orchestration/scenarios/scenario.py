@@ -103,11 +103,8 @@ class Scenario:
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
 
-        Raises
-        ------
-        InputError
-            If the scenario names a parameter or unit that does not exist, a component refuses a value, or the
-            run would be too long.
+        Raises InputError if the scenario names a parameter or unit that does not exist, a component refuses a
+        value, or the run would be too long.
         """
         self._check_extent()
         noise = self.in_use.noise
@@ -156,10 +153,8 @@ class Scenario:
     def joined(self, values: StartValues | None = None) -> Component:
         """The system joined into one component, with start values: by default those of the scenario.
 
-        Raises
-        ------
-        InputError
-            If the system contains FMUs that are not made of warmlink's components, or as `values`.
+        Raises InputError if the system contains FMUs that are not made of warmlink's components, or as
+        `values`.
         """
         if self.setup.foreign:
             raise InputError(

@@ -94,10 +94,7 @@ def connect(components: Mapping[str, Component], source: str, target: str) -> Co
 def check_system(system: System) -> None:
     """Check a system against its FMUs, whoever made it.
 
-    Raises
-    ------
-    InputError
-        If a connector, start value or connection does not fit, or an input is driven twice.
+    Raises InputError if a connector, start value or connection does not fit, or an input is driven twice.
     """
     for name, held in system.components.items():
         if name != held.name:

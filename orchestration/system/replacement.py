@@ -48,10 +48,7 @@ class Replacements:
     def given(cls, fmus: list[str] | None, names: list[str] | None) -> Replacements:
         """What `--replace link=My.fmu` and `--map link.heat_flow=Q` say.
 
-        Raises
-        ------
-        InputError
-            One does not have its form, or a name is of a part that is not replaced.
+        Raises InputError where one does not have its form, or a name is of a part that is not replaced.
         """
         pairs = dict(_pair(each, "--replace", "link=My.fmu") for each in fmus or ())
         renamed = dict(_pair(each, "--map", "link.heat_flow=Q") for each in names or ())

@@ -178,10 +178,7 @@ def parse_unit(name: str) -> Unit:
 
     A radian counts as a base unit, as it does in FMI.
 
-    Raises
-    ------
-    InputError
-        If the name is no unit.
+    Raises InputError if the name is no unit.
     """
     if len(name) > _LONGEST_NAME:
         raise InputError(f"{name[:40]!r}... is not a unit; define it with a BaseUnit")

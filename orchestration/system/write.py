@@ -56,10 +56,7 @@ def write_nested_ssp(system: System, path: Path) -> None:
     A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on
     what crosses its bounds. Reading makes it flat again, under the same names.
 
-    Raises
-    ------
-    InputError
-        As `write_ssp`, and if a name before a dot is that of a component too.
+    Raises InputError as `write_ssp`, and if a name before a dot is that of a component too.
     """
     system = _checked(system)
     _write(system, tree_of(system, nested=True), path)

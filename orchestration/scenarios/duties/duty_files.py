@@ -196,10 +196,7 @@ def names() -> list[str]:
 def load(source: str | Path) -> Duty:
     """Duty cycle from the library by name, or from a .toml or .csv file by path.
 
-    Raises
-    ------
-    InputError
-        There is no such duty cycle, or its file cannot be used.
+    Raises InputError where there is no such duty cycle, or its file cannot be used.
     """
     path, name = Path(source), str(source)
     if path.suffix == ".csv":
