@@ -85,7 +85,7 @@ def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
 
 def trial(task: tuple[str, int, int]) -> Trial:
     """Carry out one trial, given its kind, the bench's seed and its number."""
-    from warmlink.orchestration.diagnosis.answer.gain import Scores
+    from warmlink.orchestration.diagnosis.answer.prediction import Scores
     from warmlink.orchestration.diagnosis.fit.verdict import assess
 
     kind_name, seed, i = task

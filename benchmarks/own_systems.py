@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value

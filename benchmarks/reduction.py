@@ -175,12 +175,10 @@ class FullElements:
 
     def _solver(self, size: float) -> Callable[[Array], Array]:
         """Hub and tip, dense blocks of rank one, by Woodbury's formula."""
-        from scipy.sparse.linalg import splu
-
-        from warmlink.orchestration.reduction.equilibrium import SYMMETRIC
+        from warmlink.orchestration.finite_elements.forms import symmetric_factor
 
         if size not in self._solvers:
-            factor = splu((self._mass + GAMMA * size * self._conduction).tocsc(), **SYMMETRIC)
+            factor = symmetric_factor(self._mass + GAMMA * size * self._conduction)
             columns = factor.solve(np.ascontiguousarray(self._ends))
             weights = (self._carried + GAMMA * size * self._lost)[:, None]
             small = np.linalg.solve(np.eye(2) + weights * (self._ends.T @ columns), weights * self._ends.T)

@@ -17,7 +17,7 @@ from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.compiled.loop import prepare
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER

@@ -91,9 +91,9 @@ def _known(random: np.random.Generator, count: int, weakest: float = 0.3) -> Hid
 
 
 def _on_readings(
-    change: Callable[[Vector, Table, float, str], None], size: float, channel: str, table: Table
+    change: Callable[[Vector, Table, float, str], Vector], size: float, channel: str, table: Table
 ) -> None:
-    change(table["time"], table, size, channel)
+    table[channel or "elongation"] = change(table["time"], table, size, channel or "elongation")
 
 
 def _of_effect(name: str) -> Draw:

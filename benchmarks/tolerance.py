@@ -11,7 +11,7 @@ import typer
 from benchmarks.command import start
 from benchmarks.own_systems import CHAIN, CHAIN_WIRES, Values, system
 from warmlink.orchestration.console import answer
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.error_budget import coupling_error, tried
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate

@@ -3,12 +3,12 @@
 From the time of a fault on, a reading sticks, jumps, drifts away, or drops out as NaN.
 """
 
-from __future__ import annotations
-
 import math
+from functools import partial
 
 from warmlink.fmus.component import Choice, Parameter
 from warmlink.fmus.component.arithmetic import Number, where
+from warmlink.fmus.component.quantities import tunable
 
 STUCK, JUMP, DRIFT, DROPOUT = 1, 2, 3, 4
 """Values of a fault kind besides 0, none."""
@@ -31,47 +31,24 @@ def parameters(
     size : number of channels; None for an instrument of one
     """
     shown = None if display == unit else display
+    each = partial(tunable, size=size)
     return (
-        Parameter(
+        each(
             "fault_kind",
             "1",
             0,
             "fault: 0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)",
-            size=size,
-            type="Integer",
             choice=FAULT_KIND,
-            minimum=0,
-            maximum=FAULT_KIND.last,
-            tunable=True,
         ),
-        Parameter(
-            "fault_time",
-            "s",
-            0,
-            "simulation time at which the fault begins",
-            size=size,
-            nominal=3600,
-            tunable=True,
-        ),
-        Parameter(
-            "fault_size",
-            unit,
-            0,
-            "what a jump adds (fault 2)",
-            size=size,
-            display=shown,
-            nominal=jump,
-            tunable=True,
-        ),
-        Parameter(
+        each("fault_time", "s", 0, "simulation time at which the fault begins", nominal=3600),
+        each("fault_size", unit, 0, "what a jump adds (fault 2)", display=shown, nominal=jump),
+        each(
             "fault_rate",
             f"{unit}/s",
             0,
             "error that a drift adds per second (fault 3)",
-            size=size,
             display=f"{display}/h",
             nominal=drift,
-            tunable=True,
         ),
     )
 

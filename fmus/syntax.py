@@ -1,13 +1,12 @@
-"""What reading Python source as a syntax tree needs."""
+"""Reading Python source as a syntax tree."""
 
+import ast
 import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
+from typing import Any
 
 
-@contextmanager
-def no_garbage_collection() -> Iterator[None]:
-    """To be put around `ast.parse`.
+def parsed(source: str | bytes, mode: str = "exec") -> Any:
+    """Syntax tree of a source, by `ast.parse` with no garbage collection meanwhile.
 
     CPython before 3.11.8 counts the depth of all parses in one place (its issue 106905): where a garbage
     collection falls into one and a finaliser parses too, sound source ends in a SystemError.
@@ -15,7 +14,7 @@ def no_garbage_collection() -> Iterator[None]:
     collecting = gc.isenabled()
     gc.disable()
     try:
-        yield
+        return ast.parse(source, mode=mode)
     finally:
         if collecting:
             gc.enable()

@@ -92,7 +92,7 @@ BELOW = {
     "orchestration/master": ("orchestration.check", "orchestration.scenarios"),
     "orchestration/master/slaves": ("master.algorithms", "master.compiled", "master.recording", "master.run"),
     "orchestration/master/algorithms": ("master.compiled", "master.recording", "master.run"),
-    "orchestration/master/recording": ("master.compiled", "master.run", "master.stepping"),
+    "orchestration/master/recording": ("master.compiled", "master.run"),
 }
 """What a room must not import: the rooms that stand on it."""
 

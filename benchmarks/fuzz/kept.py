@@ -18,7 +18,7 @@ from warmlink.orchestration.files import stamped, unstamped
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.recording.checkpoint import FILE, LongRun
-from warmlink.orchestration.master.recording.stores import VALUES
+from warmlink.orchestration.master.recording.recorder import VALUES
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.studies import ledger

@@ -8,8 +8,8 @@ from pathlib import Path
 from benchmarks.hosts import Finished, Job
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.compiled.loop import Stepping
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.read import read_system

@@ -1,20 +1,11 @@
 """The arm's kinematics as a component."""
 
-from __future__ import annotations
-
 from math import pi
 
 from warmlink.fmus.arm_kinematics import equations
-from warmlink.fmus.component import (
-    Check,
-    Component,
-    Derived,
-    Input,
-    Output,
-    Parameter,
-    Record,
-)
+from warmlink.fmus.component import Check, Component, Derived, Input, Output, Parameter, Record
 from warmlink.fmus.component.arithmetic import Number, absolute
+from warmlink.fmus.component.quantities import growth_input, growth_output, length_parameter
 
 AXES = equations.AXES
 
@@ -26,7 +17,7 @@ def _angles(name: str, description: str, starts: tuple[float, ...]) -> Parameter
 
 
 def _lengths(name: str, description: str, starts: tuple[float, ...]) -> Parameter:
-    return Parameter(name, "m", 0, description, size=AXES, starts=starts, display="mm", nominal=0.3)
+    return length_parameter(name, 0, description, size=AXES, starts=starts, nominal=0.3)
 
 
 def _direction(coordinate: str, starts: tuple[float, ...]) -> Parameter:
@@ -59,14 +50,11 @@ COMPONENT = Component(
     description="Tool point of a six-axis arm, its error by the links' growth, and the sensitivities",
     inputs=(
         Input("angle", "rad", "angle of each joint", size=AXES, display="deg", nominal=1),
-        Input("elongation", "m", "growth of each link", size=AXES, display="um", nominal=5e-5),
-        Input(
+        growth_input("elongation", "growth of each link", size=AXES),
+        growth_input(
             "correction",
-            "m",
             "growth of each link that the robot's controller has put into its nominal dimensions",
             size=AXES,
-            display="um",
-            nominal=5e-5,
         ),
     ),
     parameters=(
@@ -86,24 +74,16 @@ COMPONENT = Component(
         Output(
             "nominal_position", "m", "tool point with nominal dimensions", size=3, display="mm", nominal=0.5
         ),
-        Output(
-            "error",
-            "m",
-            "true tool point minus the one computed with the adjusted dimensions: x, y, z",
-            size=3,
-            display="um",
-            nominal=5e-5,
+        growth_output(
+            "error", "true tool point minus the one computed with the adjusted dimensions: x, y, z", size=3
         ),
-        Output("error_norm", "m", "length of the error", display="um", nominal=5e-5),
-        Output(
+        growth_output("error_norm", "length of the error"),
+        growth_output(
             "uncompensated_error",
-            "m",
             "true tool point minus the one computed with the nominal dimensions: x, y, z",
             size=3,
-            display="um",
-            nominal=5e-5,
         ),
-        Output("uncompensated_error_norm", "m", "length of that error", display="um", nominal=5e-5),
+        growth_output("uncompensated_error_norm", "length of that error"),
         *(
             Output(f"sensitivity_{k}", "1", f"{k} of the tool point by each elongation", size=AXES, nominal=1)
             for k in equations.COORDINATES

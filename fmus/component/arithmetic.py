@@ -5,8 +5,6 @@ the native FMU (CasADi, hence C). Comparisons and clips look at the real part al
 carried in the imaginary part passes through them unchanged.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any
@@ -28,17 +26,6 @@ def symbolic(*values: Number) -> bool:
     return False
 
 
-@cache
-def _from_casadi(kind: type) -> bool:
-    """Whether a type is CasADi's; `real` and `where`, which most operations use, ask it directly."""
-    return kind.__module__.startswith("casadi")
-
-
-def _dimensions(value: Number) -> int:
-    """Those of an array, none of a Python number: quicker than `numpy.ndim`, which makes an array of it."""
-    return getattr(value, "ndim", 0)
-
-
 def real(value: Number) -> Number:
     """Real part; a CasADi expression is returned as it is."""
     return value if _from_casadi(value.__class__) else value.real
@@ -53,7 +40,7 @@ def where(condition: Number, then: Number, otherwise: Number) -> Number:
         import casadi
 
         return casadi.if_else(condition, then, otherwise)
-    if _dimensions(condition) == 0:
+    if getattr(condition, "ndim", 0) == 0:
         return then if condition else otherwise
     return np.where(condition, then, otherwise)
 
@@ -61,9 +48,7 @@ def where(condition: Number, then: Number, otherwise: Number) -> Number:
 def absolute(value: Number) -> Number:
     """Absolute value that lets a complex step through."""
     if symbolic(value):
-        import casadi
-
-        return casadi.fabs(value)
+        return _elementary("fabs", value)
     return where(real(value) < 0, -value, value)
 
 
@@ -87,20 +72,12 @@ def clip(value: Number, lower: Number, upper: Number) -> Number:
 
 def floor(value: Number) -> Number:
     """Largest whole number not above the real part; its derivative is zero."""
-    if symbolic(value):
-        import casadi
-
-        return casadi.floor(value)
-    return np.floor(np.real(value))
+    return _elementary("floor", real(value))
 
 
 def finite(value: Number) -> Number:
     """Whether a number is neither NaN nor infinite."""
-    if symbolic(value):
-        import casadi
-
-        return casadi.fabs(value) < LARGEST
-    return np.abs(value) < LARGEST
+    return _elementary("fabs" if symbolic(value) else "abs", value) < LARGEST
 
 
 def exp(value: Number) -> Number:
@@ -135,14 +112,9 @@ def erf(value: Number) -> Number:
     exact to double precision for the tiny b of a complex step.
     """
     if symbolic(value):
-        import casadi
-
-        return casadi.erf(value)
+        return _elementary("erf", value)
     a = np.real(value)
-    if np.ndim(a) == 0:
-        result: Number = math.erf(a)
-    else:
-        result = np.array([math.erf(each) for each in a])
+    result: Number = math.erf(a) if np.ndim(a) == 0 else np.array([math.erf(each) for each in a])
     if np.iscomplexobj(value):
         return result + 1j * np.imag(value) * 2 / math.sqrt(math.pi) * np.exp(-(a**2))
     return result
@@ -154,9 +126,9 @@ def stack(*parts: Number) -> Number:
         import casadi
 
         return casadi.vertcat(*parts)
-    return (
-        np.concatenate([part if _dimensions(part) else (part,) for part in parts]) if parts else np.zeros(0)
-    )
+    # `ndim` of an array is quicker to ask for than `numpy.ndim`, which makes an array of a number.
+    whole = [part if getattr(part, "ndim", 0) else (part,) for part in parts]
+    return np.concatenate(whole) if whole else np.zeros(0)
 
 
 def placed(value: Number, index: int, size: int) -> Number:
@@ -171,11 +143,7 @@ def placed(value: Number, index: int, size: int) -> Number:
 
 def total(values: Number) -> Number:
     """Sum of a vector."""
-    if symbolic(values):
-        import casadi
-
-        return casadi.sum1(values)
-    return np.sum(values)
+    return _elementary("sum1" if symbolic(values) else "sum", values)
 
 
 def _elementary(name: str, value: Number) -> Number:
@@ -184,3 +152,9 @@ def _elementary(name: str, value: Number) -> Number:
 
         return getattr(casadi, name)(value)
     return getattr(np, name)(value)
+
+
+@cache
+def _from_casadi(kind: type) -> bool:
+    """Whether a type is CasADi's; `real` and `where`, which most operations use, ask it directly."""
+    return kind.__module__.startswith("casadi")

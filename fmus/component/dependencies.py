@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -32,13 +32,10 @@ TIME = "time"
 
 
 @lru_cache(maxsize=256)
-def direct_dependencies(component: Component) -> Dependencies:
-    """Dependencies of outputs on inputs and parameters alone; found once, for it takes CasADi a while."""
-    return dependencies(component)
-
-
-def dependencies(component: Component, states: Sequence[str] = (), rates: Sequence[str] = ()) -> Dependencies:
-    """Find the dependencies of a component by the sparsity of its functions in CasADi.
+def dependencies(
+    component: Component, states: tuple[str, ...] = (), rates: tuple[str, ...] = ()
+) -> Dependencies:
+    """Find the dependencies of a component by the sparsity of its functions in CasADi, which takes a while.
 
     A variable that only stands in a condition counts: it acts on the output though its derivative is zero.
 
@@ -52,37 +49,31 @@ def dependencies(component: Component, states: Sequence[str] = (), rates: Sequen
 
     sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "t": 1}
     x, u, p, t = (casadi.SX.sym(name, size) for name, size in sizes.items())
-    settled = component.settled(p)
+    settled, nothing = component.settled(p), casadi.SX(0, 1)
 
     def unknowns(x: casadi.SX) -> casadi.SX:
-        slopes = component.rates_of(x, u, settled, t) if rates else casadi.SX(0, 1)
-        outputs = component.outputs_of(x, u, settled, t)[: component.output_count]
-        return casadi.vertcat(outputs, slopes)
+        slopes = component.rates_of(x, u, settled, t) if rates else nothing
+        return casadi.vertcat(component.outputs_of(x, u, settled, t)[: component.output_count], slopes)
 
     # The start values stand in place of the states, as they do during initialization.
     begun = casadi.SX(component.states_at_start(u, settled))
+    at_start = casadi.vertcat(unknowns(begun), begun if states else nothing)
     computed = [*component.y.names[: component.output_count], *rates]
-    held = {**_named(component.u.names, u), TIME: t}
-    at_start = casadi.vertcat(unknowns(begun), begun if states else casadi.SX(0, 1))
+    held = [*component.u.names, TIME]
     return Dependencies(
-        _by_unknown(computed, unknowns(x), held | _named(states, x)),
-        _by_unknown([*computed, *states], at_start, _named(component.p.names, p) | held),
+        _by_unknown(computed, unknowns(x), [*held, *states], [u, t, x] if states else [u, t]),
+        _by_unknown([*computed, *states], at_start, [*component.p.names, *held], [p, u, t]),
     )
 
 
-def _named(names: Sequence[str], vector: casadi.SX) -> dict[str, casadi.SX]:
-    return {name: vector[i] for i, name in enumerate(names)}
-
-
 def _by_unknown(
-    unknowns: Sequence[str], expression: casadi.SX, known: Mapping[str, casadi.SX]
+    unknowns: Sequence[str], expression: casadi.SX, known: Sequence[str], symbols: Sequence[casadi.SX]
 ) -> dict[str, tuple[str, ...]]:
     """For each element of an expression the names of what it depends on, in the order of `known`."""
     import casadi
 
-    names = list(known)
-    pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*known.values()))
+    pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*symbols))
     found: dict[str, list[int]] = {name: [] for name in unknowns}
     for row, column in zip(*pattern.get_triplet(), strict=True):
         found[unknowns[row]].append(column)
-    return {name: tuple(names[column] for column in sorted(each)) for name, each in found.items()}
+    return {name: tuple(known[column] for column in sorted(each)) for name, each in found.items()}

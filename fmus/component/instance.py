@@ -1,17 +1,14 @@
 """A component running in Python, as it does in a Python FMU and in tests."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, rosenbrock_step
+from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
 from warmlink.fmus.component.snapshot import CLOCK_TOLERANCE, TICK_TOLERANCE, Snapshot, samples_until
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -35,9 +32,7 @@ class Instance:
         self.name = name or component.snake_name
         self._scalars = list(component.scalars())
         self._references = {s.name: s.reference for s in self._scalars}
-        starts = [s.start for s in self._scalars if s.start is not None]
-        self._p: Vector = np.array(starts[: component.p.size], dtype=float)
-        self._u: Vector = np.array(starts[component.p.size :], dtype=float)
+        self._p, self._u = component.start_values()
         self._settled: Vector = self._p
         self._x: Vector = np.zeros(component.x.size)
         self._y: Vector | None = None
@@ -70,49 +65,40 @@ class Instance:
     def set_reference(self, reference: int, value: float) -> None:
         """Set the variable of a value reference."""
         scalar = self._scalars[reference]
-        if isinstance(scalar.variable, Parameter):
-            if self._initialized and scalar.variable.tunable:
-                self._tune(reference, value)
-            elif self._initialized:
-                raise InputError(
-                    f"{self.name}.{scalar.name}: parameters are fixed once the run has begun; "
-                    "set it before initialization"
-                )
-            else:
-                self._p[reference] = value
-        elif isinstance(scalar.variable, Input):
+        variable, named = scalar.variable, f"{self.name}.{scalar.name}"
+        if isinstance(variable, Input):
             self._u[reference - self.component.p.size] = value
+        elif not isinstance(variable, Parameter):
+            raise InputError(f"{named}: an output cannot be set; set an input")
+        elif not self._initialized:
+            self._p[reference] = value
+        elif variable.tunable:
+            changed = self._p.copy()
+            changed[reference] = value
+            limits.refuse_problems(self.component, self.name, changed.tolist())
+            self._settle(changed)
         else:
-            raise InputError(f"{self.name}.{scalar.name}: an output cannot be set; set an input")
+            raise InputError(
+                f"{named}: parameters are fixed once the run has begun; set it before initialization"
+            )
         self._y = None
-
-    def _tune(self, reference: int, value: float) -> None:
-        """Change a parameter during the run."""
-        changed = self._p.copy()
-        changed[reference] = value
-        for sentence in limits.problems(self.component, self.name, changed.tolist()):
-            raise InputError(sentence)
-        self._p = changed
-        self._settled = self._settle()
-        self._jacobian = None
 
     def get_reference(self, reference: int) -> float:
         """Value of the variable of a value reference."""
-        first_output = self.component.p.size + self.component.u.size
-        if reference >= first_output:
-            return float(self.outputs()[reference - first_output])
-        if reference < self.component.p.size:
+        first_input, inputs = self.component.p.size, self.component.u.size
+        if reference < first_input:
             return float(self._p[reference])
-        return float(self._u[reference - self.component.p.size])
+        if reference < first_input + inputs:
+            return float(self._u[reference - first_input])
+        return float(self.outputs()[reference - first_input - inputs])
 
     def outputs(self) -> Vector:
         """All outputs at the present time, state and inputs, shape (y.size,)."""
         if self._y is None:
             if not self._initialized:
                 self._begin()
-            self._y = np.asarray(
-                self.component.outputs_of(self._x, self._u, self._settled, self._time), dtype=float
-            )
+            found = self.component.outputs_of(self._x, self._u, self._settled, self._time)
+            self._y = np.asarray(found, dtype=float)
         return self._y
 
     def begin(self, time: float = 0.0) -> None:
@@ -124,8 +110,7 @@ class Instance:
 
     def initialize(self) -> None:
         """Leave initialization: from here parameters are fixed and the states are their own."""
-        for sentence in limits.problems(self.component, self.name, self._p.tolist()):
-            raise InputError(sentence)
+        limits.refuse_problems(self.component, self.name, self._p.tolist())
         self._begin()
         self._check_states(self._time)
         self._initialized = True
@@ -159,34 +144,26 @@ class Instance:
 
     def snapshot(self) -> Snapshot:
         """Everything that the instance remembers."""
-        return Snapshot(
-            self._p.tolist(),
-            self._u.tolist(),
-            self._x.tolist(),
-            self._start_time,
-            self._time,
-            list(self._samples),
-            self._initialized,
-        )
+        vectors = self._p.tolist(), self._u.tolist(), self._x.tolist()
+        return Snapshot(*vectors, self._start_time, self._time, list(self._samples), self._initialized)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to a snapshot; what follows is bit for bit what followed then."""
         if snapshot.parameters != self._p.tolist() or snapshot.initialized != self._initialized:
-            self._p = np.array(snapshot.parameters)
-            self._settled = self._settle()
-            self._jacobian = None
+            self._settle(np.array(snapshot.parameters))
         self._u = np.array(snapshot.inputs)
         self._x = np.array(snapshot.states)
         self._start_time, self._time = snapshot.start_time, snapshot.time
         self._samples, self._initialized = list(snapshot.samples), snapshot.initialized
         self._y = None
 
-    def _settle(self) -> Vector:
+    def _settle(self, parameters: Vector) -> None:
+        self._p, self._jacobian = parameters, None
         with np.errstate(all="ignore"):
-            return np.asarray(self.component.settled(self._p), dtype=float)
+            self._settled = np.asarray(self.component.settled(parameters), dtype=float)
 
     def _begin(self) -> None:
-        self._settled = self._settle()
+        self._settle(self._p)
         with np.errstate(all="ignore"):
             self._x = np.asarray(self.component.states_at_start(self._u, self._settled), dtype=float)
         self._samples = [0] * len(self.component.clocks)
@@ -215,17 +192,17 @@ class Instance:
 
     def _go(self, time: float, until: float) -> None:
         """From sample to sample; of those due at once, first the first clock's."""
+        clocks = range(len(self._samples))
         while True:
-            due = [i for i in range(len(self._samples)) if self._is_due(i, until)]
-            first = min(due, key=self._next_sample, default=None)
+            first = min((i for i in clocks if self._is_due(i, until)), key=self._next_sample, default=None)
             instant = until if first is None else min(until, self._next_sample(first))
             if self.component.continuous.size and instant - time > TICK_TOLERANCE * self.component.micro_step:
                 self._integrate(time, instant - time)
             time = instant
             if first is None:
                 return
-            for i in range(len(self._samples)):
-                if i == first or (i > first and self._is_due(i, instant)):
+            for i in clocks[first:]:
+                if i == first or self._is_due(i, instant):
                     self._sample(i)
 
     def _period(self, clock: int) -> float:
@@ -242,8 +219,7 @@ class Instance:
         instant, period = self._next_sample(clock), self._period(clock)
         self._samples[clock] += 1
         sampled = self.component.updated(self._x, self._u, self._settled, instant, period, what)
-        first = self.component.continuous.size
-        first += sum(before.layout.size for before in self.component.clocks[:clock])
+        first = self.component.x.index[what.layout.names[0]] if what.states else 0
         self._x = self._x.copy()
         self._x[first : first + what.layout.size] = sampled
 
@@ -257,25 +233,18 @@ class Instance:
             return self.component.rates_of(stack(x, held), self._u, self._settled, now, since)
 
         if self._jacobian is None and self.component.solve is None:
-            self._jacobian = ComplexStepJacobian(self._structure(partial(rates, now=time, since=time)))
+            # The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
+            # must not depend on when it is found.
+            every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
+            found = every(partial(rates, now=time, since=time), self._x[:size])
+            self._jacobian = ComplexStepJacobian((found != 0) | np.eye(size, dtype=bool))
         x = self._x[:size]
-        for i in range(count):
-            now = time + i * micro
+        for now in (time + i * micro for i in range(count)):
+            ahead = partial(rates, now=now + micro, since=now)
+            solve: Callable[[Number], Number]
             if self._jacobian is None:
                 solve = partial(self.component.solved, p=self._settled, step=GAMMA * micro)
-                ahead = partial(rates, now=now + micro, since=now)
-                x = ros2(rates(x, now, now), solve, ahead, x, micro)
             else:
-                matrix = self._jacobian(partial(rates, now=now, since=now), x)
-                x = rosenbrock_step(partial(rates, since=now), matrix, x, now, micro)
+                solve = solution_of(self._jacobian(partial(rates, now=now, since=now), x), micro)
+            x = ros2(rates(x, now, now), solve, ahead, x, micro)
         self._x = np.concatenate([x, held])
-
-    def _structure(self, rates: Callable[[Number], Number]) -> NDArray[np.bool_]:
-        """Where the Jacobian differs from zero, found a column at a time.
-
-        The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
-        must not depend on when it is found.
-        """
-        size = self.component.continuous.size
-        every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-        return (every(rates, self._x[:size]) != 0) | np.eye(size, dtype=bool)

@@ -6,8 +6,6 @@ L-stable for gamma = 1 - 1/sqrt(2), and of order 2 whatever matrix stands in for
 inputs may vary within a step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
@@ -42,26 +40,9 @@ def ros2(
     return x + step * (1.5 * first + 0.5 * second)
 
 
-def rosenbrock_step(
-    rates: Callable[[Vector, float], Vector], jacobian: Matrix, x: Vector, time: float, step: float
-) -> Vector:
-    """State after one step.
-
-    Parameters
-    ----------
-    rates : function of state and time in s that gives the state's time derivative, shape (n,)
-    jacobian : derivative of the rates by the state, shape (n, n), in 1/s
-    x : state, shape (n,)
-    time, step : start of the step and its length in s
-
-    Returns
-    -------
-    numpy.ndarray
-        State at `time + step`, shape (n,).
-    """
-    inverse = np.linalg.inv(np.eye(x.size) - GAMMA * step * jacobian)
-    after: Vector = ros2(rates(x, time), inverse.__matmul__, lambda ahead: rates(ahead, time + step), x, step)
-    return after
+def solution_of(jacobian: Matrix, step: float) -> Callable[[Vector], Vector]:
+    """Solution y of (I - gamma step J) y = b as a function of b, for a Jacobian in 1/s, shape (n, n)."""
+    return np.linalg.inv(np.eye(len(jacobian)) - GAMMA * step * jacobian).__matmul__
 
 
 class ComplexStepJacobian:
@@ -95,14 +76,12 @@ class ComplexStepJacobian:
 
 
 def _independent_columns(structure: NDArray[np.bool_]) -> list[list[int]]:
-    groups: list[tuple[NDArray[np.bool_], list[int]]] = []
-    for column in range(structure.shape[1]):
-        rows = structure[:, column]
-        for taken, members in groups:
-            if not np.any(taken & rows):
-                taken |= rows
+    groups: list[list[int]] = []
+    for column, rows in enumerate(structure.T):
+        for members in groups:
+            if not np.any(structure[:, members].any(axis=1) & rows):
                 members.append(column)
                 break
         else:
-            groups.append((rows.copy(), [column]))
-    return [members for _, members in groups]
+            groups.append([column])
+    return groups

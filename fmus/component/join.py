@@ -9,19 +9,24 @@ master holds them from one communication point to the next. Sampled parts are sa
 the order of stepping, each with the newest values, as a Gauss-Seidel master does.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial, reduce
+from typing import Any, TypeVar
 
-from warmlink.fmus.component import FIELD, Check, Component, Input, Output, Terminal
-from warmlink.fmus.component.dependencies import direct_dependencies
-from warmlink.fmus.component.order import stepping_order
-from warmlink.fmus.component.wiring import Wiring, part_of, prefixed
+from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
+from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component.dependencies import dependencies
+from warmlink.fmus.component.order import evaluation_order, sampling_order
+from warmlink.fmus.component.variables import Named
 from warmlink.fmus.errors import InputError
 
 Wire = tuple[str, str]
 """Source and target of a connection between scalars, as `("motor.heat_flow", "link.heat_flow")`."""
+
+Observe = Callable[[str, Record], Values]
+
+Variable = TypeVar("Variable", bound=Named)
 
 
 def join(
@@ -47,22 +52,32 @@ def join(
         A wire's end does not exist, an input is fed twice, units differ, or wires close a loop in which
         each signal depends on the next at once (an algebraic loop).
     """
-    flat, inner = _taken_apart(parts)
-    fed = _checked(name, flat, [*inner, *wires])
-    found = {key: direct_dependencies(part) for key, part in flat.items()}
+    flat: dict[str, Component] = {}
+    every = list(wires)
+    for key, part in parts.items():
+        if part.joint is None:
+            flat[key] = part
+        else:
+            flat |= {f"{key}.{inner}": component for inner, component in part.joint.parts.items()}
+            every += [(f"{key}.{source}", f"{key}.{target}") for target, source in part.joint.wires.items()]
+    fed = _checked(name, flat, every)
     # Continuous states first, then the sampled ones in the order of sampling.
-    order = [key for key, part in flat.items() if not part.sampled] + _sampling_order(flat, fed)
-    joint = Wiring({key: flat[key] for key in order}, fed, found)
-    held = joint.parts.items()
-    continuous = [part.micro_step for _, part in held if part.rates is not None]
+    order = [key for key, part in flat.items() if not part.sampled] + sampling_order(flat, fed)
+    joint = Joint({key: flat[key] for key in order}, fed)
+    continuous = [part.micro_step for part in flat.values() if part.rates is not None]
+
+    def together(kind: str, parts: Mapping[str, Component] = flat) -> tuple[Any, ...]:
+        """Variables of a kind of all parts, side by side."""
+        return tuple(_prefixed(key, v) for key, part in parts.items() for v in getattr(part, kind))
+
     return Component(
         name=name,
         description=description or f"{', '.join(f'{key} ({part.name})' for key, part in flat.items())}",
         inputs=tuple(_inputs(flat, fed)),
-        parameters=tuple(prefixed(key, v) for key, part in flat.items() for v in part.parameters),
-        derived=tuple(prefixed(key, v) for key, part in flat.items() for v in part.derived),
-        states=tuple(prefixed(key, v) for key, part in held for v in part.states),
-        outputs=tuple(prefixed(key, v) for key, part in flat.items() for v in part.outputs),
+        parameters=together("parameters"),
+        derived=together("derived"),
+        states=together("states", joint.parts),
+        outputs=together("outputs"),
         rates=joint.rates if continuous else None,
         observe=joint.observe,
         derive=joint.derive if any(part.derived for part in flat.values()) else None,
@@ -77,17 +92,148 @@ def join(
     )
 
 
-def _taken_apart(parts: Mapping[str, Component]) -> tuple[dict[str, Component], list[Wire]]:
-    """Parts that are not joined themselves, by full name, and the wires within those that were."""
-    flat: dict[str, Component] = {}
-    wires: list[Wire] = []
-    for key, part in parts.items():
-        if part.joint is None:
-            flat[key] = part
-            continue
-        flat |= {f"{key}.{inner}": component for inner, component in part.joint.parts.items()}
-        wires += [(f"{key}.{source}", f"{key}.{target}") for target, source in part.joint.wires.items()]
-    return flat, wires
+class Joint:
+    """The parts of a joined component and how they are wired; its behaviour.
+
+    Attributes
+    ----------
+    parts : the components by instance name, none of them joined itself
+    wires : source of each input that a wire feeds, both as `instance.variable`
+    """
+
+    def __init__(self, parts: dict[str, Component], wires: dict[str, str]) -> None:
+        self.parts, self.wires = parts, wires
+        found = {key: dependencies(part) for key, part in parts.items()}
+        self._running = evaluation_order(self, {key: each.outputs for key, each in found.items()})
+        self._starting = evaluation_order(self, {key: each.initial for key, each in found.items()})
+
+    @property
+    def starting(self) -> list[str]:
+        """Parts with states in an order in which they may begin; some come more than once.
+
+        In the first round their outputs become right, in the second the states that no output shows.
+        """
+        return [key for key in (*(key for key, _ in self._starting), *self.parts) if self.parts[key].states]
+
+    def derive(self, p: Record) -> Values:
+        """What the parameters settle, by name."""
+        given = {key: part.derive(part_of(p, key)) for key, part in self.parts.items() if part.derive}
+        return _named(given)
+
+    def begin(self, u: Record, p: Record) -> Values:
+        """Start values of the states by name, each part's from what the others begin with."""
+
+        def begun(key: str, inputs: Record) -> Values:
+            part, own = self.parts[key], part_of(p, key)
+            states = part.x.read(part.x.flat(part.started(inputs, own))) if part.states else None
+            return part.observe(states, inputs, own, 0.0)
+
+        signals = self._followed(self._starting, begun, u)
+        stateful = ((key, part) for key, part in self.parts.items() if part.states)
+        return _named(
+            {key: part.started(self._record(key, signals, u), part_of(p, key)) for key, part in stateful}
+        )
+
+    def rates(self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None) -> Values:
+        """Time derivatives of the continuous states by name; `since` as for `Component.rates_of`."""
+        signals = self._signals(x, u, p, time, since)
+        return _named(
+            {
+                key: part.rates(part_of(x, key), self._record(key, signals, u), part_of(p, key), time)
+                for key, part in self.parts.items()
+                if part.rates is not None and part.states
+            }
+        )
+
+    def observe(self, x: Record, u: Record, p: Record, time: Number) -> Values:
+        """Outputs by name."""
+        signals = self._signals(x, u, p, time)
+        found = {}
+        for key, part in self.parts.items():
+            for output in part.outputs:
+                values = [signals[f"{key}.{name}"] for name in output.scalar_names]
+                found[f"{key}.{output.name}"] = stack(*values) if output.size else values[0]
+        return found
+
+    def inputs(self, key: str, x: Record, u: Record, p: Record, time: Number) -> Number:
+        """Flat inputs of a part during the run."""
+        return self.parts[key].u.flat(self._inputs(key, self._signals(x, u, p, time), u))
+
+    def clocks(self) -> Iterable[Clock]:
+        """One for each clock of a part, in the order of the parts."""
+        for key, part in self.parts.items():
+            for clock in part.clocks:
+                states = tuple(_prefixed(key, state) for state in clock.states)
+                yield Clock(f"{key}.{clock.sample_time}", states, partial(self._updated, key, clock))
+
+    def _updated(
+        self, key: str, clock: Clock, x: Record, u: Record, p: Record, time: Number, step: Number
+    ) -> Values:
+        inputs = self._record(key, self._signals(x, u, p, time), u)
+        return _named({key: clock.update(part_of(x, key), inputs, part_of(p, key), time, step)})
+
+    def _signals(
+        self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None
+    ) -> dict[str, Number]:
+        """Scalar outputs of the parts by name; those that jump are taken at `since`."""
+
+        def observed(key: str, inputs: Record) -> Values:
+            part = self.parts[key]
+            states = part_of(x, key) if part.states else None
+            found = dict(part.observe(states, inputs, part_of(p, key), time))
+            if since is not None and since is not time:
+                before = part.observe(states, inputs, part_of(p, key), since)
+                found |= {output.name: before[output.name] for output in part.outputs if output.discrete}
+            return found
+
+        return self._followed(self._running, observed, u)
+
+    def _followed(
+        self, schedule: Sequence[tuple[str, list[str]]], observe: Observe, free: Record
+    ) -> dict[str, Number]:
+        """Scalar outputs of the parts by name, found part after part."""
+        signals: dict[str, Number] = {}
+        for key, ready in schedule:
+            given = observe(key, self._record(key, signals, free))
+            for output in self.parts[key].outputs:
+                for i, name in enumerate(output.scalar_names):
+                    if name in ready:
+                        value = given[output.name]
+                        signals[f"{key}.{name}"] = value if output.size is None else value[i]
+        return signals
+
+    def _record(self, key: str, signals: Values, free: Record) -> Record:
+        return self.parts[key].u.record(self._inputs(key, signals, free))
+
+    def _inputs(self, key: str, signals: Values, free: Record) -> Values:
+        """Inputs of a part by name; those not known yet stand at their start value."""
+        found: dict[str, Number] = {}
+        for variable in self.parts[key].inputs:
+            names = {name: self.wires.get(f"{key}.{name}") for name in variable.scalar_names}
+            if not any(names.values()):
+                found[variable.name] = getattr(part_of(free, key), variable.name)
+                continue
+            values = [
+                getattr(part_of(free, key), name) if wire is None else signals.get(wire, variable.start)
+                for name, wire in names.items()
+            ]
+            found[variable.name] = values[0] if variable.size is None else stack(*values)
+        return found
+
+
+def part_of(record: Record, key: str) -> Any:
+    """What a record holds of one part."""
+    return reduce(getattr, key.split("."), record)
+
+
+def _named(by_part: Mapping[str, Values]) -> dict[str, Number]:
+    """Values by their full names."""
+    return {f"{key}.{name}": value for key, values in by_part.items() for name, value in values.items()}
+
+
+def _prefixed(key: str, variable: Variable) -> Variable:
+    """A part's variable as one of the whole, `instance.variable`."""
+    return replace(variable, name=f"{key}.{variable.name}")
 
 
 def _checked(name: str, parts: Mapping[str, Component], wires: Iterable[Wire]) -> dict[str, str]:
@@ -108,34 +254,13 @@ def _checked(name: str, parts: Mapping[str, Component], wires: Iterable[Wire]) -
     return fed
 
 
-def _sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> list[str]:
-    """Instances that sample, in the order of data flow, be it through parts that have no memory."""
-    sources: dict[str, set[str]] = {key: set() for key in parts}
-    for target, source in wires.items():
-        sources[target.rpartition(".")[0]].add(source.rpartition(".")[0])
-
-    def sampled_before(key: str, seen: set[str]) -> set[str]:
-        found: set[str] = set()
-        for giver in sources[key] - seen:
-            seen.add(giver)
-            if parts[giver].sampled:
-                found.add(giver)
-            elif not parts[giver].states:
-                found |= sampled_before(giver, seen)
-        return found
-
-    keys = [key for key, part in parts.items() if part.sampled]
-    before = [{keys.index(giver) for giver in sampled_before(key, {key})} for key in keys]
-    return [keys[i] for i in stepping_order([set() for _ in keys], before)]
-
-
 def _inputs(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iterable[Input]:
     """Inputs that no wire feeds; of a vector that some wires feed, the elements left over."""
     for key, part in parts.items():
         for variable in part.inputs:
             free = [name for name in variable.scalar_names if f"{key}.{name}" not in wires]
             if len(free) == variable.count:
-                yield prefixed(key, variable)
+                yield _prefixed(key, variable)
             else:
                 yield from (replace(variable, name=f"{key}.{name}", size=None) for name in free)
 

@@ -1,9 +1,7 @@
 """What a component's parameters and inputs may be, and the sentence for what they may not."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +15,7 @@ BOUND_TOLERANCE = 1e-9
 """Share of its ordinary size by which an input may miss a bound, as sums and means of hosts do."""
 
 
-def problems(component: Component, instance: str, values: Sequence[float]) -> Iterator[str]:
+def problems(component: Component, instance: str, values: Sequence[float]) -> list[str]:
     """Sentences on parameters out of range, none where all are well.
 
     Parameters
@@ -26,21 +24,24 @@ def problems(component: Component, instance: str, values: Sequence[float]) -> It
     instance : name of the instance, put before the variable's; empty for none
     values : flat parameters in SI units, shape (component.p.size,)
     """
-    scalars = [s for s in component.scalars() if isinstance(s.variable, Parameter)]
-    found = False
-    for scalar, value in zip(scalars, values, strict=True):
-        sentence = problem(scalar, value)
-        if sentence is not None:
-            found = True
-            yield f"{instance}.{sentence}".lstrip(".")
-    if not found:
-        record = component.p.read(np.asarray(values))
-        index = component.p.index
-        for check in component.checks:
-            if not check.margin(record) >= 0:
-                # Nine digits, as a native FMU writes them (`report_check`).
-                sentence = FIELD.sub(lambda field: f"{values[index[field[1]]]:.9g}", check.sentence)
-                yield f"{instance}.{sentence}".lstrip(".")
+    scalars = component.scalars()[: component.p.size]
+    each = (problem(scalar, value) for scalar, value in zip(scalars, values, strict=True))
+    sentences = [sentence for sentence in each if sentence is not None]
+    if not sentences:
+        record, index = component.p.read(np.asarray(values)), component.p.index
+        # Nine digits, as a native FMU writes them (`report_check`).
+        sentences = [
+            FIELD.sub(lambda field: f"{values[index[field[1]]]:.9g}", check.sentence)
+            for check in component.checks
+            if not check.margin(record) >= 0
+        ]
+    return [f"{instance}.{sentence}".lstrip(".") for sentence in sentences]
+
+
+def refuse_problems(component: Component, instance: str, values: Sequence[float]) -> None:
+    """Raise InputError with the first of the `problems` of flat parameters, where there is one."""
+    for sentence in problems(component, instance, values):
+        raise InputError(sentence)
 
 
 def checked(
@@ -57,8 +58,7 @@ def checked(
         if name not in component.p.index and name not in component.u.index:
             raise InputError(unknown(component, instance, name))
     p, u = component.start_values(given)
-    for sentence in problems(component, instance, p.tolist()):
-        raise InputError(sentence)
+    refuse_problems(component, instance, p.tolist())
     return p, u
 
 

@@ -1,8 +1,8 @@
 """Variables of kinds that occur in many components, so that unit, display and nominal stand once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Choice, Input, Output, Parameter, Terminal, Variable
 
@@ -52,35 +52,38 @@ def is_difference(variable: Variable) -> bool:
     return variable.unit == "K" and variable.display is None and variable.nominal != NOMINAL_TEMPERATURE
 
 
+_TEMPERATURE: dict[str, Any] = {"display": "degC", "nominal": NOMINAL_TEMPERATURE}
+_GROWTH: dict[str, Any] = {"display": "um", "nominal": 5e-5}
+
+
 def temperature_input(name: str, description: str) -> Input:
     """Absolute temperature in K, read in degC, at room temperature where nothing is connected."""
-    return Input(
-        name,
-        "K",
-        description,
-        start=ROOM_TEMPERATURE,
-        display="degC",
-        nominal=NOMINAL_TEMPERATURE,
-        minimum=0,
-    )
+    return Input(name, "K", description, start=ROOM_TEMPERATURE, minimum=0, **_TEMPERATURE)
 
 
 def temperature_parameter(name: str, description: str) -> Parameter:
     """Absolute temperature in K, read in degC, room temperature by default."""
-    return Parameter(
-        name,
-        "K",
-        ROOM_TEMPERATURE,
-        description,
-        display="degC",
-        nominal=NOMINAL_TEMPERATURE,
-        positive=True,
-    )
+    return Parameter(name, "K", ROOM_TEMPERATURE, description, positive=True, **_TEMPERATURE)
 
 
 def temperature_output(name: str, description: str, size: int | None = None) -> Output:
     """Absolute temperature in K, read in degC."""
-    return Output(name, "K", description, size=size, display="degC", nominal=NOMINAL_TEMPERATURE)
+    return Output(name, "K", description, size=size, **_TEMPERATURE)
+
+
+def growth_input(name: str, description: str, size: int | None = None) -> Input:
+    """Growth of a link in m, or what makes up for it, read in um."""
+    return Input(name, "m", description, size=size, **_GROWTH)
+
+
+def growth_output(name: str, description: str, size: int | None = None) -> Output:
+    """Growth of a link in m, or what follows from it, read in um."""
+    return Output(name, "m", description, size=size, **_GROWTH)
+
+
+def length_parameter(name: str, start: float, description: str, **more: Any) -> Parameter:
+    """Length or place in m, read in mm; `more` as for any parameter."""
+    return Parameter(name, "m", start, description, display="mm", **more)
 
 
 def sample_time_parameter(description: str) -> Parameter:
@@ -106,16 +109,18 @@ def thermometers(name: str, scalars: Sequence[str]) -> Terminal:
 
 AMBIENT_TEMPERATURE = temperature_input("ambient_temperature", "temperature of the surroundings")
 
+tunable = partial(Parameter, tunable=True)
+"""A parameter that may change between communication steps."""
+
 AMBIENT_ERROR = (
-    Parameter("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1, tunable=True),
-    Parameter(
+    tunable("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1),
+    tunable(
         "ambient_drift",
         "K/s",
         0,
         "true minus given ambient temperature, per second",
         display="K/h",
         nominal=1e-4,
-        tunable=True,
     ),
 )
 """What a log of the surroundings' temperature may miss."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -73,59 +73,41 @@ def integrate(
 
     p, u = component.start_values(parameters)
     settled = np.asarray(component.settled(p), dtype=float)
-    places = [component.y.index[name] for name in record]
-    times: list[Vector] = []
-    rows: list[Vector] = []
+    functions, places = _functions(component), [component.y.index[name] for name in record]
     state: Vector | None = None
-    begun = 0.0
+    begun, found = 0.0, [np.empty((len(record) + 1, 0))]
     for number, phase in enumerate(phases, start=1):
+        u = u.copy()
         for name, value in phase.inputs.items():
             u[component.u.index[name]] = value
         if state is None:
             state = np.asarray(component.states_at_start(u, settled), dtype=float)
         grid = begun + every * np.arange(round(phase.duration / every) + 1.0)
-        held = _Held(component, u.copy(), settled)
-        found = solve_ivp(
-            held.rates,
+        solution = solve_ivp(
+            lambda t, x, u: np.asarray(functions["rates"](x, u, settled, t)).ravel(),
             (begun, grid[-1]),
             state,
             "BDF",
             t_eval=grid,
+            args=(u,),
             rtol=tolerance,
             atol=tolerance,
-            jac=held.jacobian,
+            jac=lambda t, x, u: functions["jacobian"](x, u, settled, t).sparse(),
         )
-        if not found.success:
-            raise RuntimeError(f"no integration beyond {found.t[-1]:g} s: {found.message}")
+        if not solution.success:
+            raise RuntimeError(f"no integration beyond {solution.t[-1]:g} s: {solution.message}")
         kept = grid if number == len(phases) else grid[:-1]
-        times.append(kept)
-        rows.append(held.outputs(kept, found.y[:, : kept.size])[places])
-        state, begun = found.y[:, -1], float(grid[-1])
-    return Trajectory(np.concatenate(times), dict(zip(record, np.concatenate(rows, axis=1), strict=True)))
-
-
-class _Held:
-    """A component's functions while its inputs are held."""
-
-    def __init__(self, component: Component, u: Vector, settled: Vector) -> None:
-        self._functions = _functions(component)
-        self._held = u, settled
-
-    def rates(self, time: float, state: Vector) -> Vector:
-        return np.asarray(self._functions["rates"](state, *self._held, time)).ravel()
-
-    def jacobian(self, time: float, state: Vector) -> Any:
-        """Derivative of the rates by the state, sparse, shape (n, n)."""
-        return self._functions["jacobian"](state, *self._held, time).sparse()
-
-    def outputs(self, times: Vector, states: Vector) -> Vector:
-        """Outputs at times, shape (outputs, times), for states of shape (n, times)."""
-        return np.asarray(self._functions["outputs"](states, *self._held, times[None, :]))
+        states, times = solution.y[:, : kept.size], kept[None, :]
+        outputs = np.asarray(functions["outputs"](states, u, settled, times))
+        found.append(np.vstack([times, outputs[places]]))
+        state, begun = solution.y[:, -1], float(grid[-1])
+    times, *values = np.concatenate(found, axis=1)
+    return Trajectory(times, dict(zip(record, values, strict=True)))
 
 
 @lru_cache(maxsize=16)
 def _functions(component: Component) -> Mapping[str, casadi.Function]:
-    """Functions of states, inputs, settled parameters and time."""
+    """Functions of states, inputs, settled parameters and time; the Jacobian is that of the rates."""
     import casadi
 
     sizes = {"x": component.x.size, "u": component.u.size, "p": component.d.size, "time": 1}

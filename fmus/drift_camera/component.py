@@ -1,52 +1,38 @@
 """The camera as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus import faults
 from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import minimum
-from warmlink.fmus.component.quantities import bus, sample_time_parameter
+from warmlink.fmus.component.quantities import (
+    bus,
+    growth_input,
+    growth_output,
+    sample_time_parameter,
+    tunable,
+)
 from warmlink.fmus.drift_camera import equations
 
 _PARAMETERS = (
     sample_time_parameter("time between two looks at whether a picture is due"),
     Parameter("moving_interval", "s", 30, "time between two pictures while the joint moves", positive=True),
     Parameter("still_interval", "s", 120, "time between two pictures while it is still", positive=True),
-    Parameter(
-        "still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0, tunable=True
-    ),
+    tunable("still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0),
     Parameter(
         "pixel_size", "m", 8.6e-6, "size of a pixel along the link", display="um", positive=True, nominal=1e-5
     ),
-    Parameter(
+    tunable(
         "centroid_noise",
         "1",
         0.0125,
         "standard deviation of the spot's centroid in pixels",
         minimum=0,
         nominal=0.01,
-        tunable=True,
     ),
-    Parameter(
-        "drift_rate",
-        "m/s",
-        0,
-        "drift of the camera itself per second",
-        display="um/h",
-        nominal=1e-9,
-        tunable=True,
-    ),
-    Parameter("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6, tunable=True),
-    Parameter("scale", "1", 1, "measured over true movement of the tool point", positive=True, tunable=True),
-    Parameter(
-        "dropout_probability",
-        "1",
-        0,
-        "probability that a picture is lost",
-        minimum=0,
-        maximum=1,
-        nominal=0.1,
-        tunable=True,
+    tunable("drift_rate", "m/s", 0, "drift of the camera itself per second", display="um/h", nominal=1e-9),
+    tunable("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),
+    tunable("scale", "1", 1, "measured over true movement of the tool point", positive=True),
+    tunable(
+        "dropout_probability", "1", 0, "probability that a picture is lost", minimum=0, maximum=1, nominal=0.1
     ),
     Parameter("delay", "s", 0, "time from a picture to its reading", minimum=0),
     *faults.parameters("m", "um", 1e-5, 1e-9),
@@ -57,8 +43,8 @@ COMPONENT = Component(
     name="DriftCamera",
     description="Camera that sees, a picture at a time, elongation minus correction",
     inputs=(
-        Input("elongation", "m", "true growth of the link", display="um", nominal=5e-5),
-        Input("correction", "m", "what the tool point is moved back by", display="um", nominal=5e-5),
+        growth_input("elongation", "true growth of the link"),
+        growth_input("correction", "what the tool point is moved back by"),
         Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
     ),
     parameters=_PARAMETERS,
@@ -73,12 +59,8 @@ COMPONENT = Component(
         State("age_count", "1"),
     ),
     outputs=(
-        Output(
-            "measured_drift",
-            "m",
-            "elongation minus correction on the last good picture; NaN under fault 4",
-            display="um",
-            nominal=5e-5,
+        growth_output(
+            "measured_drift", "elongation minus correction on the last good picture; NaN under fault 4"
         ),
         Output("drift_valid", "1", "whether the last picture is good", type="Boolean", discrete=True),
         Output("age", "s", "time since the last good picture was taken", nominal=30),

@@ -1,12 +1,11 @@
 """The duty cycle as a component."""
 
-from __future__ import annotations
-
 from dataclasses import replace
+from typing import Any
 
 from warmlink.fmus.component import Check, Component, Derived, Output, Parameter
 from warmlink.fmus.component.arithmetic import total
-from warmlink.fmus.component.quantities import PAD_MODE, ROOM_TEMPERATURE, bus, temperature_output
+from warmlink.fmus.component.quantities import PAD_MODE, ROOM_TEMPERATURE, bus, temperature_output, tunable
 from warmlink.fmus.duty_cycle import equations
 
 SEGMENTS = equations.SEGMENTS
@@ -48,7 +47,6 @@ _DEMANDS = (
         "pad_mode",
         "1",
         "heating pad: 0 none, 1 a given power, 2 held at a temperature",
-        type="Integer",
         choice=PAD_MODE,
         discrete=True,
     ),
@@ -62,23 +60,21 @@ _SHIPPED = {"speed": 3.43, "torque": 2.5}
 
 def _in_segments(demand: Output) -> Parameter:
     """A demand in each segment."""
-    is_temperature = demand.display == "degC"
-    first = _SHIPPED.get(demand.name)
-    return Parameter(
+    start, first = 0.0, _SHIPPED.get(demand.name)
+    bounds: dict[str, Any] = {"minimum": 0}
+    if demand.display == "degC":
+        start, bounds = ROOM_TEMPERATURE, {"positive": True}
+    return tunable(
         f"segment_{demand.name}",
         demand.unit,
-        ROOM_TEMPERATURE if is_temperature else 0,
+        start,
         demand.description,
         size=SEGMENTS,
         starts=None if first is None else (first, *(0.0,) * (SEGMENTS - 1)),
-        type=demand.type,
         choice=demand.choice,
         display=demand.display,
         nominal=demand.nominal,
-        positive=is_temperature,
-        minimum=None if is_temperature else 0,
-        maximum=None if demand.choice is None else demand.choice.last,
-        tunable=True,
+        **bounds,
     )
 
 

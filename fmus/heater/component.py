@@ -1,7 +1,5 @@
 """The heater as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import where
 from warmlink.fmus.component.quantities import (
@@ -9,6 +7,7 @@ from warmlink.fmus.component.quantities import (
     temperature_input,
     temperature_output,
     temperature_parameter,
+    tunable,
 )
 from warmlink.fmus.heater import equations
 
@@ -20,7 +19,7 @@ COMPONENT = Component(
         temperature_input("link_base_temperature", "temperature of the link at base position"),
     ),
     parameters=(
-        Parameter("power", "W", 6, "power of the heater", minimum=0, tunable=True),
+        tunable("power", "W", 6, "power of the heater", minimum=0),
         Parameter("heat_capacity", "J/K", 0, "heat capacity of the heater", minimum=0, nominal=10),
         Parameter(
             "contact_resistance",

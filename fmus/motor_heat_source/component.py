@@ -1,7 +1,5 @@
 """The motor as a source of heat, as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus.component import Component, Input, Local, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
@@ -12,6 +10,7 @@ from warmlink.fmus.component.quantities import (
     temperature_input,
     temperature_output,
     temperature_parameter,
+    tunable,
 )
 from warmlink.fmus.motor_heat_source import equations
 
@@ -20,10 +19,7 @@ _INPUTS = (
         "pad_mode",
         "1",
         "heating pad: 0 none, 1 a given power, 2 held at a temperature",
-        type="Integer",
         choice=PAD_MODE,
-        minimum=0,
-        maximum=PAD_MODE.last,
         discrete=True,
     ),
     Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
@@ -40,32 +36,17 @@ _PARAMETERS = (
     Parameter("winding_heat_capacity", "J/K", 200, "heat capacity of the winding", positive=True),
     Parameter("shaft_heat_capacity", "J/K", 1500, "heat capacity of shaft and gear", positive=True),
     Parameter("winding_conductance", "W/K", 0.8, "thermal conductance from winding to shaft", minimum=0),
-    Parameter(
-        "housing_conductance",
-        "W/K",
-        1.0,
-        "thermal conductance from shaft to surroundings",
-        minimum=0,
-        tunable=True,
-    ),
+    tunable("housing_conductance", "W/K", 1.0, "thermal conductance from shaft to surroundings", minimum=0),
     Parameter("joint_conductance", "W/K", 1.0, "thermal conductance from shaft to link", minimum=0),
-    Parameter(
+    tunable(
         "joint_resistance",
         "K/W",
         0,
         "additional thermal resistance of the joint, in series",
         minimum=0,
         nominal=0.1,
-        tunable=True,
     ),
-    Parameter(
-        "neighbour_conductance",
-        "W/K",
-        0,
-        "thermal conductance to the neighbouring joint",
-        minimum=0,
-        tunable=True,
-    ),
+    tunable("neighbour_conductance", "W/K", 0, "thermal conductance to the neighbouring joint", minimum=0),
     Parameter(
         "joint_temperature_coefficient",
         "1/K",
@@ -88,7 +69,7 @@ _PARAMETERS = (
     Parameter("iron_loss_coefficient", "W.s2/rad2", 0.15, "iron loss per squared speed", minimum=0),
     Parameter("coulomb_friction", "N.m", 1.5, "Coulomb friction torque", minimum=0),
     Parameter("viscous_friction", "N.m.s/rad", 0.6, "viscous friction torque per speed", minimum=0),
-    Parameter("friction_factor", "1", 1, "factor on both friction torques", minimum=0, tunable=True),
+    tunable("friction_factor", "1", 1, "factor on both friction torques", minimum=0),
     Parameter(
         "friction_temperature_coefficient",
         "1/K",
@@ -108,9 +89,9 @@ _PARAMETERS = (
         nominal=0.01,
         rare=True,
     ),
-    Parameter("standby_power", "W", 0, "heat into the shaft at all times", nominal=1, tunable=True),
-    Parameter("pad_gain", "W/K", 20, "gain of the pad's temperature control", minimum=0, tunable=True),
-    Parameter("pad_power_limit", "W", 60, "largest power of the pad", minimum=0, tunable=True),
+    tunable("standby_power", "W", 0, "heat into the shaft at all times", nominal=1),
+    tunable("pad_gain", "W/K", 20, "gain of the pad's temperature control", minimum=0),
+    tunable("pad_power_limit", "W", 60, "largest power of the pad", minimum=0),
     *AMBIENT_ERROR,
     temperature_parameter("initial_winding_temperature", "temperature of the winding at the start"),
     temperature_parameter("initial_shaft_temperature", "temperature of the shaft at the start"),

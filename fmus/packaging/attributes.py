@@ -1,76 +1,82 @@
-"""Attributes of a variable in a modelDescription.xml, which FMI 2.0 and FMI 3.0 write alike."""
+"""What a modelDescription.xml says of single variables, of their units and of their types."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from warmlink.fmus.component import Component, Input, Parameter, Scalar, Variable
+from warmlink.fmus.component import Parameter, Scalar, Variable
 from warmlink.fmus.component.quantities import is_difference, quantity
+from warmlink.fmus.component.units import display_conversion, unit
 
 VENDOR = "warmlink"
 """Name under which this project annotates a model description."""
 
+Attributes = Mapping[str, Any]
+"""Texts, numbers and truth values that an element states; those of None are left out."""
+
+
+def add(parent: ET.Element, tag: str, attributes: Attributes | None = None, **more: Any) -> ET.Element:
+    """Add an element to another, with the attributes of both kinds in their order."""
+    told = {**(attributes or {}), **more}
+    return ET.SubElement(parent, tag, {key: text(v) for key, v in told.items() if v is not None})
+
+
+def text(value: str | float) -> str:
+    """A text, a number or a truth value as XML writes it."""
+    if isinstance(value, str):
+        return value
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def document(root: ET.Element) -> bytes:
+    """Bytes of an XML file."""
+    ET.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
+
 
 def identity(scalar: Scalar) -> dict[str, str]:
     """Name, value reference, description, causality, variability and initial."""
-    identity = {
-        "name": scalar.name,
-        "valueReference": str(scalar.reference),
-        "description": scalar.variable.description,
-        "causality": causality(scalar),
-        "variability": variability(scalar),
-    }
-    initial = {"parameter": "exact", "output": "calculated", "local": "calculated"}
-    given = initial.get(identity["causality"])
-    return identity | ({"initial": given} if given else {})
-
-
-def causality(scalar: Scalar) -> str:
-    """`input`, `parameter`, `output` or `local`."""
-    return type(scalar.variable).__name__.lower()
-
-
-def variability(scalar: Scalar) -> str:
-    """`fixed`, `tunable`, `discrete` or `continuous`."""
     variable = scalar.variable
     if isinstance(variable, Parameter):
-        return "tunable" if variable.tunable else "fixed"
-    return "discrete" if variable.discrete or variable.type != "Real" else "continuous"
+        variability = "tunable" if variable.tunable else "fixed"
+    else:
+        variability = "discrete" if variable.discrete or variable.type != "Real" else "continuous"
+    causality = type(variable).__name__.lower()
+    given = {
+        "name": scalar.name,
+        "valueReference": str(scalar.reference),
+        "description": variable.description,
+        "causality": causality,
+        "variability": variability,
+    }
+    initial = {"parameter": "exact", "output": "calculated", "local": "calculated"}
+    return given | ({"initial": initial[causality]} if causality in initial else {})
 
 
-def value_attributes(scalar: Scalar) -> dict[str, str]:
-    """Type, unit, range, nominal and start, in the order of FMI."""
+def value_attributes(scalar: Scalar, whole: bool = False) -> Attributes:
+    """Type, unit, range, nominal and start of a scalar, or with the starts of all of its `whole` array."""
     variable = scalar.variable
-    real, boolean = variable.type == "Real", variable.type == "Boolean"
-    named = declared_type(variable)
-    attributes: dict[str, str] = {} if named is None else {"declaredType": named}
-    if real:
-        attributes["unit"] = variable.unit
-        if variable.display is not None:
-            attributes["displayUnit"] = variable.display
-        elif is_difference(variable):
-            attributes["relativeQuantity"] = "true"
-    values = {} if boolean else {"min": scalar.lower, "max": variable.maximum}
-    if real:
-        values["nominal"] = variable.nominal
-    values["start"] = scalar.start
-    stated = {key: text(typed(variable, value)) for key, value in values.items() if value is not None}
-    return attributes | stated
+    real, bounded = variable.type == "Real", variable.type != "Boolean"
+    start: str | float | None = typed(variable, scalar.start)
+    if whole and start is not None:
+        starts = (typed(variable, replace(scalar, element=i).start) for i in range(variable.count))
+        start = " ".join(text(each) for each in starts if each is not None)
+    return {
+        "declaredType": declared_type(variable),
+        "unit": variable.unit if real else None,
+        "displayUnit": variable.display if real else None,
+        "relativeQuantity": (real and is_difference(variable)) or None,
+        "min": typed(variable, scalar.lower) if bounded else None,
+        "max": typed(variable, variable.maximum) if bounded else None,
+        "nominal": typed(variable, variable.nominal) if real else None,
+        "start": start,
+    }
 
 
-def array_attributes(first: Scalar) -> dict[str, str]:
-    """What differs for an array as a whole from its first element: the name, and start values of all."""
-    variable = first.variable
-    starts = [replace(first, element=i).start for i in range(variable.count)]
-    given = [text(typed(variable, start)) for start in starts if start is not None]
-    return {"name": variable.name} | ({"start": " ".join(given)} if given else {})
-
-
-def typed(variable: Variable, value: float) -> float | bool:
-    """A value as a number of the variable's type."""
-    return {"Real": float, "Integer": int, "Boolean": bool}[variable.type](value)
+def typed(variable: Variable, value: float | None) -> float | None:
+    """A value as a number of the variable's type; None where there is none."""
+    return None if value is None else {"Real": float, "Integer": int, "Boolean": bool}[variable.type](value)
 
 
 def declared_type(variable: Variable) -> str | None:
@@ -91,14 +97,43 @@ def fmi3_type(variable: Variable) -> str:
     return {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}[variable.type]
 
 
-def set_within_step(scalar: Scalar) -> bool:
-    """Whether FMI 3.0 may set the variable within a communication step."""
-    return isinstance(scalar.variable, Input) and variability(scalar) == "continuous"
+def add_units(root: ET.Element, variables: Iterable[Variable], others: Iterable[str]) -> None:
+    """Add the units of variables, and others without units for display."""
+    displays: dict[str, set[str]] = {"s": set(), **{name: set() for name in others}}
+    for variable in variables:
+        if variable.type == "Real":
+            displays.setdefault(variable.unit, set()).update([variable.display] if variable.display else [])
+    definitions = add(root, "UnitDefinitions")
+    for name in sorted(displays):
+        definition = add(definitions, "Unit", name=name)
+        factor = float(unit(name).factor)
+        add(definition, "BaseUnit", unit(name).exponents, factor=None if factor == 1 else factor)
+        for display in sorted(displays[name]):
+            factor, offset = display_conversion(name, display)
+            stated = None if factor == 1 else factor
+            add(definition, "DisplayUnit", name=display, factor=stated, offset=offset or None)
 
 
-def accepting_nan(component: Component) -> list[str]:
-    """Names of the inputs that cope with a missing value."""
-    return [s.name for s in component.scalars() if isinstance(s.variable, Input) and s.variable.accepts_nan]
+def add_types(root: ET.Element, variables: Iterable[Variable], fmi_version: str) -> None:
+    """Add a type for each quantity and each choice."""
+    types = {name: v for v in variables if (name := declared_type(v)) is not None}
+    definitions = add(root, "TypeDefinitions") if types else root
+    for name, variable in sorted(types.items()):
+        choice = variable.choice
+        told: dict[str, Any] = {"quantity": name}
+        if choice is None:
+            told |= {"unit": variable.unit, "relativeQuantity": is_difference(variable) or None}
+        if fmi_version == "3.0":
+            kind = "Float64Type" if choice is None else "EnumerationType"
+            definition = add(definitions, kind, {"name": name}, **told)
+            for i, item in enumerate(choice.items if choice else ()):
+                add(definition, "Item", name=item, value=i)
+        elif choice is None:
+            add(add(definitions, "SimpleType", name=name), "Real", told)
+        else:
+            listed = ", ".join(f"{i} {item}" for i, item in enumerate(choice.items))
+            definition = add(definitions, "SimpleType", name=name, description=listed)
+            add(definition, "Integer", told, min=0, max=choice.last)
 
 
 def inputs_accepting_nan(root: Any) -> frozenset[str]:
@@ -108,14 +143,3 @@ def inputs_accepting_nan(root: Any) -> frozenset[str]:
         for element in root.findall(f"{path}/acceptsNaN"):
             names += element.get("variables", "").split()
     return frozenset(names)
-
-
-def document(root: ET.Element) -> bytes:
-    """Bytes of an XML file."""
-    ET.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
-
-
-def text(value: float | bool) -> str:
-    """A number or a truth value as XML writes it."""
-    return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -1,14 +1,10 @@
 """What hosts see of a component's inside: local variables; states and rates, which they may integrate."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from warmlink.fmus.component import Component, Record
+from warmlink.fmus.component import Component, Record, Values
 from warmlink.fmus.component.arithmetic import Number
-from warmlink.fmus.component.dependencies import Dependencies, dependencies
 
 
 @cache
@@ -18,7 +14,7 @@ def opened(component: Component) -> Component:
     if look_inside is None:
         return component
 
-    def observe_all(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    def observe_all(x: Record, u: Record, p: Record, time: Number) -> Values:
         return {**observe(x, u, p, time), **look_inside(x, u, p, time)}
 
     return replace(
@@ -80,27 +76,3 @@ def _nominal(component: Component, state: str) -> float:
     declared = next(each for each in part.states if each.name == own)
     known = {variable.name: variable.nominal for variable in (*part.parameters, *part.outputs)}
     return known.get(own) or known.get(str(declared.start)) or 1.0
-
-
-def found_dependencies(component: Component, states: Sequence[ExchangedState]) -> Dependencies:
-    """Dependencies of a component; those of rates and on states too where hosts know the states."""
-    return dependencies(component, [s.name for s in states], [s.rate_name for s in states])
-
-
-def local_identity(name: str, reference: int) -> dict[str, str]:
-    """Attributes of a state or its rate, which FMI 2.0 and 3.0 write alike."""
-    described = "rate of change" if name.startswith("der(") else "state, for hosts that integrate it"
-    told = {"causality": "local", "variability": "continuous", "initial": "calculated"}
-    return {"name": name, "valueReference": str(reference), "description": described} | told
-
-
-def unknowns_by_kind(
-    found: Dependencies, states: Sequence[ExchangedState]
-) -> list[tuple[str, dict[str, tuple[str, ...]]]]:
-    """Unknowns of the model structure in FMI's order, by kind, with what each depends on."""
-    rates = {state.rate_name for state in states}
-    return [
-        ("Output", {name: known for name, known in found.outputs.items() if name not in rates}),
-        ("Derivative", {name: known for name, known in found.outputs.items() if name in rates}),
-        ("InitialUnknown", found.initial),
-    ]

@@ -1,15 +1,12 @@
 """Readings beside flags that say whether they are valid, for hosts in which NaN is not allowed."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
+from warmlink.fmus.component import Component, Input, Output, Record, State, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, finite, where
-from warmlink.fmus.component.declaration import Component
-from warmlink.fmus.component.layout import Record
-from warmlink.fmus.component.variables import Input, Output, State, Terminal
 
 
 def flag_of(name: str) -> str:
@@ -25,8 +22,8 @@ def flagged(component: Component) -> Component:
     missing while its flag is false. Connected flag to flag, components do what they do with NaN, bit for bit.
     """
     missing = {state.name for state in component.states if state.accepts_nan}
-    outputs = [each for each in component.outputs if each.name in missing]
-    inputs = [each for each in component.inputs if each.accepts_nan]
+    outputs = {each.name: each for each in component.outputs if each.name in missing}
+    inputs = {each.name: each for each in component.inputs if each.accepts_nan}
     if not outputs and not inputs:
         return component
     observe, update, begin = component.observe, component.update, component.started
@@ -34,53 +31,42 @@ def flagged(component: Component) -> Component:
     def inside(u: Record) -> Record:
         """Inputs as the component itself has them."""
         values = {each.name: getattr(u, each.name) for each in component.inputs}
-        for name in (each.name for each in inputs):
+        for name in inputs:
             values[name] = where(getattr(u, flag_of(name)) > 0.5, values[name], math.nan)
         return component.u.record(values)
 
-    def with_held(states: Mapping[str, Number], before: Mapping[str, Number]) -> Mapping[str, Number]:
-        now = {name: states[name] for name in before}
-        held = {_held(name): where(finite(now[name]), now[name], before[name]) for name in before}
-        return {**states, **held}
+    def with_held(states: Values, before: Values) -> Values:
+        held = {n: where(finite(states[n]), states[n], before[n]) for n in outputs}
+        return {**states, **{_held(name): value for name, value in held.items()}}
 
-    def begin_held(u: Record, p: Record) -> Mapping[str, Number]:
-        return with_held(begin(inside(u), p), {each.name: each.nominal or 0.0 for each in outputs})
+    def begin_held(u: Record, p: Record) -> Values:
+        return with_held(begin(inside(u), p), {name: each.nominal or 0.0 for name, each in outputs.items()})
 
-    def update_held(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+    def update_held(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
         assert update is not None
-        before = {each.name: getattr(x, _held(each.name)) for each in outputs}
+        before = {name: getattr(x, _held(name)) for name in outputs}
         return with_held(update(x, inside(u), p, time, step), before)
 
-    def observe_held(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    def observe_held(x: Record, u: Record, p: Record, time: Number) -> Values:
         shown = dict(observe(x, inside(u), p, time))
-        for name in (each.name for each in outputs):
+        for name in outputs:
             shown[flag_of(name)] = where(finite(shown[name]), 1.0, 0.0)
             shown[name] = getattr(x, _held(name))
         return shown
 
     return replace(
         component,
-        inputs=(
-            *component.inputs,
-            *(
-                Input(flag_of(v.name), "1", _about(v), size=v.size, type="Boolean", discrete=True, start=1.0)
-                for v in inputs
-            ),
-        ),
+        inputs=(*component.inputs, *(Input(**_flag(each), start=1.0) for each in inputs.values())),
         outputs=(
-            *(_held_output(v) if v in outputs else v for v in component.outputs),
-            *(
-                Output(flag_of(v.name), "1", _about(v), size=v.size, type="Boolean", discrete=True)
-                for v in outputs
-            ),
+            *(_holding(each) if each.name in outputs else each for each in component.outputs),
+            *(Output(**_flag(each)) for each in outputs.values()),
         ),
-        states=(*component.states, *(State(_held(v.name), v.unit, size=v.size) for v in outputs)),
+        states=(*component.states, *(State(_held(v.name), v.unit, size=v.size) for v in outputs.values())),
         begin=begin_held,
         update=None if update is None else update_held,
         observe=observe_held,
         terminals=tuple(
-            replace(each, members=tuple(_members(each, {v.name for v in (*inputs, *outputs)})))
-            for each in component.terminals
+            replace(each, members=tuple(_members(each, {*inputs, *outputs}))) for each in component.terminals
         ),
     )
 
@@ -89,13 +75,19 @@ def _held(name: str) -> str:
     return f"held_{name}"
 
 
-def _held_output(reading: Output) -> Output:
+def _holding(reading: Output) -> Output:
     about = reading.description.partition("; NaN")[0]
     return replace(reading, description=f"{about}; its last value while there is none")
 
 
-def _about(reading: Input | Output) -> str:
-    return f"whether {reading.name} is a reading"
+def _flag(reading: Input | Output) -> dict[str, Any]:
+    """What declares the flag of a reading."""
+    named = {
+        "name": flag_of(reading.name),
+        "unit": "1",
+        "description": f"whether {reading.name} is a reading",
+    }
+    return named | {"size": reading.size, "type": "Boolean", "discrete": True}
 
 
 def _members(terminal: Terminal, flags: set[str]) -> Iterator[tuple[str, str]]:

@@ -1,36 +1,26 @@
-"""modelDescription.xml of FMI 2.0 and FMI 3.0 co-simulation from a component's declaration."""
-
-from __future__ import annotations
+"""modelDescription.xml of FMI 2.0 and FMI 3.0 from a component's declaration."""
 
 import json
 import uuid
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from operator import itemgetter
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.dependencies import TIME
+from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
     VENDOR,
-    accepting_nan,
-    array_attributes,
-    causality,
+    Attributes,
+    add,
+    add_types,
+    add_units,
     document,
     fmi3_type,
     identity,
-    set_within_step,
-    text,
     value_attributes,
-    variability,
 )
-from warmlink.fmus.packaging.definitions import type_definitions, unit_definitions
-from warmlink.fmus.packaging.exchange import (
-    ExchangedState,
-    exchanged_states,
-    found_dependencies,
-    local_identity,
-    unknowns_by_kind,
-)
+from warmlink.fmus.packaging.exchange import ExchangedState, exchanged_states
 
 LOG_CATEGORIES = {
     "logStatusWarning": "What a user should know of",
@@ -52,21 +42,24 @@ def instantiation_token(component: Component, implementation: str = "") -> str:
     implementation : text that differs between implementations, a hash of their sources, say; libcosim
         takes two FMUs of one GUID for the same one
     """
-    interface = [
-        (s.name, s.reference, causality(s), variability(s), s.variable.type, s.variable.unit)
-        for s in component.scalars()
-    ]
+    interface = []
+    for s in component.scalars():
+        told = identity(s)
+        kinds = told["causality"], told["variability"], s.variable.type, s.variable.unit
+        interface.append((s.name, s.reference, *kinds))
     return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface, implementation]))) + "}"
 
 
-def fmi2_model_description(
+def model_description(
     component: Component,
+    fmi_version: str = "2.0",
     *,
     native: bool = True,
     implementation: str = "",
     sources: Sequence[str] = (),
+    arrays: bool = False,
 ) -> bytes:
-    """Write modelDescription.xml for FMI 2.0; the model's identifier is the component's name.
+    """Write modelDescription.xml; the model's identifier is the component's name.
 
     Every FMU of ours gets, sets and serialises its state, takes any communication step size, and needs no
     tool. A native one also gives directional derivatives and lets hosts integrate the states where nothing is
@@ -75,146 +68,18 @@ def fmi2_model_description(
     Parameters
     ----------
     component : the declaration
+    fmi_version : "2.0" or "3.0"; FMUs of FMI 3.0 are all native, and their independent variable `time` has
+        the value reference after the last of the component's own
     native : whether it is in C; pythonfmu, the other form, does without the host's memory callbacks
     implementation : text that differs between implementations, see `instantiation_token`
-    sources : names of the files in `sources/` to compile, where there are any
+    sources : in FMI 2.0, names of the files in `sources/` to compile, where there are any
+    arrays : in FMI 3.0, each vector is one variable, with the value reference of its first element
     """
+    modern = fmi_version == "3.0"
     states = exchanged_states(component) if native else []
-    continuous = native and not component.sampled
-    found = found_dependencies(component, states)
-    root = ET.Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "2.0",
-            "modelName": component.name,
-            "guid": instantiation_token(component, implementation),
-        }
-        | _origin(component),
-    )
-    flags = {
-        "canNotUseMemoryManagementFunctions": not native,
-        "canGetAndSetFMUstate": True,
-        "canSerializeFMUstate": True,
-        "providesDirectionalDerivative": native,
-    }
-    stepping = {"canHandleVariableCommunicationStepSize": True, "canInterpolateInputs": continuous}
-    exchanging = {"completedIntegratorStepNotNeeded": True} if states else None
-    for interface in _interfaces(root, component, flags, stepping, exchanging, continuous):
-        files = ET.SubElement(interface, "SourceFiles") if sources else interface
-        for name in sources:
-            ET.SubElement(files, "File", name=name)
-    _common_head(root, component, states)
-    accepting = accepting_nan(component)
-    if accepting:
-        tool = ET.SubElement(ET.SubElement(root, "VendorAnnotations"), "Tool", name=VENDOR)
-        ET.SubElement(tool, "acceptsNaN", variables=" ".join(accepting))
-
-    variables = ET.SubElement(root, "ModelVariables")
-    for scalar in component.scalars():
-        around = ET.SubElement(variables, "ScalarVariable", identity(scalar))
-        ET.SubElement(around, scalar.variable.type, value_attributes(scalar))
-
-    # FMI 2.0 counts variables from 1 in the order of their declaration, and time is not one of them.
-    index = {s.name: s.reference + 1 for s in component.scalars()}
-    for state in states:
-        index[state.name] = len(index) + 1
-        around = ET.SubElement(variables, "ScalarVariable", local_identity(state.name, state.reference))
-        ET.SubElement(around, "Real", unit=state.unit, nominal=text(state.nominal))
-    for state in states:
-        index[state.rate_name] = len(index) + 1
-        around = ET.SubElement(
-            variables, "ScalarVariable", local_identity(state.rate_name, state.rate_reference)
-        )
-        ET.SubElement(around, "Real", unit=state.rate_unit, derivative=str(index[state.name]))
-    structure = ET.SubElement(root, "ModelStructure")
-    for group, of in unknowns_by_kind(found, states):
-        unknowns = ET.SubElement(structure, group + "s") if of else structure
-        for name, known in sorted(of.items(), key=lambda item: index[item[0]]):
-            attributes = _dependency_attributes(index[k] for k in known if k != TIME)
-            ET.SubElement(unknowns, "Unknown", {"index": str(index[name])} | attributes)
-    return document(root)
-
-
-def fmi3_model_description(component: Component, *, implementation: str = "", arrays: bool = False) -> bytes:
-    """Write modelDescription.xml for FMI 3.0, whose FMUs are all native; the parameters as for FMI 2.0.
-
-    The independent variable `time` has the value reference after the last of the component's own. With
-    `arrays` each vector is one variable, with the value reference of its first element.
-    """
-    states, continuous = exchanged_states(component), not component.sampled
-    found = found_dependencies(component, states)
-    root = ET.Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "3.0",
-            "modelName": component.name,
-            "instantiationToken": instantiation_token(component, implementation),
-        }
-        | _origin(component),
-    )
-    flags = {
-        "canGetAndSetFMUState": True,
-        "canSerializeFMUState": True,
-        "providesDirectionalDerivatives": True,
-    }
-    stepping = {
-        "canHandleVariableCommunicationStepSize": True,
-        "providesIntermediateUpdate": continuous,
-        "canReturnEarlyAfterIntermediateUpdate": continuous,
-    }
-    exchanging = {"needsCompletedIntegratorStep": False} if states else None
-    _interfaces(root, component, flags, stepping, exchanging, continuous)
-    _common_head(root, component, states)
-
-    variables = ET.SubElement(root, "ModelVariables")
-    for scalar in component.scalars():
-        whole = arrays and scalar.variable.size is not None
-        if whole and scalar.element:
-            continue
-        attributes = identity(scalar) | value_attributes(scalar)
-        if whole:
-            attributes |= array_attributes(scalar)
-        if continuous and set_within_step(scalar):
-            attributes["intermediateUpdate"] = "true"
-        around = ET.SubElement(variables, fmi3_type(scalar.variable), attributes)
-        if whole:
-            ET.SubElement(around, "Dimension", start=str(scalar.variable.size))
-    time = {"name": TIME, "valueReference": str(time_reference(component)), "causality": "independent"}
-    ET.SubElement(variables, "Float64", time | {"variability": "continuous", "unit": "s"})
-
-    reference = {s.name: s.reference - arrays * s.element for s in component.scalars()}
-    reference[TIME] = time_reference(component)
-    for state in states:
-        reference |= {state.name: state.reference, state.rate_name: state.rate_reference}
-        attributes = local_identity(state.name, state.reference)
-        attributes |= {"unit": state.unit, "nominal": text(state.nominal)}
-        ET.SubElement(variables, "Float64", attributes)
-        attributes = local_identity(state.rate_name, state.rate_reference)
-        attributes |= {"unit": state.rate_unit, "derivative": str(state.reference)}
-        ET.SubElement(variables, "Float64", attributes)
-    structure = ET.SubElement(root, "ModelStructure")
-    for group, of in unknowns_by_kind(found, states):
-        element = "ContinuousStateDerivative" if group == "Derivative" else group
-        merged: dict[int, set[int]] = {}
-        for name, known in of.items():
-            merged.setdefault(reference[name], set()).update(reference[k] for k in known)
-        for unknown, on in merged.items():
-            attributes = {"valueReference": str(unknown)} | _dependency_attributes(on)
-            ET.SubElement(structure, element, attributes)
-    accepting = accepting_nan(component)
-    if accepting:
-        annotation = ET.SubElement(ET.SubElement(root, "Annotations"), "Annotation", type=VENDOR)
-        ET.SubElement(annotation, "acceptsNaN", variables=" ".join(accepting))
-    return document(root)
-
-
-def time_reference(component: Component) -> int:
-    """Value reference of the independent variable in FMI 3.0."""
-    return component.p.size + component.u.size + component.y.size
-
-
-def _origin(component: Component) -> dict[str, str]:
-    return {
+    root = ET.Element("fmiModelDescription", {"fmiVersion": fmi_version, "modelName": component.name})
+    root.set("instantiationToken" if modern else "guid", instantiation_token(component, implementation))
+    root.attrib |= {
         "description": component.description,
         "author": release.AUTHOR,
         "version": release.version(),
@@ -224,40 +89,134 @@ def _origin(component: Component) -> dict[str, str]:
         "generationDateAndTime": f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
         "variableNamingConvention": "structured",
     }
-
-
-def _interfaces(
-    root: ET.Element,
-    component: Component,
-    flags: dict[str, bool],
-    stepping: dict[str, bool],
-    exchanging: dict[str, bool] | None,
-    derivatives: bool,
-) -> list[ET.Element]:
-    """Add what the FMU can be instantiated as: for model exchange where it can, and for co-simulation."""
-    added = []
-    for kind, own in (("ModelExchange", exchanging), ("CoSimulation", stepping)):
-        if own is not None:
-            told = {"modelIdentifier": component.name, "needsExecutionTool": "false"}
-            told |= {name: text(flag) for name, flag in (flags | own).items()}
-            if derivatives and kind == "CoSimulation":
-                told["maxOutputDerivativeOrder"] = "1"
-            added.append(ET.SubElement(root, kind, told))
-    return added
-
-
-def _common_head(root: ET.Element, component: Component, states: Sequence[ExchangedState]) -> None:
-    """Units, types, log categories and default experiment."""
-    unit_definitions(root, component, states)
-    type_definitions(root, component)
-    categories = ET.SubElement(root, "LogCategories")
+    _add_interfaces(root, component, modern, native, () if modern else sources)
+    declared = [*component.inputs, *component.parameters, *component.outputs]
+    add_units(root, declared, [unit for state in states for unit in (state.unit, state.rate_unit)])
+    add_types(root, declared, fmi_version)
+    categories = add(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
-        ET.SubElement(categories, "Category", name=name, description=description)
-    experiment = {"startTime": 0.0, "stopTime": component.default_stop_time}
-    experiment["stepSize"] = component.default_step_size
-    ET.SubElement(root, "DefaultExperiment", {key: text(value) for key, value in experiment.items()})
+        add(categories, "Category", name=name, description=description)
+    times = {"stopTime": component.default_stop_time, "stepSize": component.default_step_size}
+    add(root, "DefaultExperiment", {"startTime": 0.0}, **times)
+    if not modern:
+        _annotate(root, component, "VendorAnnotations", "Tool", "name")
+    _add_variables(root, component, states, modern, arrays)
+    _add_structure(root, component, states, modern, arrays)
+    if modern:
+        _annotate(root, component, "Annotations", "Annotation", "type")
+    return document(root)
 
 
-def _dependency_attributes(known: Iterable[int]) -> dict[str, str]:
-    listed = [str(each) for each in sorted(known)]
-    return {"dependencies": " ".join(listed), "dependenciesKind": " ".join("dependent" for _ in listed)}
+def time_reference(component: Component) -> int:
+    """Value reference of the independent variable in FMI 3.0."""
+    return component.p.size + component.u.size + component.y.size
+
+
+def _add_interfaces(
+    root: ET.Element, component: Component, modern: bool, native: bool, sources: Sequence[str]
+) -> None:
+    """Add what the FMU can be instantiated as: for model exchange where it can, and for co-simulation."""
+    continuous = native and not component.sampled
+    within: tuple[str, ...] = ("canInterpolateInputs",)
+    if modern:
+        able = ("canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives")
+        flags = dict.fromkeys(able, True)
+        exchanging = {"needsCompletedIntegratorStep": False}
+        within = ("providesIntermediateUpdate", "canReturnEarlyAfterIntermediateUpdate")
+    else:
+        flags = {
+            "canNotUseMemoryManagementFunctions": not native,
+            "canGetAndSetFMUstate": True,
+            "canSerializeFMUstate": True,
+            "providesDirectionalDerivative": native,
+        }
+        exchanging = {"completedIntegratorStepNotNeeded": True}
+    stepping = {"canHandleVariableCommunicationStepSize": True, **dict.fromkeys(within, continuous)}
+    kinds: dict[str, Attributes] = {"ModelExchange": exchanging} if continuous and component.states else {}
+    kinds["CoSimulation"] = {**stepping, "maxOutputDerivativeOrder": 1 if continuous else None}
+    for kind, own in kinds.items():
+        called = {"modelIdentifier": component.name, "needsExecutionTool": "false"}
+        interface = add(root, kind, called, **flags, **own)
+        files = add(interface, "SourceFiles") if sources else interface
+        for name in sources:
+            add(files, "File", name=name)
+
+
+def _annotate(root: ET.Element, component: Component, around: str, tag: str, key: str) -> None:
+    """Name the inputs that cope with a missing value."""
+    accepting = [name for each in component.inputs if each.accepts_nan for name in each.scalar_names]
+    if accepting:
+        add(add(add(root, around), tag, {key: VENDOR}), "acceptsNaN", variables=" ".join(accepting))
+
+
+def _add_variables(
+    root: ET.Element, component: Component, states: Sequence[ExchangedState], modern: bool, arrays: bool
+) -> None:
+    variables = add(root, "ModelVariables")
+
+    def declare(named: Attributes, kind: str, attributes: Attributes) -> ET.Element:
+        if modern:
+            return add(variables, kind, {**named, **attributes})
+        return add(add(variables, "ScalarVariable", named), kind, attributes)
+
+    for scalar in component.scalars():
+        variable, whole = scalar.variable, arrays and scalar.variable.size is not None
+        if whole and scalar.element:
+            continue
+        named = identity(scalar) | ({"name": variable.name} if whole else {})
+        varies = named["causality"] == "input" and named["variability"] == "continuous"
+        within = True if modern and varies and not component.sampled else None
+        attributes = {**value_attributes(scalar, whole), "intermediateUpdate": within}
+        declared = declare(named, fmi3_type(variable) if modern else variable.type, attributes)
+        if whole:
+            add(declared, "Dimension", start=variable.size)
+    if modern:
+        time = {"name": TIME, "valueReference": time_reference(component), "causality": "independent"}
+        add(variables, "Float64", time, variability="continuous", unit="s")
+
+    told = {"causality": "local", "variability": "continuous", "initial": "calculated"}
+    local: list[tuple[int, str, str, Attributes]] = []
+    for state in states:
+        as_state = {"unit": state.unit, "nominal": state.nominal}
+        local.append((state.reference, state.name, "state, for hosts that integrate it", as_state))
+        as_rate = {"unit": state.rate_unit, "derivative": state.reference}
+        local.append((state.rate_reference, state.rate_name, "rate of change", as_rate))
+    for reference, name, description, about in local if modern else sorted(local, key=itemgetter(0)):
+        given = {"name": name, "valueReference": reference, "description": description, **told}
+        declare(given, "Float64" if modern else "Real", about)
+
+
+def _add_structure(
+    root: ET.Element, component: Component, states: Sequence[ExchangedState], modern: bool, arrays: bool
+) -> None:
+    """Add what each unknown depends on.
+
+    FMI 3.0 goes by value references. FMI 2.0 counts variables from 1 in the order of their declaration, and
+    time is not one of them: so what follows time in FMI 3.0 has the same number in both.
+    """
+    number = {s.name: s.reference - s.element if arrays else s.reference for s in component.scalars()}
+    number = number | {TIME: time_reference(component)} if modern else {k: n + 1 for k, n in number.items()}
+    for state in states:
+        number |= {state.name: state.reference, state.rate_name: state.rate_reference}
+    rates = tuple(state.rate_name for state in states)
+    found = dependencies(component, tuple(state.name for state in states), rates)
+    kinds = {
+        "Output": {name: known for name, known in found.outputs.items() if name not in rates},
+        "Derivative": {name: known for name, known in found.outputs.items() if name in rates},
+        "InitialUnknown": found.initial,
+    }
+    structure = add(root, "ModelStructure")
+    for kind, of in kinds.items():
+        merged: dict[int, set[int]] = {}
+        for name, known in of.items():
+            merged.setdefault(number[name], set()).update(number[k] for k in known if k in number)
+        group = add(structure, f"{kind}s") if of and not modern else structure
+        for unknown in merged if modern else sorted(merged):
+            listed = sorted(merged[unknown])
+            on = {"dependencies": " ".join(map(str, listed))}
+            on["dependenciesKind"] = " ".join(["dependent"] * len(listed))
+            if modern:
+                tag = "ContinuousStateDerivative" if kind == "Derivative" else kind
+                add(structure, tag, {"valueReference": unknown}, **on)
+            else:
+                add(group, "Unknown", {"index": unknown}, **on)

@@ -1,12 +1,10 @@
 """A reduced link as a component, with the connectors of ThermalLink."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 
 from warmlink.fmus.component import Component, Derived, Output, Parameter, State
-from warmlink.fmus.component.quantities import temperature_parameter
+from warmlink.fmus.component.quantities import growth_output, temperature_parameter, tunable
 from warmlink.fmus.reduced_link import equations
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
@@ -26,7 +24,7 @@ _OF_THE_SHAPE = (
 
 _OUTPUTS = (
     *LINK.outputs,
-    Output("displacement", "m", "displacement of the tool point", size=3, display="um", nominal=5e-5),
+    growth_output("displacement", "displacement of the tool point", size=3),
     Output("rotation", "rad", "rotation of the tool", size=3, nominal=1e-4),
     Output(
         "displacement_error_bound",
@@ -65,14 +63,13 @@ def reduced_link(name: str, model: ReducedModel) -> Component:
         inputs=LINK.inputs,
         parameters=(
             *(_nominal(each, model) for each in LINK.parameters if each.name not in _OF_THE_SHAPE),
-            Parameter(
+            tunable(
                 "convection_factor",
                 "1",
                 1,
                 "convection of each cooled surface as a multiple of the link's",
                 size=surfaces,
                 minimum=0,
-                tunable=True,
             ),
             temperature_parameter("radiation_temperature", "temperature about which radiation is linearised"),
         ),

@@ -1,8 +1,7 @@
 """The thermometers as a component."""
 
-from __future__ import annotations
-
 from dataclasses import replace
+from functools import partial
 
 from warmlink.fmus import faults
 from warmlink.fmus.component import Check, Component, Derived, Local, Parameter, State
@@ -14,55 +13,29 @@ from warmlink.fmus.component.quantities import (
     temperature_input,
     temperature_output,
     thermometers,
+    tunable,
 )
 from warmlink.fmus.temperature_sensors import equations
 
 CHANNELS = equations.CHANNELS
 
+_each = partial(tunable, size=CHANNELS)
+
 _PARAMETERS = (
     sample_time_parameter("time between two readings"),
-    Parameter(
-        "noise",
-        "K",
-        0,
-        "standard deviation of a reading",
-        size=CHANNELS,
-        minimum=0,
-        nominal=0.1,
-        tunable=True,
-    ),
-    Parameter("offset", "K", 0, "reading minus temperature", size=CHANNELS, nominal=0.1, tunable=True),
-    Parameter(
-        "lag",
-        "s",
-        0,
-        "time constant of the first-order lag",
-        size=CHANNELS,
-        minimum=0,
-        nominal=10,
-        tunable=True,
-    ),
-    Parameter(
+    _each("noise", "K", 0, "standard deviation of a reading", minimum=0, nominal=0.1),
+    _each("offset", "K", 0, "reading minus temperature", nominal=0.1),
+    _each("lag", "s", 0, "time constant of the first-order lag", minimum=0, nominal=10),
+    _each(
         "stem_conduction",
         "1",
         0,
         "share of the rise above ambient temperature that the stem conducts away",
-        size=CHANNELS,
         minimum=0,
         maximum=1,
         nominal=0.01,
-        tunable=True,
     ),
-    Parameter(
-        "quantum",
-        "K",
-        0,
-        "step between readings; 0: none",
-        size=CHANNELS,
-        minimum=0,
-        nominal=0.1,
-        tunable=True,
-    ),
+    _each("quantum", "K", 0, "step between readings; 0: none", minimum=0, nominal=0.1),
     *faults.parameters("K", "K", 1, 1e-4, CHANNELS),
     Parameter("seed", "1", 1, "seed of the noise", type="Integer", minimum=0),
 )

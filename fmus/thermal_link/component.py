@@ -1,7 +1,5 @@
 """The thermal link as a component."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, State
@@ -9,10 +7,13 @@ from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
     bus,
+    growth_output,
     heat_port,
+    length_parameter,
     temperature_input,
     temperature_output,
     temperature_parameter,
+    tunable,
 )
 from warmlink.fmus.thermal_link import equations
 
@@ -28,22 +29,13 @@ _INPUTS = (
 )
 
 _PARAMETERS = (
-    Parameter("length", "m", 0.3302, "length of the link", display="mm", positive=True),
-    Parameter("width", "m", 0.0254, "width of the link", display="mm", positive=True),
-    Parameter("thickness", "m", 0.00635, "thickness of the link", display="mm", positive=True),
+    length_parameter("length", 0.3302, "length of the link", positive=True),
+    length_parameter("width", 0.0254, "width of the link", positive=True),
+    length_parameter("thickness", 0.00635, "thickness of the link", positive=True),
     Parameter("cross_section", "m2", 0, "cross-section; 0: width times thickness", display="mm2", minimum=0),
-    Parameter(
-        "perimeter",
-        "m",
-        0,
-        "perimeter of the cross-section; 0: that of the rectangle",
-        display="mm",
-        minimum=0,
-    ),
-    Parameter(
-        "base_position", "m", 0.0254, "where heat enters, from the proximal end", display="mm", minimum=0
-    ),
-    Parameter("tip_position", "m", 0.3170, "the tool point, from the proximal end", display="mm", minimum=0),
+    length_parameter("perimeter", 0, "perimeter of the cross-section; 0: that of the rectangle", minimum=0),
+    length_parameter("base_position", 0.0254, "where heat enters, from the proximal end", minimum=0),
+    length_parameter("tip_position", 0.3170, "the tool point, from the proximal end", minimum=0),
     Parameter("conductivity", "W/(m.K)", 167, "thermal conductivity at 295.15 K", positive=True),
     Parameter(
         "conductivity_temperature_coefficient",
@@ -65,72 +57,49 @@ _PARAMETERS = (
         positive=True,
         nominal=2e-5,
     ),
-    Parameter(
-        "convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0, tunable=True
-    ),
-    Parameter(
+    tunable("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
+    tunable(
         "convection_per_speed",
         "W.s/(m3.K)",
         6.4,
         "increase of the convection coefficient per m/s of the link's mean speed",
         minimum=0,
-        tunable=True,
     ),
-    Parameter(
+    tunable(
         "convection_mixing",
         "1",
         0,
         "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes",
         minimum=0,
         maximum=1.8,
-        tunable=True,
         rare=True,
     ),
-    Parameter(
+    tunable(
         "convection_rise_exponent",
         "1",
         0,
         "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K",
         minimum=0,
         maximum=0.5,
-        tunable=True,
         rare=True,
     ),
-    Parameter(
-        "emissivity",
-        "1",
-        0,
-        "emissivity of the surface; 0: no radiation",
-        minimum=0,
-        maximum=1,
-        tunable=True,
-        rare=True,
+    tunable(
+        "emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1, rare=True
     ),
-    Parameter(
-        "absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10, tunable=True
-    ),
-    Parameter(
+    tunable("absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10),
+    tunable(
         "hub_conductance",
         "W/K",
         0,
         "heat loss from base position to the surroundings",
         minimum=0,
         nominal=0.1,
-        tunable=True,
     ),
     Parameter(
         "hub_heat_capacity", "J/K", 0, "heat capacity of what sits at base position", minimum=0, nominal=10
     ),
     Parameter("tip_heat_capacity", "J/K", 0, "heat capacity of what the tip carries", minimum=0, nominal=10),
-    Parameter(
-        "tip_conductance",
-        "W/K",
-        0,
-        "heat loss from tip position to its sink",
-        minimum=0,
-        nominal=0.1,
-        tunable=True,
-    ),
+    tunable("tip_conductance", "W/K", 0, "heat loss from tip position to its sink", minimum=0, nominal=0.1),
     *AMBIENT_ERROR,
     temperature_parameter("initial_temperature", "temperature at the start"),
     Parameter(
@@ -149,13 +118,11 @@ _PARAMETERS = (
         nominal=300,
         minimum=0,
     ),
-    Parameter(
+    length_parameter(
         "sensor_position",
-        "m",
         -1,
         "place of each sensor from the proximal end; -1: base, middle, tip, then evenly between",
         size=SENSORS,
-        display="mm",
         minimum=-1,
     ),
 )
@@ -164,7 +131,7 @@ _OUTPUTS = (
     temperature_output("base_temperature", "temperature at base position"),
     temperature_output("tip_temperature", "temperature at tip position"),
     temperature_output("sensor_temperature", "temperature at each sensor", size=SENSORS),
-    Output("elongation", "m", "growth between base and tip position", display="um", nominal=5e-5),
+    growth_output("elongation", "growth between base and tip position"),
     Output("surface_heat_loss", "W", "heat lost by the surface", nominal=5),
     Output("heat_received", "J", "heat received at base position since the start", nominal=1e4),
     Output(

@@ -144,7 +144,7 @@ class Hints:
         from warmlink.orchestration.command_line.options import settings_given
         from warmlink.orchestration.diagnosis.data.columns import said
         from warmlink.orchestration.diagnosis.data.experiment import calibrating
-        from warmlink.orchestration.diagnosis.data.nominal import parameters_of, with_noise
+        from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
         from warmlink.orchestration.diagnosis.diagnose import read
         from warmlink.orchestration.system.replacement import Replacements
 

@@ -203,11 +203,10 @@ def _figures(part: Part) -> dict[str, object]:
 
 def _answer(part: Part) -> None:
     mesh = part.mesh
-    order = "no order observed" if mesh.order is None else f"observed order {mesh.order:.2g}"
     answer(
         f"mesh   {part.solid.mesh.nelements} tetrahedra, {part.heat.unknowns} temperatures, "
         f"{3 * part.heat.unknowns} displacements\n"
         f"order  {part.model.order}, estimated error {100 * part.chosen.error:.0f} % of its tolerance\n"
         f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
-        f"hour ({order})"
+        f"hour ({mesh.observed})"
     )

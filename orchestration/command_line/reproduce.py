@@ -25,7 +25,7 @@ def reproduce(
 
     with fresh_folder(out) as target:
         with progress_bar("The paper, reproduced") as progress:
-            result = reproduce_paper(lambda share, what: progress(share))
+            result = reproduce_paper(progress)
         write_report(result, target / "report.html")
     if json:
         answer_json({"rows": [asdict(row) for row in result.rows], "findings": list(result.findings)})

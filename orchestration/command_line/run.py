@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_text
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +26,6 @@ LIVE_PAGE = "live.html"
 if TYPE_CHECKING:
     from warmlink.orchestration.closed_loop.outcome import ClosedLoop
     from warmlink.orchestration.report.live.content import Asked
-    from warmlink.orchestration.report.series import Written
 
 
 def run(
@@ -77,7 +77,7 @@ def run(
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.pacing import interruption
-    from warmlink.orchestration.report.series import Written
+    from warmlink.orchestration.report.series import series_writers
     from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -111,8 +111,8 @@ def run(
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
-            written = Written(tuple(options.listed(record) or ()), csv)
-            lost = _write(outcome, target, written, named)
+            series = series_writers(outcome.result.table, options.listed(record) or (), csv)
+            lost = _write(outcome, target, series, named)
     if json:
         answer_json(outcome.to_dict())
     else:
@@ -129,15 +129,16 @@ def run(
         raise SystemExit(FAILED)
 
 
-def _write(outcome: ClosedLoop, target: Path, written: Written, asked: Asked | None) -> str | None:
+def _write(
+    outcome: ClosedLoop, target: Path, series: Mapping[str, Callable[[Path], object]], asked: Asked | None
+) -> str | None:
     """Write the results, and a report of what was asked; return which files were lost and why, or None."""
     from warmlink.orchestration.files import write_files
-    from warmlink.orchestration.report.series import series_writers
 
     metrics = json_text.dumps(outcome.to_dict(), indent=2) + "\n"
     writers = {
         "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
-        **series_writers(outcome.result.table, written),
+        **series,
     }
     if asked is not None:
         from warmlink.orchestration.report.closed_loop import write_report

@@ -24,7 +24,6 @@ from warmlink.orchestration.console import (
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.error_budget import CouplingError
-    from warmlink.orchestration.master.pacing import Pacing
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
 
@@ -117,7 +116,7 @@ def simulate(
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import Written, series_writers
+    from warmlink.orchestration.report.series import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
@@ -153,7 +152,7 @@ def simulate(
             unpacked=work,
             stepping=stepping_named(stepping),
         )
-        written = Written(tuple(options.listed(record) or ()), csv)
+        recorded = options.listed(record) or ()
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
             for whole, finer in tried(chosen, allowed):
                 first = partial(
@@ -166,7 +165,7 @@ def simulate(
                     statistics=statistics,
                 )
                 result = _apart(first, lambda done, count: progress(done / count / (1 + 2 * repeats)))
-                lost = write_files(target, series_writers(result.table, written))
+                lost = write_files(target, series_writers(result.table, recorded, csv))
                 bounds: tuple[CouplingError, ...] = ()
                 if repeats and result.status == "completed":
                     names = watch or result.table.names
@@ -224,15 +223,13 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     return None
 
 
-def _pacing(real_time: float | None) -> Pacing | None:
+def _pacing(real_time: float | None) -> float | None:
     """The pace to keep; None without --real-time."""
-    from warmlink.orchestration.master.pacing import Pacing
-
     if real_time is None:
         return None
     if not 0 < real_time < math.inf:
         raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
-    return Pacing(real_time)
+    return real_time
 
 
 def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:

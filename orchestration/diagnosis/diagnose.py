@@ -8,12 +8,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.gain import Scores
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
-from warmlink.orchestration.diagnosis.data.inputs import with_inputs
-from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID
-from warmlink.orchestration.diagnosis.data.nominal import with_nominal
+from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 
@@ -52,8 +49,6 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     refuse_senseless(experiment)
     assessment = assess(experiment, progress)
     progress("measuring the gain")
-    scores = Scores(experiment, assessment.noise)
-    before = scores.predict(assessment.null)
-    after = scores.predict(assessment.best) if assessment.best.items else before
-    members = tuple(scores.predict(fit) for fit in assessment.rivals)
-    return Diagnosis(experiment, assessment, scores, before, after, members)
+    found = Diagnosis(experiment, assessment)
+    _ = found.held_out
+    return found

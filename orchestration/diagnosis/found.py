@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.words import summary
-from warmlink.orchestration.diagnosis.data.nominal import parameters_of
+from warmlink.orchestration.diagnosis.data.inputs import parameters_of
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Found(Answer):
     @property
     def extended(self) -> dict[str, float]:
         """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
-        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.chosen())
+        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
 
     def summary(self) -> str:
         """At most ten lines of plain words."""

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
 from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
-from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, start
-from warmlink.orchestration.master.slaves.process import OtherProcess
+from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, OtherProcess, start
 from warmlink.orchestration.master.slaves.slave import Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -25,14 +25,10 @@ NOT_FOR_RUNNING = ("documentation", "sources")
 
 @dataclass
 class Assembly:
-    """Slaves, connections and start values; used once, then closed.
+    """Slaves in the system's order, connections and start values; used once, then closed.
 
     Attributes
     ----------
-    slaves : sequence of Slave
-        In the system's order.
-    connections : sequence of Connection
-        From outputs to inputs.
     values : mapping
         Start values by slave and variable, in the variables' own units.
     files : mapping
@@ -85,7 +81,7 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
             else:
                 started[name] = start(name, partial(open_slave, name, infos[name], folder), isolation)
         for name, process in started.items():
-            slaves.append(IsolatedSlave(name, process, isolation or Isolation()))
+            slaves.append(cast(Slave, IsolatedSlave(name, process, isolation or Isolation())))
     except BaseException:
         for slave in slaves:
             slave.terminate()

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
+from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
+from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.recording.result import Result
 
 SAFETY = 1.5

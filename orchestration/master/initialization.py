@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
+from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
@@ -16,16 +16,11 @@ SWEEPS = 200
 
 def initialize(
     network: Network, points: CommunicationPoints, values: Mapping[str, Mapping[str, Value]]
-) -> int:
+) -> None:
     """Set start values, settle the connected values, leave initialization mode.
 
-    The values are in the variables' own units, by slave and variable. Gives the sweeps over all slaves that
-    the feedthrough loops needed.
-
-    Raises
-    ------
-    SlaveError
-        Where a slave refuses, a value is not finite, or a loop does not settle.
+    The values are in the variables' own units, by slave and variable. SlaveError where a slave refuses, a
+    value is not finite, or a loop does not settle.
     """
     network.time = points.start_time
     for slave in network.slaves:
@@ -34,7 +29,7 @@ def initialize(
             slave.set(tuple(given), tuple(given.values()))
     for slave in network.slaves:
         slave.enter_initialization(points.start_time, points.stop_time)
-    sweeps = settle(network)
+    settle(network)
     for slave in network.slaves:
         slave.exit_initialization()
     # Some slaves compute their first outputs only on leaving initialization mode.
@@ -42,16 +37,15 @@ def initialize(
         network.read(k)
     for k in range(len(network.slaves)):
         network.write(k)
-    return sweeps
 
 
-def settle(network: Network) -> int:
+def settle(network: Network) -> None:
     """Pass outputs to inputs until nothing changes by more than 1e-12 of its size or nominal value."""
     order = feedthrough_order(network)
     for k in order:
         network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
     moved = ""
-    for sweep in range(1, SWEEPS + 1):
+    for network.sweeps in range(1, SWEEPS + 1):
         moved = ""
         for k in order:
             values = network.gather(k)
@@ -61,7 +55,7 @@ def settle(network: Network) -> int:
                 network.put(k, values)
                 network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
         if not moved:
-            return sweep
+            return
     slave, _, variable = moved.rpartition(".")
     raise SlaveError(
         slave,

@@ -7,36 +7,26 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import FrameType
 
 from warmlink.orchestration.master.slaves import under_way
 
 
-@dataclass(frozen=True)
-class Pacing:
-    """Simulated seconds for each second of wall time; 1 is real time."""
-
-    factor: float = 1.0
-
-
 class Clock:
     """Holds each communication point back until its time has come.
 
-    Attributes
-    ----------
-    lag : float
-        Largest delay of a point behind its time, in s of wall time.
+    The pace is in simulated seconds for each second of wall time. The `lag` is the largest delay of a point
+    behind its time, in s of wall time.
     """
 
-    def __init__(self, pacing: Pacing) -> None:
-        self._factor = pacing.factor
+    def __init__(self, pace: float) -> None:
+        self._pace = pace
         self._began = time.monotonic()
         self.lag = 0.0
 
     def wait(self, elapsed: float) -> None:
         """Wait until `elapsed` simulated seconds are due."""
-        ahead = self._began + elapsed / self._factor - time.monotonic()
+        ahead = self._began + elapsed / self._pace - time.monotonic()
         if ahead > 0:
             time.sleep(ahead)
         else:

@@ -4,31 +4,35 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
+import time
 from collections.abc import Sequence
-from dataclasses import replace
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.algorithms.retry import Retry
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
+from warmlink.orchestration.master.algorithms.parts import Retry
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import obstacle
-from warmlink.orchestration.master.compiled.loop import Stepping, choose
-from warmlink.orchestration.master.pacing import Clock, Pacing
-from warmlink.orchestration.master.recording.audit import Balance, heat_balances
+from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose
+from warmlink.orchestration.master.guard import Line, Progress
+from warmlink.orchestration.master.initialization import initialize
+from warmlink.orchestration.master.pacing import Clock, interruption
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
-from warmlink.orchestration.master.recording.line import Line
-from warmlink.orchestration.master.recording.recorder import Recorder, outputs_of
-from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.recording.stores import VALUES, Store
+from warmlink.orchestration.master.recording.recorder import VALUES, Recorder, StoreError, is_recorded
+from warmlink.orchestration.master.recording.result import Balance, Result, Statistics, heat_balances
+from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.master.slaves.timed import TimedSlave
-from warmlink.orchestration.master.stepping import Progress, Run
+from warmlink.orchestration.master.stability import instability
 from warmlink.orchestration.system.model import System
 
 
@@ -45,7 +49,7 @@ def simulate(
     unpacked: Path | None = None,
     stepping: Stepping = "auto",
     long_run: LongRun | None = None,
-    pacing: Pacing | None = None,
+    pacing: float | None = None,
     check_stability: bool = True,
     statistics: bool = False,
     progress: Progress | None = None,
@@ -76,8 +80,8 @@ def simulate(
         values are the same.
     long_run : LongRun, optional
         Write the values to disk during the run, write checkpoints, resume.
-    pacing : Pacing, optional
-        Keep pace with real time.
+    pacing : float, optional
+        Keep pace with the clock: simulated seconds for each second of wall time; 1 is real time.
     check_stability : bool
         After a run by Jacobi or Gauss-Seidel, with slaves that can restore their states, go back to its
         beginning and check whether a small disturbance grows; this is not done in a paced run.
@@ -104,9 +108,7 @@ def simulate(
     else:
         points = CommunicationPoints.between(start_time, stop_time, step_size)
     algorithm = algorithm or Jacobi()
-    if not algorithm.repeats_steps:
-        algorithm = Retry(algorithm)
-    whole = algorithm.whole_steps
+    retrying = algorithm if algorithm.repeats_steps else Retry(algorithm)
     if isolation is not None or pacing is not None or statistics:
         if stepping == "compiled":
             raise InputError(
@@ -118,41 +120,35 @@ def simulate(
     if statistics:
         assembly = replace(assembly, slaves=[cast(Slave, TimedSlave(each)) for each in assembly.slaves])
     try:
-        compiled = choose(stepping, whole, points, len(assembly.slaves))
         if balances is None:
             balances = heat_balances(assembly.slaves, assembly.connections)
-        outputs = outputs_of(assembly.slaves)
+        known = [(slave.name, v) for slave in assembly.slaves for v in slave.variables.values()]
+        outputs = [f"{slave}.{v.name}" for slave, v in known if is_recorded(v)]
         ends = [end for balance in balances for end in (balance.delivered, balance.received)]
         names = list(dict.fromkeys([*(outputs if record is None else record), *ends]))
         network = Network(assembly.slaves, assembly.connections, sorted(set(names) & set(outputs)), process)
-        stepper = algorithm.bind(network, points)
+        schedule = retrying.schedule(network)
+        compiled = choose(stepping, algorithm, schedule, points.count * len(assembly.slaves))
+        stepper = retrying.bind(network, points)
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
-        marks = fingerprint(assembly, names, points, algorithm)
+        marks = fingerprint(assembly, names, points, retrying)
         checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        store = Store(line) if checkpoints is None else checkpoints.store()
-        recorder = Recorder(network, names, points, store)
+        folder = None if checkpoints is None else checkpoints.folder
+        recorder = Recorder(network, names, points, folder, None if line is None else line.block)
         if line is not None:
             file = None if long_run is None else long_run.folder / VALUES
             line.began(Result(recorder.header, "stopped", balances=tuple(balances)), file)
+            progress = line.progress
         if checkpoints is not None and checkpoints.found is None:
             checkpoints.forget()
         hindrance = obstacle(network, recorder) if compiled else None
         if hindrance is not None and stepping == "compiled":
             raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
-        run = Run(
-            network,
-            recorder,
-            stepper,
-            whole,
-            assembly.values,
-            tuple(balances),
-            checkpoints,
-            None if pacing is None else Clock(pacing),
-            progress if line is None else line.progress,
-            compiled=compiled and hindrance is None,
-            check_stability=check_stability and pacing is None and whole.explicit,
-        )
-        result = run.result()
+        clock = None if pacing is None else Clock(pacing)
+        compiled = compiled and hindrance is None
+        run = Run(assembly, network, recorder, stepper, schedule, checkpoints, clock, progress, compiled)
+        found = run.result(check_stability=check_stability and pacing is None)
+        result = replace(found, balances=tuple(balances))
         network.end_copies()
         if line is not None:
             line.keep(result)
@@ -164,3 +160,133 @@ def simulate(
             with contextlib.suppress(SlaveError):
                 slave.terminate()
         assembly.close()
+
+
+@dataclass
+class Run:
+    """One run: initialize, step to the end or to a failure, and say what was recorded.
+
+    Attributes
+    ----------
+    schedule : Schedule or None
+        The algorithm's.
+    compiled : bool
+        Whether the compiled loop steps, from the second step on.
+    """
+
+    assembly: Assembly
+    network: Network
+    recorder: Recorder
+    stepper: Stepper
+    schedule: Schedule | None
+    checkpoints: Checkpoints | None
+    clock: Clock | None
+    progress: Progress | None
+    compiled: bool
+
+    def result(self, *, check_stability: bool) -> Result:
+        """Do the run and say how it went."""
+        recorder, network, stepper, points = self.recorder, self.network, self.stepper, self.recorder.points
+        failure: SlaveError | str | None = None
+        start, began = None, time.perf_counter()
+        explicit = check_stability and self.schedule is not None and not network.unable_to_restore()
+        try:
+            with interruption():
+                self._begin()
+                if explicit:
+                    start = network.snapshot(), stepper.memory()
+                began = time.perf_counter()
+                if not self._step_through():
+                    failure = self._interrupted()
+        except SlaveError as error:
+            failure = error
+        except StoreError as error:
+            failure = str(error)
+        except KeyboardInterrupt:
+            failure = self._interrupted()
+        statistics = Statistics(
+            communication_steps=max(recorder.rows - 1, 0),
+            slave_steps=network.steps,
+            rejected_steps=network.rejected,
+            initialization_sweeps=network.sweeps,
+            wall_seconds=time.perf_counter() - began,
+            compiled=self.compiled,
+            largest_lag=0.0 if self.clock is None else self.clock.lag,
+            slaves=tuple(
+                deepcopy(each.statistics) for each in network.slaves if isinstance(each, TimedSlave)
+            ),
+            memory_bytes=_memory(),
+        )
+        fault = failure if isinstance(failure, SlaveError) else None
+        remarks = stepper.remarks
+        if start and self.schedule and (failure is None or (fault and fault.status == "not finite")):
+            name = "Jacobi" if self.schedule.at_once else "GaussSeidel"
+            remarks += instability(name, network, stepper, points, *start)
+        conduct = tuple(told for slave in network.slaves for told in slave.remarks)
+        return Result(
+            recorder.table(),
+            "completed" if failure is None else "stopped",
+            None if failure is None else str(failure),
+            fault,
+            remarks=(*conduct, *remarks),
+            statistics=statistics,
+        )
+
+    def _interrupted(self) -> str:
+        recorder = self.recorder
+        return f"interrupted at {recorder.points.time(max(recorder.rows - 1, 0)):g} s"
+
+    def _begin(self) -> None:
+        """Initialize, or go on from a checkpoint."""
+        initialize(self.network, self.recorder.points, self.assembly.values)
+        if self.checkpoints is None or self.checkpoints.found is None:
+            self.recorder.take()
+        else:
+            self.checkpoints.restore(self.checkpoints.found, self.recorder, self.stepper)
+
+    def _step_through(self) -> bool:
+        """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
+        recorder, points, stepper = self.recorder, self.recorder.points, self.stepper
+        stride, last = max(1, points.count // 200), points.count
+        loop, first = None, recorder.rows
+        while recorder.rows <= last:
+            self.network.end_copies()
+            if under_way.asked():
+                return False
+            if self.compiled and loop is None and recorder.rows > first:
+                loop = self._loop()
+            if loop is not None:
+                done = recorder.rows - 1
+                stop = last if self.checkpoints is None else self.checkpoints.next_after(done, last)
+                if not loop.advance(stop):
+                    loop, self.compiled = None, False
+                    stepper.recall(stepper.memory())  # copies of states that it holds are from long ago
+                    continue
+            else:
+                stepper.step(points.time(recorder.rows - 1), points.step(recorder.rows - 1))
+                recorder.take()
+            point = recorder.rows - 1
+            if self.clock is not None:
+                self.clock.wait(points.time(point) - points.start_time)
+            if self.checkpoints is not None and self.checkpoints.due(point):
+                self.checkpoints.save(recorder, stepper)
+            if self.progress is not None and (loop is not None or point % stride == 0 or point == last):
+                self.progress(point, last)
+        return True
+
+    def _loop(self) -> CompiledLoop | None:
+        """Give the compiled loop, unless the first step, a plain one, changed what FMUs share."""
+        if any(isinstance(slave, FmiSlave) and slave.watched for slave in self.network.slaves):
+            self.compiled = False
+            return None
+        assert self.schedule is not None
+        return CompiledLoop(self.network, self.schedule, self.recorder, self.recorder.points)
+
+
+def _memory() -> int:
+    """Largest memory in bytes that this process has held; 0 where the platform does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return 0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -6,10 +6,10 @@ This is checked after a run, from a copy of its first state, so that the check c
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Stepper
-from warmlink.orchestration.master.algorithms.signals import continuous_inputs
+from warmlink.orchestration.master.algorithms.structure import continuous_inputs
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
@@ -24,13 +24,34 @@ ENOUGH = 1e8
 BEYOND_BOUNDS = 1e100
 
 
-def growth(
+def instability(
+    name: str,
+    network: Network,
+    stepper: Stepper,
+    points: CommunicationPoints,
+    start: Snapshot,
+    memory: object,
+) -> tuple[str, ...]:
+    """Say where a disturbance grows with the steps of an explicit algorithm of that name, and what to do.
+
+    Start and memory are the network's state and the stepper's memory at the beginning of a run that is over;
+    there the slaves are left.
+    """
+    factor = _growth(network, stepper, points, start, memory)
+    if factor is None or factor < GROWS_FROM:
+        return ()
+    return (
+        f"{name} is unstable here with steps of {points.step_size:g} s: a disturbance of the exchanged "
+        f"values grows {factor:.3g} times in a step; take smaller steps or an iterated algorithm",
+    )
+
+
+def _growth(
     network: Network, stepper: Stepper, points: CommunicationPoints, start: Snapshot, memory: object
 ) -> float | None:
     """Give the factor by which a disturbance grows from one communication step to the next.
 
-    `start` and `memory` are the network's state and the stepper's memory at the beginning of a run that is
-    over; there the slaves are left. None where there is nothing to disturb or the probe itself fails.
+    None where there is nothing to disturb or the probe itself fails.
     """
     wires = [(k, position) for k in range(len(network.slaves)) for position in continuous_inputs(network, k)]
     steps = min(PROBE_STEPS, points.count)
@@ -38,7 +59,7 @@ def growth(
         return None
     scale = np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in wires])
     distances: list[float] = []
-    base: list[NDArray[np.float64]] = []
+    base: list[Array] = []
     try:
         for size in (0.0, DISTURBANCE):
             network.rewind(start)
@@ -67,8 +88,7 @@ def _disturb(network: Network, wires: list[tuple[int, int]], size: float) -> Non
     """Move the sources of continuous inputs, alternately up and down, and hand them on."""
     for index, (k, position) in enumerate(wires):
         wire = network.wires[k][position]
-        source = network.slaves[wire.slave].variables[network.reads[wire.slave][wire.position]]
-        step = size * nominal(source) * (-1) ** index
+        step = size * nominal(network.source(wire)) * (-1) ** index
         network.outputs[wire.slave][wire.position] = float(network.outputs[wire.slave][wire.position]) + step
     for k in range(len(network.slaves)):
         network.write(k)

@@ -1,1 +1,1 @@
-"""References that warmlink is compared with: the paper's tables and a 3-D finite-element model."""
+"""References that warmlink is compared with: the paper's tables, by 3-D finite elements too."""

@@ -1,4 +1,4 @@
-"""The 1-D link against the 3-D finite elements, over the paper's cases and over duty cycles.
+"""The 1-D link against the 3-D finite elements, over the paper's cases and over duty cycles; finer meshes.
 
 With the same boundary conditions (the link alone) the two should agree; with shaft and diode they differ by
 what these do, which is quantified by adding one after the other.
@@ -16,29 +16,27 @@ from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.paper.cases import Case
+from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, held
+from warmlink.orchestration.paper.cases import Case, fea, follow, run_link
 from warmlink.orchestration.paper.data import load_geometry, load_materials
-from warmlink.orchestration.paper.fea.drive import Drive, held
-from warmlink.orchestration.paper.fea.mesh import Assembly, Body, bare_link, paper_assembly
-from warmlink.orchestration.paper.fea.simulate import Fea, History
-from warmlink.orchestration.paper.link_model import LinkHistory, follow, run_link
+from warmlink.orchestration.paper.mesh import Assembly, bare_link, paper_assembly
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
-#: Temperature of room and cell at the start of a duty cycle [K].
 AMBIENT = 295.15
-#: Time between two points of the heat flow that both models get, straight lines between them [s].
+"""K, temperature of room and cell at the start of a duty cycle."""
+
 SAMPLE = 15.0
-
-
-def _cycle(*segments: tuple[float, float, float]) -> tuple[Phase, ...]:
-    """Phases of duration [s], mean absolute speed [rad/s], rms torque [N.m]."""
-    return tuple(demand(*segment, AMBIENT) for segment in segments)
-
+"""s between two points of the heat flow that both models get, straight lines between them."""
 
 DUTY_CYCLES: dict[str, tuple[Phase, ...]] = {
-    "continuous": _cycle((3600.0, 3.43, 2.5)),
-    "stop and go": _cycle(*((600.0, 3.43, 2.5), (600.0, 0.0, 0.5)) * 3),
-    "break, then heavy": _cycle((1500.0, 3.43, 2.5), (900.0, 0.0, 0.5), (1200.0, 2.0, 4.0)),
+    name: tuple(demand(*segment, AMBIENT) for segment in segments)
+    for name, segments in {
+        "continuous": [(3600.0, 3.43, 2.5)],
+        "stop and go": [(600.0, 3.43, 2.5), (600.0, 0.0, 0.5)] * 3,
+        "break, then heavy": [(1500.0, 3.43, 2.5), (900.0, 0.0, 0.5), (1200.0, 2.0, 4.0)],
+    }.items()
 }
+"""Phases of duration [s], mean absolute speed [rad/s], rms torque [N.m]."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +49,16 @@ class Agreement:
     run: str
     body: str
     base: float
+    tip: float
+    elongation: float
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """One mesh of a convergence study: after an hour, tip temperature [degC] and elongation [um]."""
+
+    body: str
+    refinement: int
     tip: float
     elongation: float
 
@@ -75,39 +83,51 @@ def agreements(progress: Callable[[float], None]) -> list[Agreement]:
         progress(done / len(runs))
         for name, model in models.items():
             history = model.run(drive, link.time, AMBIENT)
-            found.append(compare(run, name, model.body, link, history))
+            suffix = "_ring" if "base_ring" in history.temperature else ""
+            base, tip = (
+                # The step in which a held temperature jumps says nothing: 1-D holds a node, 3-D a surface.
+                _extreme((link.temperature[where] - history.temperature[where + suffix])[1:])
+                for where in ("base", "tip")
+            )
+            growth = _extreme(link.elongation - history.elongation)
+            percent = 100 * growth / float(np.abs(history.elongation).max())
+            found.append(Agreement(run, name, base, tip, percent))
     return found
 
 
-def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, LinkHistory]:
+def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, History]:
     """Run motor and 1-D link as one system; give their heat flow as a drive, and the link's course."""
-    link = follow(plant(), phases, SAMPLE)
+    starts = np.cumsum([0.0, *(phase.duration for phase in phases)])
+    link, flow = follow(plant(), phases, SAMPLE * np.arange(starts[-1] / SAMPLE + 0.5), SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
-    starts = np.cumsum([0.0, *(phase.duration for phase in phases)])
     speeds = [phase.inputs["link.speed"] * load_geometry().span / 2 for phase in phases]
     drive = Drive(
         convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,
-        heat_flow=lambda time: float(np.interp(time, link.time, link.heat_flow)),
+        heat_flow=lambda time: float(np.interp(time, link.time, flow)),
     )
     return drive, link
 
 
-def compare(run: str, name: str, body: Body, link: LinkHistory, history: History) -> Agreement:
-    """Return the largest differences between both models' histories on one time grid."""
-    suffix = "_ring" if "base_ring" in body.probes else ""
-    # The step in which a held temperature jumps says nothing: 1-D holds a node, 3-D a surface.
-    later = slice(1, None)
-    difference = {w: (link.temperature[w] - history.temperature[w + suffix])[later] for w in ("base", "tip")}
-    growth = link.elongation - history.elongation
-    return Agreement(
-        run=run,
-        body=name,
-        base=_extreme(difference["base"]),
-        tip=_extreme(difference["tip"]),
-        elongation=100 * _extreme(growth) / float(np.abs(history.elongation).max()),
-    )
+def refinements() -> list[Refinement]:
+    """Convergence on the assembly (8-node displacement, to afford three meshes) and on the link alone."""
+    case = Case.printed("moving")
+    heated = Drive(case.convection, case.ambient, heat_flow=1.7)
+    minutes = np.linspace(0.0, 3600.0, 61)
+    runs = [
+        *(("assembly", n, fea(Assembly(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
+        *(
+            ("link alone, 1.7 W", n, bare_link(load_geometry(), load_materials(), n), heated, minutes)
+            for n in (1, 2, 4)
+        ),
+    ]
+    found = []
+    for name, n, body, drive, times in runs:
+        history = Fea(body, displacement_order=1).run(drive, times, case.ambient)
+        tip = float(history.temperature["tip"][-1]) - ZERO_CELSIUS
+        found.append(Refinement(name, n, tip, float(history.elongation[-1]) * 1e6))
+    return found
 
 
 def _extreme(values: Array) -> float:

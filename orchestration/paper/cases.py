@@ -1,19 +1,43 @@
-"""The paper's two cases as drives, and the finite-element models that run them."""
+"""The paper's two cases, run by the 1-D link and by the finite elements.
+
+The 1-D link is joined to what drives it and integrated to a tight tolerance. What holds its base at a
+temperature is a heater without power of a heat capacity beyond all measure.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
+from warmlink.controllers.analytic import law
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import join
+from warmlink.fmus.component.reference import Phase, integrate
+from warmlink.fmus.heater.component import COMPONENT as HEATER
+from warmlink.fmus.plant import ROD_WIRES
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.finite_elements.body import Body
+from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, graded
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.paper.fea.drive import Drive, graded
-from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
-from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+
+RIGID = 1e-4
+"""K/W, thermal resistance that holds the base at a prescribed temperature to 0.001 K for a few watts."""
+
+ENDLESS = 1e12
+"""J/K, heat capacity of what does not cool."""
+
+_PROBES = {
+    "base": "link.base_temperature",
+    "middle": "link.sensor_temperature[2]",
+    "tip": "link.tip_temperature",
+}
 
 
 @dataclass(frozen=True)
@@ -56,6 +80,92 @@ class Case:
 def fea(assembly: Assembly) -> Fea:
     """Return the finite-element model of an assembly, which is made once."""
     return Fea(paper_assembly(load_geometry(), load_materials(), assembly))
+
+
+def follow(
+    joined: Component,
+    phases: Sequence[Phase],
+    times: Array,
+    every: float,
+    parameters: Mapping[str, float] | None = None,
+) -> tuple[History, Array]:
+    """Integrate a `link` and, as first instance, what heats it; give some of its times, `every` s apart.
+
+    The heat flow [W] that it receives stands beside its history.
+    """
+    heat = f"{joined.parameters[0].name.partition('.')[0]}.heat_flow"
+    record = [*_PROBES.values(), "link.elongation", heat]
+    found = integrate(joined, phases, record, every=every, tolerance=1e-7, parameters=parameters)
+    kept = np.searchsorted(found.time, times)
+    values = {name: each[kept] for name, each in found.values.items()}
+    probes = {name: values[output] for name, output in _PROBES.items()}
+    return History(found.time[kept], probes, values["link.elongation"]), values[heat]
+
+
+def run_link(case: Case, convection: float | None = None) -> History:
+    """Run a case on the link, its base held at the shaft's temperature; `convection` replaces h."""
+    geometry, material = load_geometry(), load_materials().link
+    parameters = {
+        "heater.heat_capacity": ENDLESS,
+        "heater.contact_resistance": RIGID,
+        "heater.initial_temperature": case.shaft,
+        "link.base_position": geometry.shaft_centre,
+        "link.tip_position": geometry.diode_centre,
+        "link.convection_still": case.convection if convection is None else convection,
+        "link.initial_temperature": case.ambient,
+    }
+    for name in ("length", "width", "thickness"):
+        parameters[f"link.{name}"] = getattr(geometry, name)
+    for name in ("conductivity", "density", "specific_heat", "expansion_coefficient"):
+        parameters[f"link.{name}"] = getattr(material, name)
+    inputs = {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": case.ambient}
+    phase = Phase(case.duration, inputs)
+    return follow(_rod(), [phase], case.times, float(case.times[1]), parameters)[0]
+
+
+@cache
+def _rod() -> Component:
+    """The link and a heater at its base; joined once."""
+    return join("Rod", {"heater": HEATER, "link": LINK}, ROD_WIRES)
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """Both models' histories of a case, as described in the paper; `corrected` and `printed` are Eq. (4)'s.
+
+    `final` are the temperatures [K] at the end at all vertices of the body, `displacement` [m] that there.
+    """
+
+    case: Case
+    fea: History
+    link: History
+    body: Body
+    final: Array
+    displacement: Array
+    corrected: Array
+    printed: Array
+
+
+def run_case(case: Case) -> CaseResult:
+    """Run a case as the paper describes it, on its mesh with every element divided in two each way."""
+    model = fea(Assembly(refinement=2))
+    fields = model.fields(case.drive(), case.times, case.ambient)
+    link, span = load_materials().link, load_geometry().span
+    depth = np.sqrt(link.diffusivity * np.maximum(case.times, 1e-9))
+    corrected, printed = (
+        np.asarray(equation(case.rise, depth, span, link.expansion_coefficient))
+        for equation in (law.corrected, law.printed)
+    )
+    return CaseResult(
+        case,
+        fea=model.history(case.times, fields),
+        link=run_link(case),
+        body=model.body,
+        final=fields[-1],
+        displacement=model.elasticity.displacement(fields[-1] - case.ambient),
+        corrected=corrected,
+        printed=printed,
+    )
 
 
 def steady_time(time: Array, values: Array) -> float:

@@ -12,34 +12,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-
-@dataclass(frozen=True)
-class Material:
-    """Properties of one material, constant over 20 to 100 degC ([1] V.A), SI units.
-
-    `conductivity` [W/(m.K)], `density` [kg/m3], `specific_heat` [J/(kg.K)], `youngs_modulus` [Pa],
-    `poissons_ratio` [1], `expansion_coefficient` [1/K], `emissivity` [1].
-    """
-
-    name: str
-    source: str
-    conductivity: float
-    density: float
-    specific_heat: float
-    youngs_modulus: float
-    poissons_ratio: float
-    expansion_coefficient: float
-    emissivity: float
-
-    @property
-    def diffusivity(self) -> float:
-        """Thermal diffusivity k / (rho c) [m2/s], [1] IV."""
-        return self.conductivity / (self.density * self.specific_heat)
+from warmlink.orchestration.finite_elements.body import Material
 
 
 @dataclass(frozen=True)
 class Materials:
-    """The three materials of the paper's assembly."""
+    """The three materials of the paper's assembly, constant over 20 to 100 degC ([1] V.A)."""
 
     link: Material
     shaft: Material

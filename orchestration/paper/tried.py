@@ -13,17 +13,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
+from warmlink.orchestration.finite_elements.transient import Fea
 from warmlink.orchestration.paper.cases import Case, fea, steady_time
 from warmlink.orchestration.paper.data import Geometry, load_geometry, load_materials, load_paper
-from warmlink.orchestration.paper.fea.mesh import Assembly, paper_assembly
-from warmlink.orchestration.paper.fea.simulate import Fea
+from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
-#: "Several minutes" ([1] III.A) taken as the time constant of the heating pad [s]; assumed.
 HEATER_LAG = 180.0
-#: Length [m] and expansion coefficient [1/K] of the camera's support, aluminium; assumed.
-CAMERA_SUPPORT = 0.1
-CAMERA_EXPANSION = 23.6e-6
+"""s; "several minutes" ([1] III.A) taken as the time constant of the heating pad; assumed."""
+
+CAMERA_SUPPORT, CAMERA_EXPANSION = 0.1, 23.6e-6
+"""m and 1/K, length and expansion coefficient of the camera's support, aluminium; assumed."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,11 @@ class Consistency:
 
 def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
     """Run every attempt on both cases; give them, and the pad gaps [m] `without` and `with` radiation."""
-    gaps = {
-        "without": _gap_for_printed_base(radiation=False),
-        "with": _gap_for_printed_base(radiation=True),
-    }
+    gaps = {"without": _gap_for_printed_base(False), "with": _gap_for_printed_base(True)}
     progress(0.4)
-    attempts = []
-    for number, case in enumerate((Case.printed("stationary"), Case.printed("moving"))):
-        attempts += _attempts(case, gaps)
-        progress(0.4 + 0.3 * (number + 1))
-    return attempts, gaps
+    attempts = _attempts(Case.printed("stationary"), gaps)
+    progress(0.7)
+    return attempts + _attempts(Case.printed("moving"), gaps), gaps
 
 
 def camera_warming(missing: float) -> float:
@@ -94,7 +89,7 @@ def consistency() -> list[Consistency]:
         (f"measured, infrared camera reading {offset:g} K high", "measured", offset),
         ("the paper's FEA", "predicted", 0.0),
     ):
-        base, tip = moving[f"base_{kind}"].value - shift, moving[f"tip_{kind}"].value - shift
+        base, tip = (moving[f"{where}_{kind}"].value - shift for where in ("base", "tip"))
         implied = implied_by_temperatures(load_geometry(), base - ambient, tip - ambient, expansion)
         found.append(Consistency(name, base, tip, implied * 1e6, moving[f"elongation_{kind}"].value))
     return found
@@ -102,37 +97,28 @@ def consistency() -> list[Consistency]:
 
 def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
     plain, joint, both = Assembly(), Assembly(pad_gap=gaps["without"]), Assembly(pad_gap=gaps["with"])
-    drive = case.drive()
-    tries = [
-        ("as described", drive, plain),
-        ("radiation", case.drive(radiation=True), plain),
-        ("joint resistance", drive, joint),
-        ("heater lag", case.drive(lag=HEATER_LAG), plain),
-        ("cooled link only", replace(drive, cooled=("cooled_link",)), plain),
-        ("effective length", drive, replace(plain, elongation_at="clear")),
-        ("radiation and joint resistance", case.drive(radiation=True), both),
-        (
-            "all of these together",
-            case.drive(radiation=True, lag=HEATER_LAG),
-            replace(both, elongation_at="clear"),
-        ),
-    ]
+    cool, shorter = replace(plain, only_link_cooled=True), replace(plain, elongation_at="clear")
+    drive, radiation, lag = case.drive(), case.drive(radiation=True), case.drive(lag=HEATER_LAG)
+    slow_and_radiant = case.drive(radiation=True, lag=HEATER_LAG)
     measured = load_paper()[case.name]["elongation_measured"].value
     attempts: list[Attempt] = []
-    for name, with_drive, assembly in tries:
+    for name, with_drive, assembly in (
+        ("as described", drive, plain),
+        ("radiation", radiation, plain),
+        ("joint resistance", drive, joint),
+        ("heater lag", lag, plain),
+        ("cooled link only", drive, cool),
+        ("effective length", drive, shorter),
+        ("radiation and joint resistance", radiation, both),
+        ("all of these together", slow_and_radiant, replace(both, elongation_at="clear")),
+    ):
         history = fea(assembly).run(with_drive, case.times, case.ambient)
+        base, tip = (float(history.temperature[where][-1]) - ZERO_CELSIUS for where in ("base", "tip"))
         elongation = float(history.elongation[-1]) * 1e6
+        effect = elongation - (attempts[0].elongation if attempts else elongation)
+        steady = steady_time(history.time, history.elongation)
         attempts.append(
-            Attempt(
-                case=case.name,
-                name=name,
-                elongation=elongation,
-                base=float(history.temperature["base"][-1]) - ZERO_CELSIUS,
-                tip=float(history.temperature["tip"][-1]) - ZERO_CELSIUS,
-                effect=elongation - (attempts[0].elongation if attempts else elongation),
-                left=elongation - measured,
-                steady=steady_time(history.time, history.elongation),
-            )
+            Attempt(case.name, name, elongation, base, tip, effect, elongation - measured, steady)
         )
     return attempts
 
@@ -146,6 +132,6 @@ def _gap_for_printed_base(radiation: bool) -> float:
     def surplus(gap: float) -> float:
         # Not by `fea`, which would keep a model of each gap tried.
         model = Fea(paper_assembly(load_geometry(), load_materials(), Assembly(pad_gap=gap)))
-        return float(model.temperatures(drive, case.times, case.ambient)["base"][-1]) - wanted
+        return float(model.fields(drive, case.times, case.ambient)[-1] @ model.body.probes["base"]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))

@@ -3,9 +3,8 @@
     c M dT/dt + (k K + sum of h_g B_g) T = loads,    tool motion = alpha D (T - T_ref)
 
 The motion of the tool's face relative to the heated face is one linear functional of the temperatures: an
-adjoint elastic solution, tested with the thermal load (K.-J. Bathe, *Finite Element Procedures*, 2014, on the
-elements). Stresses in a body of one material do not depend on its modulus of elasticity, only on Poisson's
-ratio.
+adjoint elastic solution, tested with the thermal load. Stresses in a body of one material do not depend on
+its modulus of elasticity, only on Poisson's ratio.
 """
 
 from __future__ import annotations
@@ -15,12 +14,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import block_diag, bmat, csc_matrix, csr_matrix, vstack
+from scipy.linalg import qr
+from scipy.sparse import block_diag, csc_matrix, csr_matrix
+from scipy.sparse.linalg import LinearOperator, cg
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.equilibrium import Equilibrium, linear_to_quadratic
-from warmlink.orchestration.reduction.simplices import nearest
+from warmlink.orchestration.finite_elements.forms import (
+    conduction,
+    mass,
+    stiffness,
+    symmetric_factor,
+    thermal_load,
+)
 from warmlink.orchestration.reduction.solid import Face, Solid
+from warmlink.orchestration.reduction.surface import nearest
+
+TOLERANCE, MOST_ITERATIONS = 1e-9, 1000
+"""Of the conjugate gradients: relative residual, and when they are given up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,38 +57,44 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class HeatMatrices:
-    """A part in N temperatures: matrices for a material of unit properties, loads and outputs.
+class Heat:
+    """A part's heat in n temperatures, or n patterns: matrices for a material of unit properties.
 
     Attributes
     ----------
-    mass, conduction : shape (N, N)
-    cooling : one of shape (N, N) for each cooled group
-    loads : of 1 W at base and tip and 1 W/m2 on each group, shape (N, 2 + G)
-    motion : displacement and rotation of the tool for an expansion coefficient of 1, shape (6, N)
-    sensors : shape (8, N)
-    places : of the temperatures, shape (3, N) [m]
+    mass, conduction : shape (n, n)
+    integrals : of each over the part, shape (n,) [m3]
+    cooling : one of shape (n, n) for each cooled group
+    loads : of 1 W at base and tip and 1 W/m2 on each group, shape (n, 2 + G)
+    outputs : displacement and rotation of the tool for an expansion coefficient of 1, the temperatures of
+        the eight sensors, and the mean ones of base and tip, shape (16, n)
     reach : from the middle of the heated face to the tool point, shape (3,) [m]
     """
 
-    mass: csc_matrix
-    conduction: csc_matrix
-    cooling: tuple[csc_matrix, ...]
+    mass: Any
+    conduction: Any
+    integrals: Array
+    cooling: Sequence[Any]
     loads: Array
-    motion: Array
-    sensors: Array
-    places: Array
+    outputs: Array
     reach: Array
 
     @property
     def unknowns(self) -> int:
-        """Number of temperatures N."""
-        return int(self.mass.shape[0])
+        """Number of temperatures n."""
+        return len(self.loads)
 
-    @property
-    def outputs(self) -> Array:
-        """Rows of motion, sensors, and the mean temperatures of base and tip, shape (16, N)."""
-        return np.vstack([self.motion, self.sensors, self.loads[:, :2].T])
+    def onto(self, basis: Any) -> Heat:
+        """The same in amplitudes of the columns of a basis, shape (n, m) (Galerkin's projection)."""
+        return replace(
+            self,
+            mass=basis.T @ (self.mass @ basis),
+            conduction=basis.T @ (self.conduction @ basis),
+            integrals=basis.T @ self.integrals,
+            cooling=[basis.T @ (each @ basis) for each in self.cooling],
+            loads=basis.T @ self.loads,
+            outputs=self.outputs @ basis,
+        )
 
 
 class Elements:
@@ -86,40 +103,40 @@ class Elements:
     Attributes
     ----------
     heat : matrices of its temperatures, and the tool's motion
+    places : of the temperatures, shape (3, N) [m]
     """
 
     def __init__(self, solid: Solid, task: Task) -> None:
         import skfem
 
-        mesh, element = solid.mesh, skfem.ElementTetP2()
+        mesh, element, ratio = solid.mesh, skfem.ElementTetP2(), task.poissons_ratio
         basis = skfem.Basis(mesh, element, intorder=2)
-        surfaces = {
-            name: _Surface(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4))
-            for name, faces in (("base", task.heated), ("tip", task.tool), *enumerate(task.cooled))
-        }
-        groups = [surfaces[g] for g in range(len(task.cooled))]
-        base, tip = surfaces["base"], surfaces["tip"]
+        base, tip, *groups = (
+            mass(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4))
+            for faces in (task.heated, task.tool, *task.cooled)
+        )
+        loads = np.stack([np.asarray(each.sum(axis=0)).ravel() for each in (base, tip, *groups)], axis=1)
+        loads[:, :2] /= loads[:, :2].sum(axis=0)
         places = np.asarray(basis.doflocs)
-        centre = places @ base.load / base.area
-        product = _gradient_products(basis)
-        conduction = product[0][0] + product[1][1] + product[2][2]
+        centre = places @ loads[:, 0]
         self._rigid = _rigid_motions(places, centre)
-        self._motion_of_base = _rigid_part(base.mass, places, centre)
-        motion_of_tip = _rigid_part(tip.mass, places, task.tool_point)
+        self._motion_of_base = _rigid_part(base, places, centre)
+        motion_of_tip = _rigid_part(tip, places, task.tool_point)
         # The heated face's motion, carried to the tool point, is what is not the tool's own.
         wanted = motion_of_tip - (motion_of_tip @ self._rigid.T) @ self._motion_of_base
-        self._elastic = Equilibrium(_stiffness(product, conduction, task.poissons_ratio), self._rigid, basis)
-        self._forces = _thermal_load(basis, task.poissons_ratio)
-        self.heat = HeatMatrices(
-            mass=csc_matrix(_mass(skfem.Basis(mesh, element, intorder=4))),
-            conduction=csc_matrix(conduction),
-            cooling=tuple(csc_matrix(group.mass) for group in groups),
-            loads=np.stack(
-                [base.load / base.area, tip.load / tip.area, *(group.load for group in groups)], axis=1
-            ),
-            motion=np.asarray(self._elastic.solve(wanted) @ self._forces),
-            sensors=np.array([_temperature_at(place, basis) for place in task.sensors]),
-            places=places,
+        self._elastic = Equilibrium(stiffness(basis, 1.0, ratio), self._rigid, basis)
+        self._forces = thermal_load(basis, basis, 1.0, ratio)
+        motion = np.asarray(self._elastic.solve(wanted) @ self._forces)
+        sensors = np.array([_temperature_at(place, basis) for place in task.sensors])
+        self.places = places
+        stored = mass(skfem.Basis(mesh, element, intorder=4))
+        self.heat = Heat(
+            mass=stored,
+            conduction=conduction(basis),
+            integrals=np.asarray(stored.sum(axis=0)).ravel(),
+            cooling=groups,
+            loads=loads,
+            outputs=np.vstack([motion, sensors, loads[:, :2].T]),
             reach=task.tool_point - centre,
         )
 
@@ -140,75 +157,77 @@ class Elements:
         return found.reshape(len(rises), 3, -1)
 
 
-def linear_temperatures(heat: HeatMatrices, solid: Solid) -> HeatMatrices:
+class Equilibrium:
+    """Elastic equilibrium of a body that nothing holds, under forces in balance.
+
+    These do no work in a rigid motion, so that six unknowns may be held without a reaction. Conjugate
+    gradients in two levels: the preconditioner smooths by the sums of the rows, and solves exactly for
+    displacements that are linear in each element (Y. Saad, *Iterative Methods for Sparse Linear Systems*,
+    2nd ed., SIAM 2003, section 13.4).
+
+    Parameters
+    ----------
+    matrix : stiffness, shape (3 N, 3 N), displacements along x first, then y and z
+    rigid : the six rigid motions, shape (6, 3 N)
+    basis : quadratic scalar `skfem.Basis` with N unknowns
+    """
+
+    def __init__(self, matrix: csc_matrix, rigid: Array, basis: Any) -> None:
+        size, corners = basis.N, np.asarray(basis.nodal_dofs[0])
+        candidates = np.concatenate([corners + axis * size for axis in range(3)])
+        scale = np.abs(rigid).max(axis=1)[:, None]
+        _, _, order = qr(rigid[:, candidates] / scale, pivoting=True, mode="economic")
+        self._free = np.setdiff1d(np.arange(3 * size), candidates[order[:6]])
+        self._matrix = csr_matrix(matrix[self._free][:, self._free])
+        kept = np.flatnonzero(np.isin(candidates, self._free))
+        self._coarse = csr_matrix(block_diag([linear_to_quadratic(basis)] * 3))[self._free][:, kept]
+        self._factor = symmetric_factor(self._coarse.T @ self._matrix @ self._coarse)
+        self._smooth = 1 / np.asarray(abs(self._matrix).sum(axis=1)).ravel()
+
+    def solve(self, forces: Array) -> Array:
+        """Displacements under forces in balance, six of them held at 0, shape (m, 3 N).
+
+        With rows that give motions from displacements, and do not see rigid ones, in place of the forces:
+        the adjoint solutions, whose work with any forces in balance is the motion.
+
+        Parameters
+        ----------
+        forces : shape (m, 3 N)
+        """
+        found = np.zeros_like(forces)
+        about = LinearOperator(self._matrix.shape, self._approximate)
+        for row, target in zip(found, forces[:, self._free], strict=True):
+            row[self._free], failed = cg(
+                self._matrix, target, rtol=TOLERANCE, maxiter=MOST_ITERATIONS, M=about
+            )
+            if failed:
+                raise InputError(
+                    f"the elastic equations were not solved in {MOST_ITERATIONS} iterations, as with "
+                    "elements that are all but flat; give another --mesh-size"
+                )
+        return found
+
+    def _approximate(self, residual: Array) -> Array:
+        found = self._smooth * residual
+        found = found + self._coarse @ self._factor.solve(self._coarse.T @ (residual - self._matrix @ found))
+        return found + self._smooth * (residual - self._matrix @ found)
+
+
+def linear_to_quadratic(basis: Any) -> csr_matrix:
+    """Values at corners and middles of edges from those at the corners, shape (N, corners)."""
+    corners, middles, ends = basis.nodal_dofs[0], basis.edge_dofs[0], basis.mesh.edges
+    count = len(corners)
+    rows = np.concatenate([corners, middles, middles])
+    columns = np.concatenate([np.arange(count), ends[0], ends[1]])
+    weights = np.concatenate([np.ones(count), np.full(2 * len(middles), 0.5)])
+    return csr_matrix((weights, (rows, columns)), shape=(basis.N, count))
+
+
+def linear_temperatures(heat: Heat, solid: Solid) -> Heat:
     """Matrices for temperatures that are linear in each tetrahedron of the same mesh."""
     import skfem
 
-    spread = linear_to_quadratic(skfem.Basis(solid.mesh, skfem.ElementTetP2(), intorder=1))
-    return replace(
-        heat,
-        mass=csc_matrix(spread.T @ heat.mass @ spread),
-        conduction=csc_matrix(spread.T @ heat.conduction @ spread),
-        cooling=tuple(csc_matrix(spread.T @ each @ spread) for each in heat.cooling),
-        loads=spread.T @ heat.loads,
-        motion=heat.motion @ spread,
-        sensors=heat.sensors @ spread,
-    )
-
-
-class _Surface:
-    """Mass matrix, load and area of some facets."""
-
-    def __init__(self, basis: Any) -> None:
-        self.mass = _mass(basis)
-        self.load = np.asarray(self.mass.sum(axis=0)).ravel()
-        self.area = float(self.load.sum())
-
-
-def _mass(basis: Any) -> csr_matrix:
-    from skfem.models.poisson import mass
-
-    return csr_matrix(mass.assemble(basis))
-
-
-def _gradient_products(basis: Any) -> list[list[csr_matrix]]:
-    """Integrals of the derivative of test functions along axis a times that of trial functions along c."""
-    from skfem import BilinearForm
-
-    def product(a: int, c: int) -> csr_matrix:
-        return csr_matrix(BilinearForm(lambda u, v, w: v.grad[a] * u.grad[c]).assemble(basis))
-
-    return [[product(a, c) for c in range(3)] for a in range(3)]
-
-
-def _lame(ratio: float) -> tuple[float, float]:
-    """Lame parameters lambda and mu for a modulus of elasticity of 1."""
-    return ratio / ((1 + ratio) * (1 - 2 * ratio)), 1 / (2 * (1 + ratio))
-
-
-def _stiffness(product: list[list[csr_matrix]], laplacian: csr_matrix, ratio: float) -> csr_matrix:
-    """Integral of 2 mu eps(u) : eps(v) + lambda div u div v; displacements along x first, then y and z."""
-    first, second = _lame(ratio)
-    blocks = [
-        [
-            first * product[a][c] + second * product[c][a] + (second * laplacian if a == c else 0)
-            for c in range(3)
-        ]
-        for a in range(3)
-    ]
-    return csr_matrix(bmat(blocks))
-
-
-def _thermal_load(basis: Any, ratio: float) -> csr_matrix:
-    """Forces from temperatures for an expansion coefficient of 1, shape (3 N, N)."""
-    from skfem import BilinearForm
-
-    first, second = _lame(ratio)
-
-    def force(axis: int) -> csr_matrix:
-        return csr_matrix(BilinearForm(lambda u, v, w: v.grad[axis] * u).assemble(basis))
-
-    return csr_matrix((3 * first + 2 * second) * vstack([force(axis) for axis in range(3)]))
+    return heat.onto(linear_to_quadratic(skfem.Basis(solid.mesh, skfem.ElementTetP2(), intorder=1)))
 
 
 def _rigid_motions(places: Array, centre: Array) -> Array:
@@ -220,10 +239,10 @@ def _rigid_motions(places: Array, centre: Array) -> Array:
     return motions.reshape(6, -1)
 
 
-def _rigid_part(mass: csr_matrix, places: Array, centre: Array) -> Array:
+def _rigid_part(weights: csc_matrix, places: Array, centre: Array) -> Array:
     """Rows that give a face's rigid motion about a centre, by least squares over its area, shape (6, 3 N)."""
     motions = _rigid_motions(places, centre)
-    weighted = (block_diag([mass] * 3) @ motions.T).T
+    weighted = (block_diag([weights] * 3) @ motions.T).T
     return np.asarray(np.linalg.solve(motions @ weighted.T, weighted))
 
 

@@ -12,9 +12,8 @@ time scaled by heat capacity over conductivity it depends on ratios alone, and o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigh
@@ -22,7 +21,8 @@ from scipy.stats.qmc import LatinHypercube
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.subspace import DenseHeat, Range
+from warmlink.orchestration.reduction.elements import Heat
+from warmlink.orchestration.reduction.subspace import Range
 
 SAFETY = 1.5
 """Factor on errors found at sampled parameters, which are not all that there are."""
@@ -87,39 +87,23 @@ class Responses:
     ----------
     heat : the part in its span
     within : the range
-    demand : tolerances and peaks
-    volume : of the part [m3]
-    reach : from base to tool point [m], by which rotation is weighed
+    demand : tolerances and peaks; rotation is weighed by the distance from base to tool point
     """
 
-    def __init__(self, heat: DenseHeat, within: Range, demand: Demand, volume: float, reach: float) -> None:
-        self.heat, self.within = heat, within
-        groups = len(heat.cooling)
-        flux = demand.ambient_change * within.convection[1] / 2
+    def __init__(self, heat: Heat, within: Range, demand: Demand) -> None:
+        self.heat, reach = heat, float(np.linalg.norm(heat.reach))
         self.loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
+        flux = demand.ambient_change * within.convection[1] / 2
         fluxes = self.loads.shape[1] - 2
         self.peaks = np.array([demand.heat_flow, demand.tip_heat_flow, *[flux] * fluxes])
         per_metre = within.material["expansion_coefficient"] / demand.displacement
         rest = len(heat.outputs) - 6
-        self.weights = np.array([per_metre] * 3 + [per_metre * reach] * 3 + [1 / demand.temperature] * rest)
-        self._scale = SAFETY * self.weights[:, None] * self.peaks / within.conductivity[0]
-        times = np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
+        weights = np.array([per_metre] * 3 + [per_metre * reach] * 3 + [1 / demand.temperature] * rest)
+        self._scale = SAFETY * weights[:, None] * self.peaks / within.conductivity[0]
         self._per_second = within.material["conductivity"] / within.capacity
-        self._times = times * self._per_second
-        self.settings = self._sampled(groups, volume)
-
-    def _sampled(self, groups: int, volume: float) -> list[Setting]:
-        low, high = self.within.ratios
-        corners = [Setting(ratios) for ratios in self.within.cooled(groups)]
-        shares = LatinHypercube(groups + 4, rng=0).random(SAMPLES)
-        loss, storage = LOST / self.within.material["conductivity"], CARRIED * volume
-        for share in shares:
-            cooling = tuple(low * (high / low) ** share[4:])
-            held = share[:4] ** 2  # most carry and lose little
-            corners.append(
-                Setting(cooling, (loss * held[0], loss * held[1]), (storage * held[2], storage * held[3]))
-            )
-        return corners
+        self._times = self._per_second * np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
+        self.settings = list(_settings(within, len(heat.cooling), _volume(heat)))
+        self._exact = [self.steps(setting) for setting in self.settings]
 
     def modes(self, setting: Setting, basis: Array | None = None) -> tuple[Array, Array]:
         """Rates of decay in scaled time, shape (n,), and modes, in the part's span or in a basis of it."""
@@ -142,18 +126,22 @@ class Responses:
             "om,mt,mi->oit", self.heat.outputs @ modes, grown, modes.T @ self.loads, optimize=True
         )
 
-    @cached_property
-    def _exact(self) -> dict[Setting, Array]:
-        return {setting: self.steps(setting) for setting in self.settings}
+    def errors(self, basis: Array) -> tuple[Array, Array]:
+        """Error of a basis at all settings, for inputs one at a time.
 
-    def gains(self, setting: Setting, basis: Array) -> Array:
-        """Largest error of outputs for loads of 1, times the conductivity, shape (outputs, loads)."""
-        error = self._exact[setting] - self.steps(setting, basis)
-        return np.abs(np.diff(error, axis=2)).sum(axis=2)
-
-    def error(self, setting: Setting, basis: Array) -> float:
-        """Largest error, as a share of its tolerance, for inputs at their peaks one at a time."""
-        return float((self.gains(setting, basis) * self._scale).max())
+        Returns
+        -------
+        gains, errors
+            Largest error of outputs for loads of 1, times the conductivity, shape (settings, outputs, loads);
+            and the largest for inputs at their peaks, as a share of its tolerance, shape (settings,).
+        """
+        gains = np.array(
+            [
+                np.abs(np.diff(exact - self.steps(setting, basis), axis=2)).sum(axis=2)
+                for setting, exact in zip(self.settings, self._exact, strict=True)
+            ]
+        )
+        return gains, (gains * self._scale).max(axis=(1, 2))
 
     def gramian(self, setting: Setting) -> Array:
         """What inputs at their peaks reach, shape (m, m): a controllability Gramian of smoothed inputs."""
@@ -163,14 +151,25 @@ class Responses:
         return np.asarray(modes @ (driven @ driven.T / np.add.outer(rates, rates)) @ modes.T)
 
 
-def _changes_of_cooling(heat: DenseHeat, within: Range) -> Iterator[Array]:
+def _settings(within: Range, groups: int, volume: float) -> Iterator[Setting]:
+    """Yield the corners of the range, and samples of what is cooled, lost and carried."""
+    yield from (Setting(ratios) for ratios in within.cooled(groups))
+    low, high = within.ratios
+    loss, storage = LOST / within.material["conductivity"], CARRIED * volume
+    for share in LatinHypercube(groups + 4, rng=0).random(SAMPLES):
+        cooling = tuple(low * (high / low) ** share[4:])
+        held = share[:4] ** 2  # most carry and lose little
+        yield Setting(cooling, (loss * held[0], loss * held[1]), (storage * held[2], storage * held[3]))
+
+
+def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
     """Yield what a change of each surface's convection by 1 W/(m2.K) is to a warm part, shape (m, profiles).
 
     Flux over the surface in the profile of temperatures that heat at the base, or the tip, has brought about,
     from shortly to long after it began, for 1 K at that end.
     """
     ratio = float(np.sqrt(np.prod(within.ratios)))
-    cooled = heat.conduction + ratio * heat.cooling.sum(axis=0)
+    cooled = heat.conduction + ratio * sum(heat.cooling)
     scaled = within.capacity / within.material["conductivity"]
     profiles = [
         np.linalg.solve(cooled + rate * scaled * np.eye(len(cooled)), heat.loads[:, :2]) for rate in WARMING
@@ -182,28 +181,27 @@ def _changes_of_cooling(heat: DenseHeat, within: Range) -> Iterator[Array]:
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """A basis of the part's span within the tolerance, and how the error fell with the order on the way.
+    """A basis of the part's span, and its errors.
 
     Attributes
     ----------
     basis : shape (m, n), orthonormal
-    orders, errors : each order that was tried, and its largest error over its tolerance
-    gains : of `Responses.gains`, the largest at all settings
+    gains : of `Responses.errors`, the largest at all settings
+    error : largest error over its tolerance
     """
 
     basis: Array
-    orders: Sequence[int]
-    errors: Sequence[float]
     gains: Array
+    error: float
 
     @property
-    def error(self) -> float:
-        """Largest error over its tolerance."""
-        return min(self.errors)
+    def order(self) -> int:
+        """Number of patterns."""
+        return self.basis.shape[1]
 
 
-def choose_order(responses: Responses, order: int | None = None) -> Chosen:
-    """Reduce a part until its error at every sampled setting is within the tolerance.
+def choose_order(responses: Responses, order: int | None = None) -> list[Chosen]:
+    """Bases that were tried until the error at every sampled setting was within the tolerance.
 
     A greedy search: at each step the Gramian of the worst setting is added, and the order grows.
 
@@ -218,22 +216,21 @@ def choose_order(responses: Responses, order: int | None = None) -> Chosen:
         The tolerance is not met with any order up to `LARGEST_ORDER`.
     """
     orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
-    gramian, bases, errors = responses.gramian(responses.settings[0]), [], []
+    gramian = responses.gramian(responses.settings[0])
+    tried: list[Chosen] = []
     for size in orders:
-        bases.append(_leading(gramian, responses.heat.uniform, size))
-        found = [responses.error(setting, bases[-1]) for setting in responses.settings]
-        errors.append(max(found))
-        if order is None and errors[-1] <= 1:
+        basis = _leading(gramian, responses.heat.integrals, size)
+        gains, found = responses.errors(basis)
+        tried.append(Chosen(basis, gains.max(axis=0), float(found.max())))
+        if order is None and tried[-1].error <= 1:
             break
         gramian = gramian + responses.gramian(responses.settings[int(np.argmax(found))])
-    if order is None and errors[-1] > 1:
+    if order is None and tried[-1].error > 1:
         raise InputError(
-            f"{LARGEST_ORDER} patterns leave an error {errors[-1]:.2g} times the tolerance; allow a larger "
-            "--tolerance, or a narrower range of convection"
+            f"{LARGEST_ORDER} patterns leave an error {tried[-1].error:.2g} times the tolerance; allow a "
+            "larger --tolerance, or a narrower range of convection"
         )
-    best = bases[int(np.argmin(errors))]
-    gains = np.max([responses.gains(setting, best) for setting in responses.settings], axis=0)
-    return Chosen(best, list(orders)[: len(errors)], errors, gains)
+    return tried
 
 
 def _leading(gramian: Array, uniform: Array, order: int) -> Array:
@@ -245,14 +242,13 @@ def _leading(gramian: Array, uniform: Array, order: int) -> Array:
     return np.column_stack([whole, directions])
 
 
-def separated(basis: Array, heat: DenseHeat, volume: float) -> tuple[Array, Array]:
+def separated(basis: Array, heat: Heat) -> tuple[Array, Array]:
     """Basis in which conduction couples no two patterns, and conduction of each.
 
     Parameters
     ----------
     basis : shape (m, n), orthonormal
-    heat : the part in its span
-    volume : of the part [m3]; the mean square of each pattern over it becomes 1
+    heat : the part in its span; the mean square of each pattern over it becomes 1
 
     Returns
     -------
@@ -260,8 +256,14 @@ def separated(basis: Array, heat: DenseHeat, volume: float) -> tuple[Array, Arra
         Shape (m, n), the uniform temperature first, and shape (n,) [m].
     """
     rates, directions = eigh(basis.T @ heat.conduction @ basis)
+    volume = _volume(heat)
     patterns = np.sqrt(volume) * basis @ directions
     conduction = volume * rates
     conduction[0] = 0.0  # of the uniform temperature, which rounding might let grow
-    patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.uniform)
+    patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.integrals)
     return patterns, conduction
+
+
+def _volume(heat: Heat) -> float:
+    """Volume of a part in its span [m3]: there its integrals are also the amplitudes of 1 K everywhere."""
+    return float(heat.integrals @ heat.integrals)

@@ -13,13 +13,11 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import SENSORS
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.elements import Elements, HeatMatrices, Task, linear_temperatures
+from warmlink.orchestration.reduction.elements import Elements, Heat, Task, linear_temperatures
 from warmlink.orchestration.reduction.mesh_error import MeshError, mesh_error
 from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Responses, choose_order, separated
-from warmlink.orchestration.reduction.picture import Picture, drawn
-from warmlink.orchestration.reduction.simplices import coarsened
 from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_solid
-from warmlink.orchestration.reduction.subspace import Range, projected
+from warmlink.orchestration.reduction.subspace import Range, span
 from warmlink.orchestration.scenarios.quantity import in_si
 from warmlink.orchestration.scenarios.settings import materials
 
@@ -30,9 +28,6 @@ PROPERTIES = {
     "expansion_coefficient": "1/K",
 }
 """Units of a material's properties."""
-
-THERMOMETER_PLACES = 100
-"""Most corners of the surface at which a thermometer is tried."""
 
 COARSER = (2.0, 2**0.5)
 """Sizes of elements of the coarser meshes, as multiples."""
@@ -70,22 +65,30 @@ class Wanted:
 class Part:
     """A reduced part: its mesh, its full matrices, the reduced model, and the errors found on the way.
 
-    `places` are corners of the surface, shape (n, 3) [m], and `rows` give their temperatures, shape
-    (n, order).
+    Attributes
+    ----------
+    patterns, dense : the span of its responses, shape (N, m), and the part in it
+    search, chosen : bases that were tried, and the best of them
+    basis : patterns of the model in that span, shape (m, order)
     """
 
     solid: Solid
     task: Task
-    heat: HeatMatrices
+    elements: Elements
     within: Range
     demand: Demand
+    patterns: Array
+    dense: Heat
+    search: Sequence[Chosen]
     chosen: Chosen
-    span: int
     mesh: MeshError
-    picture: Picture
-    places: Array
-    rows: Array
+    basis: Array
     model: ReducedModel
+
+    @property
+    def heat(self) -> Heat:
+        """Matrices of the part in all its temperatures."""
+        return self.elements.heat
 
 
 def reduce_part(
@@ -117,66 +120,49 @@ def reduce_part(
     elements = Elements(solid, task)
     heat = elements.heat
     doing(f"responses of {heat.unknowns} temperatures")
-    dense = projected(heat, within)
-    picture = drawn(solid.mesh, elements, dense, within)
-    reach = float(np.linalg.norm(heat.reach))
-    volume = float(heat.mass.sum())
-    responses = Responses(dense, within, demand, volume, reach)
+    patterns = span(heat, within)
+    dense = heat.onto(patterns)
+    responses = Responses(dense, within, demand)
     doing("choosing the order")
-    chosen = choose_order(responses, wanted.order)
+    search = choose_order(responses, wanted.order)
+    chosen = min(search, key=lambda tried: tried.error)
     doing("coarser meshes")
     if path.suffix.lower() in SOLIDS:
         coarser = [read_solid(path, None, solid.size, ratio) for ratio in COARSER]
         coarse = [Elements(each, task_on(each, wanted)).heat for each in coarser]
     else:
         coarse = [linear_temperatures(heat, solid)]
-    error = mesh_error([*(projected(each, within) for each in coarse), dense], heat.reach, within, COARSER[1])
-    patterns, conduction = separated(chosen.basis, dense, volume)
-    rows = dense.outputs @ patterns
-    mesh = solid.mesh
-    kept, _ = coarsened(mesh.p, mesh.facets[:, mesh.boundary_facets()], THERMOMETER_PLACES)
-    return Part(
-        solid,
-        task,
-        heat,
-        within,
-        demand,
-        chosen,
-        len(dense.loads),
-        error,
-        picture,
-        mesh.p[:, kept].T,
-        dense.patterns[kept] @ patterns,
-        ReducedModel(
-            material=within.material,
-            volume=volume,
-            conduction=conduction,
-            cooling=np.array([patterns.T @ each @ patterns for each in dense.cooling]),
-            base_row=rows[-2],
-            tip_row=rows[-1],
-            sensor_rows=rows[6:-2],
-            surface_rows=dense.loads[:, 2:].T @ patterns,
-            area=np.asarray(heat.loads[:, 2:].sum(axis=0)),
-            displacement_rows=rows[:3],
-            rotation_rows=rows[3:6],
-            reach=heat.reach,
-            initial_rows=patterns.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)) / volume,
-            error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
-            discretisation=error.share,
-            conductivity_range=within.conductivity,
-            convection_range=within.convection,
-        ),
+    meshes = [(each.unknowns, each.onto(span(each, within))) for each in coarse]
+    error = mesh_error([*meshes, (heat.unknowns, dense)], within, COARSER[1])
+    basis, conduction = separated(chosen.basis, dense)
+    small = dense.onto(basis)
+    volume = float(heat.integrals.sum())
+    model = ReducedModel(
+        material=within.material,
+        volume=volume,
+        conduction=conduction,
+        cooling=np.array(small.cooling),
+        base_row=small.outputs[-2],
+        tip_row=small.outputs[-1],
+        sensor_rows=small.outputs[6:-2],
+        surface_rows=small.loads[:, 2:].T,
+        area=heat.loads[:, 2:].sum(axis=0),
+        displacement_rows=small.outputs[:3],
+        rotation_rows=small.outputs[3:6],
+        reach=heat.reach,
+        initial_rows=(patterns @ basis).T @ (heat.mass @ _rises(elements, task)) / volume,
+        error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
+        discretisation=error.share,
+        conductivity_range=within.conductivity,
+        convection_range=within.convection,
     )
+    return Part(solid, task, elements, within, demand, patterns, dense, search, chosen, error, basis, model)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:
     """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`."""
     kinds = np.array(
-        [
-            np.linalg.norm(gains[:3], axis=0),
-            np.linalg.norm(gains[3:6], axis=0),
-            gains[6:].max(axis=0),
-        ]
+        [np.linalg.norm(gains[:3], axis=0), np.linalg.norm(gains[3:6], axis=0), gains[6:].max(axis=0)]
     )
     inputs, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
     return np.column_stack([inputs, np.maximum(inputs[:, 2:], profiles.max(axis=2))])
@@ -233,12 +219,12 @@ def task_on(solid: Solid, wanted: Wanted) -> Task:
     )
 
 
-def _rises(heat: HeatMatrices, task: Task) -> Array:
+def _rises(elements: Elements, task: Task) -> Array:
     """Temperatures for a rise of 1 K at each sensor, linear between them along the link, shape (N, 8)."""
-    along = heat.reach / np.linalg.norm(heat.reach)
-    places, sensors = along @ heat.places, task.sensors @ along
+    along = elements.heat.reach / np.linalg.norm(elements.heat.reach)
+    places, sensors = along @ elements.places, task.sensors @ along
     order = np.argsort(sensors, kind="stable")
-    found = np.zeros((heat.unknowns, SENSORS))
+    found = np.zeros((len(places), SENSORS))
     for i, unit in zip(order, np.eye(SENSORS), strict=True):
         found[:, i] = np.interp(places, sensors[order], unit)
     return found

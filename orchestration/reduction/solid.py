@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.simplices import boundary_patches, facet_centres, nearest
+from warmlink.orchestration.reduction.surface import (
+    Integers,
+    boundary_patches,
+    connected,
+    facet_normals,
+    nearest,
+)
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.text_files import is_file
-
-Integers = NDArray[np.int64]
 
 MESHES = (".msh", ".inp")
 SOLIDS = (".step", ".stp")
@@ -44,13 +48,18 @@ class Face:
     area: float
     centre: Array
 
+    @property
+    def label(self) -> str:
+        """Number and name."""
+        return f"#{self.number} {self.name}".strip()
+
 
 @dataclass(frozen=True)
 class Solid:
     """Tetrahedra (`skfem.MeshTet`, in m), the faces of their surface, and the size of elements [m]."""
 
     mesh: Any
-    faces: tuple[Face, ...]
+    faces: Sequence[Face]
     size: float = 0.0
 
     def chosen(self, texts: Sequence[str], option: str) -> tuple[Face, ...]:
@@ -167,70 +176,62 @@ def gmsh_session(path: Path) -> Iterator[Any]:
 
 
 def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
-    with gmsh_session(path) as gmsh:
+    with gmsh_session(path) as gmsh, TemporaryDirectory() as work:
         gmsh.model.occ.importShapes(str(path))
         gmsh.model.occ.synchronize()
         bodies, surfaces = gmsh.model.getEntities(3), gmsh.model.getEntities(2)
         _one_body(path, len(bodies), f"{len(surfaces)} faces that close no solid")
         volume = 1e-9 * gmsh.model.occ.getMass(*bodies[0])
         area = 1e-6 * sum(gmsh.model.occ.getMass(*surface) for surface in surfaces)
-        size = size or default_size(volume, area)
+        size = size or 2 * volume / area  # the thickness of a thin wall
         count = 8 * volume / (coarser * size) ** 3
         if count > MOST_TETRAHEDRA:
             raise InputError(
                 f"--mesh-size: elements of {1e3 * size:.3g} mm would be about {count:.1g} in the part's "
                 f"{1e6 * volume:.3g} cm3; give larger ones"
             )
+        for dimension, tag in (*bodies, *surfaces):
+            gmsh.model.addPhysicalGroup(dimension, [tag], name=str(tag) if dimension == 2 else "body")
         gmsh.option.setNumber("Mesh.MeshSizeMax", 1e3 * coarser * size)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND / coarser)
         gmsh.option.setNumber("Mesh.Algorithm3D", 10)  # HXT, whose tetrahedra are the least flat
+        gmsh.option.setNumber("Mesh.Binary", 1)
         gmsh.model.mesh.generate(3)
-        tags, places, _ = gmsh.model.mesh.getNodes()
-        number = np.zeros(int(tags.max()) + 1, dtype=np.int64)
-        number[tags] = np.arange(len(tags))
-        cells = number[gmsh.model.mesh.getElementsByType(4)[1]].reshape(-1, 4)
-        triangles = {
-            tag: number[gmsh.model.mesh.getElementsByType(2, tag)[1]].reshape(-1, 3) for _, tag in surfaces
-        }
+        written = Path(work) / "part.msh"
+        gmsh.write(str(written))
+        mesh = _tetrahedra(written, 1e-3)
         names = {tag: gmsh.model.getEntityName(2, tag).rpartition("/")[2] for _, tag in surfaces}
-    mesh, new = _tetrahedra(1e-3 * places.reshape(-1, 3).T, cells.T)
-    patches = {tag: _facets_of(mesh, new[corners.T]) for tag, corners in triangles.items()}
-    return Solid(mesh, _faces(mesh, patches, names), size)
-
-
-def default_size(volume: float, area: float) -> float:
-    """Size of elements in m: 2 volume / area is the thickness of a thin wall."""
-    return 2 * volume / area
+    return Solid(mesh, [_face(mesh, tag, names[tag], mesh.boundaries[str(tag)]) for tag in names], size)
 
 
 def _from_mesh(path: Path, scale: float) -> Solid:
-    meshio = _library("meshio")
+    mesh = _tetrahedra(path, scale)
+    inner = mesh.f2t[:, mesh.f2t[1] >= 0]
+    _one_body(path, int(connected(inner[0], inner[1], mesh.nelements).max()) + 1, "no tetrahedra")
+    named = mesh.boundaries or {}
+    rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *named.values()])).astype(np.int64)
+    patches = [*named.items(), *(("", patch) for patch in boundary_patches(mesh, rest))]
+    return Solid(mesh, [_face(mesh, i, name, facets) for i, (name, facets) in enumerate(patches, 1)])
+
+
+def _tetrahedra(path: Path, scale: float) -> Any:
+    """The `skfem.MeshTet` in a file, of its corners alone; groups of triangles become its boundaries."""
+    meshio, convert = _library("meshio"), _library("skfem.io.meshio")
     try:
         held = meshio.read(path)
     except (Exception, SystemExit):  # meshio raises what its readers raise, and ends the process for some
         raise InputError(f"{path}: is broken, or no mesh; write it anew as .msh 4.1 or .inp") from None
-    kinds = {"tetra": 4, "tetra10": 4}
-    cells = [block.data[:, : kinds[block.type]] for block in held.cells if block.type in kinds]
-    if not cells:
+    linear = {"tetra10": ("tetra", 4), "triangle6": ("triangle", 3)}
+    cells = []
+    for block in held.cells:
+        kind, corners = linear.get(block.type, (block.type, None))
+        cells.append((kind, block.data[:, :corners]))
+    if "tetra" not in dict(cells):
         raise InputError(f"{path}: holds no tetrahedra, as a shell does; mesh the solid with tetrahedra")
-    mesh, new = _tetrahedra(scale * held.points.T, np.concatenate(cells).T)
-    named: dict[str, list[Integers]] = {}
-    for name, blocks in held.cell_sets_dict.items():
-        if name.startswith("gmsh:"):
-            continue
-        for kind, members in blocks.items():
-            if kind in ("triangle", "triangle6"):
-                named.setdefault(name, []).append(held.cells_dict[kind][members][:, :3])
-    patches = {
-        i: _facets_of(mesh, new[np.concatenate(corners).T]) for i, corners in enumerate(named.values(), 1)
-    }
-    names = dict(enumerate(named, 1))
-    rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *patches.values()]))
-    for patch in boundary_patches(mesh, rest.astype(np.int64)):
-        patches[len(patches) + 1] = patch
-    bodies = _bodies(mesh)
-    _one_body(path, bodies, "no tetrahedra")
-    return Solid(mesh, _faces(mesh, patches, names))
+    points = scale * held.points.astype(float)
+    straight = meshio.Mesh(points, cells, cell_sets=held.cell_sets)
+    mesh = convert.from_meshio(straight, force_meshio_type="tetra", ignore_orientation=True)
+    return mesh.remove_unused_nodes()
 
 
 def _one_body(path: Path, bodies: int, otherwise: str) -> None:
@@ -240,42 +241,7 @@ def _one_body(path: Path, bodies: int, otherwise: str) -> None:
         raise InputError(f"{path}: holds {bodies} bodies; unite them, or export the link alone")
 
 
-def _bodies(mesh: Any) -> int:
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    inner = mesh.f2t[:, mesh.f2t[1] >= 0]
-    joined = coo_matrix((np.ones(inner.shape[1]), inner), shape=(mesh.nelements,) * 2)
-    return int(connected_components(joined, directed=False)[0])
-
-
-def _tetrahedra(places: Array, cells: Integers) -> tuple[Any, Integers]:
-    """Mesh of the nodes that tetrahedra use, and the new numbers of nodes."""
-    used = np.unique(cells)
-    new = np.full(places.shape[1], -1)
-    new[used] = np.arange(len(used))
-    skfem = _library("skfem")
-    return skfem.MeshTet(np.ascontiguousarray(places[:, used]), np.ascontiguousarray(new[cells])), new
-
-
-def _facets_of(mesh: Any, corners: Integers) -> Integers:
-    """Facets of the mesh with these corners, shape (3, n)."""
-    count = mesh.nvertices
-
-    def key(triples: Integers) -> Integers:
-        low, middle, high = np.sort(triples.astype(np.int64), axis=0)
-        return np.asarray((low * count + middle) * count + high)
-
-    known = key(mesh.facets)
-    order = np.argsort(known)
-    place = np.searchsorted(known[order], key(corners))
-    return np.asarray(order[np.minimum(place, len(order) - 1)])
-
-
-def _faces(mesh: Any, patches: Mapping[int, Integers], names: Mapping[int, str]) -> tuple[Face, ...]:
-    found = []
-    for number, facets in patches.items():
-        centre, area = facet_centres(mesh, facets)
-        whole = float(area.sum())
-        found.append(Face(number, names.get(number, ""), facets, whole, centre @ area / whole))
-    return tuple(found)
+def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    area = np.linalg.norm(facet_normals(corners), axis=0) / 2
+    return Face(number, name, facets, float(area.sum()), corners.mean(axis=1) @ area / area.sum())

@@ -6,8 +6,6 @@ a design of a controller takes for unknown (`Unknown`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
@@ -23,17 +21,8 @@ from warmlink.orchestration.arrays import Array
 NOISE, SAMPLE_TIME = 0.1, 1.0
 """K (1 sigma) and s, of a reading."""
 
-
 MODES = 12
 """Slowest modes of motor and link, which the filter is made of."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """Two thermometers: places, shape (2, 3), and error of the tool point that they leave, 1 sigma, in m."""
-
-    places: Array
-    error: float
 
 
 class Observer:
@@ -74,14 +63,18 @@ class Observer:
         return np.hstack([link @ self._link, np.zeros((len(link), 2))])
 
 
-def best_pair(observer: Observer, places: Array, rows: Array) -> Pair:
+def best_pair(observer: Observer, rows: Array) -> tuple[list[int], float]:
     """Pair of thermometers with the least error, one exchanged after the other until none helps.
 
     Parameters
     ----------
     observer : that reads them
-    places : at which a thermometer may sit, shape (n, 3) [m]
-    rows : temperature at each for the link's patterns, shape (n, order)
+    rows : temperature at each place where a thermometer may sit for the link's patterns, shape (n, order)
+
+    Returns
+    -------
+    pair, error
+        Numbers of the two places, and the error of the tool point that they leave, 1 sigma, in m.
     """
     chosen, least = [0, 0], np.inf
     while True:
@@ -90,4 +83,4 @@ def best_pair(observer: Observer, places: Array, rows: Array) -> Pair:
             errors = [observer.error(rows[[chosen[1 - i], k]]) for k in range(len(rows))]
             chosen[i], least = int(np.argmin(errors)), min(errors)
         if least > 0.999 * before:
-            return Pair(places[chosen], least)
+            return chosen, least

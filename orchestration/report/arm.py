@@ -1,8 +1,7 @@
-"""What the report of a scenario has for the arm besides."""
+"""What the report of a scenario has for the arm besides: where the error comes from, workspace, chain."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,35 +18,53 @@ from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 def sections(outcome: ClosedLoop) -> list[Section]:
-    """What a report has for the arm besides: where the error comes from, the workspace, the chain."""
-    errors = ArmErrors(outcome.result)
+    """The arm's sections."""
+    errors, names, grid = ArmErrors(outcome.result), [axis.name for axis in axes()], workspace()
+    ambient = Line("surroundings", outcome.result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS)
+
+    def plot(values: Array, label: str, named: list[str] = names, *others: Line) -> Any:
+        """Lines over time, one for each column of the values."""
+        lines = [Line(name, column) for name, column in zip(named, values.T, strict=True)]
+        return time_plot(outcome.time, [*lines, *others], label)
+
+    def temperatures(variable: str) -> Any:
+        return plot(columns(outcome.result, variable) - ZERO_CELSIUS, "temperature [°C]", names, ambient)
+
+    flows = columns(outcome.result, "motor.neighbour_heat_flow")[:, 1:]
+    tool = 1e6 * errors.tool_error(errors.left)
     return [
-        Section("Where it comes from, axis by axis", _AXES_TEXT, table=_axes_table(outcome, errors)),
-        Section("Elongation of each link", figure=_axis_plot(outcome, errors.growth)),
-        Section("What the compensation of each axis leaves", figure=_axis_plot(outcome, errors.left)),
-        Section("Left over in x, y and z", figure=_coordinates_plot(outcome, errors)),
-        *_maps(outcome, errors),
-        Section("Shafts", figure=_temperature_plot(outcome, "motor.shaft_temperature")),
-        Section("Links, half-way", figure=_temperature_plot(outcome, "link.sensor_temperature[2]")),
-        Section("Heat along the chain", _CHAIN_TEXT, figure=_chain_plot(outcome)),
-        Section("The arm's figures", _GEOMETRY_TEXT),
+        Section(
+            "Where it comes from, axis by axis",
+            "What each link adds to the error's length at the time when that is largest; each column sums to "
+            "the largest error.",
+            table=_axes_table(outcome, errors),
+        ),
+        Section("Elongation of each link", figure=plot(1e6 * errors.growth, "length [µm]")),
+        Section("What the compensation of each axis leaves", figure=plot(1e6 * errors.left, "length [µm]")),
+        Section("Left over in x, y and z", figure=plot(tool, "error [µm]", list(COORDINATES))),
+        Section(
+            "Error over the workspace, uncompensated",
+            "Tool pointing down, arm in its vertical plane; turning the waist turns the error with it. "
+            "White: out of reach.",
+            figure=_maps(outcome, grid, errors.growth),
+        ),
+        Section(
+            f"Error over the workspace, with {outcome.controller}", figure=_maps(outcome, grid, errors.left)
+        ),
+        Section("Shafts", figure=temperatures("motor.shaft_temperature")),
+        Section("Links, half-way", figure=temperatures("link.sensor_temperature[2]")),
+        Section(
+            "Heat along the chain",
+            "Heat from a joint into the tip of the link before it; below zero it takes heat from there.",
+            figure=plot(flows, "heat flow [W]", names[1:]),
+        ),
+        Section(
+            "The arm's figures",
+            "Masses, sections and conductances of the arm are estimates, listed in "
+            "`orchestration/arm/geometry.toml`. The poses of a program go on through pauses, where they tell "
+            "how far off the tool point would be.",
+        ),
     ]
-
-
-_GEOMETRY_TEXT = (
-    "Masses, sections and conductances of the arm are estimates, listed in "
-    "`orchestration/arm/geometry.toml`. The poses of a program go on through pauses, where they tell how far "
-    "off the tool point would be."
-)
-_AXES_TEXT = (
-    "What each link adds to the error's length at the time when that is largest; each column sums to the "
-    "largest error."
-)
-_CHAIN_TEXT = "Heat from a joint into the tip of the link before it; below zero it takes heat from there."
-_MAP_TEXT = (
-    "Tool pointing down, arm in its vertical plane; turning the waist turns the error with it. White: out of "
-    "reach."
-)
 
 
 def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> Table:
@@ -57,42 +74,17 @@ def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> Table:
     left = by_name(1e6 * np.abs(errors.left).max(axis=0))
     rows = [
         (
-            axis.name,
-            f"{largest[axis.name]:.1f} µm",
-            f"{left[axis.name]:.2f} µm",
-            *(f"{share[axis.name]:.2f} µm" for share in shares),
+            name,
+            f"{largest[name]:.1f} µm",
+            f"{left[name]:.2f} µm",
+            *(f"{share[name]:.2f} µm" for share in shares),
         )
-        for axis in axes()
+        for name in largest
     ]
     rows.append(("all", "", "", *(f"{sum(share.values()):.2f} µm" for share in shares)))
     return Table(
         ("axis", "growth, at most", "left of it, at most", *(f"adds: {name}" for name in kinds)), rows
     )
-
-
-def _axis_plot(outcome: ClosedLoop, values: Array) -> object:
-    lines = [Line(axis.name, 1e6 * values[:, i]) for i, axis in enumerate(axes())]
-    return time_plot(outcome.time, lines, "length [µm]")
-
-
-def _coordinates_plot(outcome: ClosedLoop, errors: ArmErrors) -> object:
-    error = errors.tool_error(errors.left)
-    return time_plot(
-        outcome.time, [Line(name, 1e6 * error[:, k]) for k, name in enumerate(COORDINATES)], "error [µm]"
-    )
-
-
-def _temperature_plot(outcome: ClosedLoop, variable: str) -> object:
-    values = columns(outcome.result, variable) - ZERO_CELSIUS
-    lines = [Line(axis.name, values[:, i]) for i, axis in enumerate(axes())]
-    lines.append(Line("surroundings", outcome.result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS))
-    return time_plot(outcome.time, lines, "temperature [°C]")
-
-
-def _chain_plot(outcome: ClosedLoop) -> object:
-    values = columns(outcome.result, "motor.neighbour_heat_flow")
-    lines = [Line(axis.name, values[:, i]) for i, axis in enumerate(axes()) if i > 0]
-    return time_plot(outcome.time, lines, "heat flow [W]")
 
 
 def moments(outcome: ClosedLoop) -> list[int]:
@@ -102,43 +94,29 @@ def moments(outcome: ClosedLoop) -> list[int]:
     return sorted({worst, *(point for point in (hour, last // 2, last) if abs(point - worst) > last / 20)})
 
 
-def _maps(outcome: ClosedLoop, errors: ArmErrors) -> list[Section]:
-    grid = workspace()
-    sections = []
-    for heading, values, text in (
-        ("Error over the workspace, uncompensated", errors.growth, _MAP_TEXT),
-        (f"Error over the workspace, with {outcome.controller}", errors.left, ""),
-    ):
-        sections.append(Section(heading, text, figure=_map(grid, outcome.time, values, moments(outcome))))
-    return sections
-
-
-def _map(grid: Workspace, time: Array, growth: Array, points: Sequence[int]) -> Any:
-    import plotly.graph_objects as go
+def _maps(outcome: ClosedLoop, grid: Workspace, growth: Array) -> Any:
+    """Error over the workspace by the growth of the links, at some moments."""
     from plotly.subplots import make_subplots
 
+    points = moments(outcome)
     errors = [1e6 * grid.error(growth[point]) for point in points]
-    top = max(float(np.nanmax(error)) for error in errors)
-    titles = [f"{time[point] / 3600:.2f} h" for point in points]
+    titles = [f"{outcome.time[point] / 3600:.2f} h" for point in points]
     figure = make_subplots(1, len(points), shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.03)
     for place, error in enumerate(errors, start=1):
-        figure.add_trace(
-            go.Heatmap(
-                x=1e3 * grid.out,
-                y=1e3 * grid.up,
-                z=error,
-                zmin=0.0,
-                zmax=top,
-                colorscale="Viridis",
-                showscale=place == len(points),
-                colorbar={"title": "µm"},
-                hovertemplate="out %{x:.0f} mm<br>up %{y:.0f} mm<br>%{z:.2f} µm<extra></extra>",
-            ),
-            1,
-            place,
+        figure.add_heatmap(
+            x=1e3 * grid.out,
+            y=1e3 * grid.up,
+            z=error,
+            zmin=0.0,
+            zmax=max(float(np.nanmax(each)) for each in errors),
+            colorscale="Viridis",
+            showscale=place == len(points),
+            colorbar={"title": "µm"},
+            hovertemplate="out %{x:.0f} mm<br>up %{y:.0f} mm<br>%{z:.2f} µm<extra></extra>",
+            row=1,
+            col=place,
         )
-        figure.update_xaxes(title="from the waist [mm]", row=1, col=place)
+    figure.update_xaxes(title="from the waist [mm]")
     figure.update_yaxes(title="height [mm]", row=1, col=1)
-    styled(figure, 440, 100 + 180 * len(points))
     # The titles stand below the buttons.
-    return figure.update_layout(margin_t=90)
+    return styled(figure, 440, 100 + 180 * len(points)).update_layout(margin_t=90)

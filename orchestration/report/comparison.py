@@ -13,16 +13,6 @@ from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies.compare import Comparison, Row
 
-_MAP_TEXT = "Largest error in µm, and the share of the uncompensated one that was removed."
-_WON_TEXT = (
-    "Minutes within tolerance, less those that warming up first gives: no compensation, and the zero set "
-    "once, at the moment that suits that duty cycle best."
-)
-_ROWS_TEXT = (
-    "Equal within: bound of the coupling error by a run with half the step, plus the link's own estimate of "
-    "its grid's error. Scores that differ by less are equal."
-)
-
 
 def write_report(comparison: Comparison, path: Path) -> None:
     """Write `report.html`."""
@@ -40,24 +30,34 @@ def write_report(comparison: Comparison, path: Path) -> None:
         rows = [[comparison.worst(name, duties, [mismatch]) for name in controllers] for mismatch in every]
         text = "Worst of all duty cycles, which the pointer names."
         sections.append(_map("Mismatch by mismatch", rows, every, text))
+    differing = [(name, _about(name)) for name in comparison.mismatches]
     sections += [
-        Section("Productive minutes won against warming up first", _WON_TEXT, table=_won(comparison)),
-        Section("Mismatches", table=_mismatches(comparison)),
-        Section("Every run", _ROWS_TEXT, table=_rows(comparison)),
+        Section(
+            "Productive minutes won against warming up first",
+            "Minutes within tolerance, less those that warming up first gives: no compensation, and the zero "
+            "set once, at the moment that suits that duty cycle best.",
+            table=_won(comparison),
+        ),
+        Section("Mismatches", table=Table(("mismatch", "what differs"), differing)),
+        Section(
+            "Every run",
+            "Equal within: bound of the coupling error by a run with half the step, plus the link's own "
+            "estimate of its grid's error. Scores that differ by less are equal.",
+            table=Table(_HEADINGS, [_line(row) for row in comparison.rows.values()]),
+        ),
         Section("Versions", table=versions()),
     ]
     write_page(path, "Controllers compared", _lead(comparison), sections)
 
 
 def _lead(comparison: Comparison) -> str:
-    rows = comparison.rows.values()
-    laws = [name for name in comparison.controllers if name != NO_CONTROLLER]
-    defeats = {name: [row for row in rows if row.controller == name and row.defeated] for name in laws}
     size = len(comparison.duty_cycles) * len(comparison.mismatches)
-    parts = [
-        f"{name} stays within tolerance in {size - len(found)} of {size} runs"
-        for name, found in defeats.items()
-    ]
+    kept = {
+        name: size - sum(row.defeated for row in comparison.rows.values() if row.controller == name)
+        for name in comparison.controllers
+        if name != NO_CONTROLLER
+    }
+    parts = [f"{name} stays within tolerance in {count} of {size} runs" for name, count in kept.items()]
     return "; ".join(parts) + "." if parts else "No controller was asked for beside none."
 
 
@@ -75,7 +75,8 @@ def _map(heading: str, rows: list[list[Row]], names: Sequence[str], text: str = 
         customdata=[[f"{row.duty_cycle}, {row.mismatch}" for row in line] for line in rows],
         hovertemplate="%{x}: %{text}<br>%{customdata}<extra></extra>",
     )
-    return Section(heading, f"{_MAP_TEXT} {text}".strip(), figure=figure)
+    what = "Largest error in µm, and the share of the uncompensated one that was removed."
+    return Section(heading, f"{what} {text}".strip(), figure=figure)
 
 
 def _cell(row: Row) -> str:
@@ -97,44 +98,35 @@ def _won(comparison: Comparison) -> Table:
     return Table((f"duty cycle ({mismatch})", "warming up first", *comparison.controllers), lines)
 
 
-def _mismatches(comparison: Comparison) -> Table:
-    return Table(("mismatch", "what differs"), [(name, _about(name)) for name in comparison.mismatches])
-
-
 def _about(name: str) -> str:
     known = name in mismatches.names() or name.startswith("draw_")
     return mismatches.load(name).about if known else "from a file"
 
 
-def _rows(comparison: Comparison) -> Table:
-    headings = (
-        "controller",
-        "duty cycle",
-        "mismatch",
-        "largest [µm]",
-        "95 % below [µm]",
-        "within tolerance from [min]",
-        "removed [%]",
-        "equal within [µm]",
-        "",
-    )
-    return Table(headings, [_line(row) for row in comparison.rows.values()])
+_HEADINGS = (
+    "controller",
+    "duty cycle",
+    "mismatch",
+    "largest [µm]",
+    "95 % below [µm]",
+    "within tolerance from [min]",
+    "removed [%]",
+    "equal within [µm]",
+    "",
+)
 
 
 def _line(row: Row) -> tuple[str, ...]:
-    found = row.outcome
-    settled: Any = found.time_to_tolerance_s
-    when = "never" if settled is None else f"{settled / 60:.1f}"
-    remark = "worse than none" if row.worse_than_none else "beyond tolerance" if row.beyond_tolerance else ""
+    found, run = row.outcome, (row.controller, row.duty_cycle, row.mismatch)
     if found.stopped is not None:
-        return (row.controller, row.duty_cycle, row.mismatch, *("",) * 5, f"stopped: {found.stopped}")
+        return (*run, *("",) * 5, f"stopped: {found.stopped}")
+    settled: Any = found.time_to_tolerance_s
+    remark = "worse than none" if row.worse_than_none else "beyond tolerance" if row.beyond_tolerance else ""
     return (
-        row.controller,
-        row.duty_cycle,
-        row.mismatch,
+        *run,
         f"{found.max_abs_um:.2f}",
         f"{found.p95_abs_um:.2f}",
-        when,
+        "never" if settled is None else f"{settled / 60:.1f}",
         "" if row.removed_percent is None else f"{row.removed_percent:.1f}",
         "" if row.equal_within_um is None else f"{row.equal_within_um:.2g}",
         "" if row.controller == NO_CONTROLLER else remark,

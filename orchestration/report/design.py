@@ -9,20 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, USUAL_SPEED, LinearPlant
-from warmlink.controllers.design.reduction import Balanced, ReducedPlant, balanced
-from warmlink.orchestration.report.figures import COLOURS, DASHES, styled
+from warmlink.controllers.design.reduction import ReducedPlant, balanced
+from warmlink.orchestration.report.figures import COLOURS, DASHES, chart, styled
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 
 if TYPE_CHECKING:
     import control
 
-SPEEDS = (0.0, USUAL_SPEED)
+SPEEDS = {"still": 0.0, f"{USUAL_SPEED:g} rad/s": USUAL_SPEED}
 """rad/s: standing still, and the paper's moving case."""
 
 FREQUENCIES = np.logspace(-6, 0, 121)
 """rad/s: periods from two months to six seconds."""
-
-UNITS = {name: "K" if name == "ambient_temperature" else "W" for name in INPUTS}
 
 
 def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: str, path: Path) -> None:
@@ -34,39 +32,56 @@ def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: st
     title, lead : the page's heading, and the answer
     path : file to write
     """
-    error = reduced.error
-    form = balanced(plant)
+    order, error, hankel = reduced.order, reduced.error, balanced(plant).hankel
+    constants = [
+        time_constants(model.state_space(speed))[:order]
+        for speed in SPEEDS.values()
+        for model in (plant, reduced)
+    ]
+    poles = Table(
+        ("pattern", *(f"{motion}, {kind} [min]" for motion in SPEEDS for kind in ("full", "reduced"))),
+        [
+            [str(i), *(f"{each / 60:.3g}" for each in row)]
+            for i, row in enumerate(zip(*constants, strict=True), 1)
+        ],
+    )
+    shown = hankel[: 3 * order]
+    bars = {
+        "type": "bar",
+        "x": list(range(1, shown.size + 1)),
+        "y": shown,
+        "marker": {"color": [COLOURS[0] if i < order else "#c3c9d4" for i in range(shown.size)]},
+    }
     sections = [
         Section(
             "Poles",
             "Time constants: how long it takes a pattern of temperatures to fall to 37 %.",
-            table=_poles(plant, reduced),
+            table=poles,
         ),
-        *(_bode(plant, reduced, speed) for speed in SPEEDS),
+        *(
+            Section(
+                f"Bode plot, {motion}",
+                "From each input to the elongation.",
+                figure=_bode(plant.state_space(speed), reduced.state_space(speed)),
+            )
+            for motion, speed in SPEEDS.items()
+        ),
         Section(
             "What the reduction leaves out",
-            f"{reduced.order} of {form.hankel.size} modes are kept. The response to a step of an ordinary "
+            f"{order} of {hankel.size} modes are kept. The response to a step of an ordinary "
             f"input is wrong by at most {1e6 * error.elongation_step:.2g} µm and "
             f"{error.temperature_step:.2g} K. The Hankel singular values say how much each mode passes from "
             "inputs to outputs.",
-            figure=_hankel(form, reduced.order),
+            figure=chart(
+                bars,
+                x={"title": "mode (blue: kept)", "dtick": 1},
+                y={"title": "Hankel singular value [1]", "type": "log", "exponentformat": "power"},
+                height=320,
+            ),
         ),
         Section("Software", table=versions()),
     ]
     write_page(path, title, lead, sections)
-
-
-def _poles(plant: LinearPlant, reduced: ReducedPlant) -> Table:
-    columns = [
-        time_constants(model.state_space(speed))[: reduced.order]
-        for speed in SPEEDS
-        for model in (plant, reduced)
-    ]
-    headings = [f"{_motion(speed)}, {kind} [min]" for speed in SPEEDS for kind in ("full", "reduced")]
-    rows = [
-        [str(i), *(f"{each / 60:.3g}" for each in row)] for i, row in enumerate(zip(*columns, strict=True), 1)
-    ]
-    return Table(("pattern", *headings), rows)
 
 
 def time_constants(model: control.StateSpace) -> NDArray[np.float64]:
@@ -75,17 +90,15 @@ def time_constants(model: control.StateSpace) -> NDArray[np.float64]:
     return longest_first
 
 
-def _motion(speed: float) -> str:
-    return f"{speed:g} rad/s" if speed else "still"
-
-
-def _bode(plant: LinearPlant, reduced: ReducedPlant, speed: float) -> Section:
+def _bode(plant: control.StateSpace, reduced: control.StateSpace) -> Any:
     """Magnitude and phase from every input to the elongation: the plant as lines, the reduced one as dots."""
     from plotly.subplots import make_subplots
 
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.6, 0.4])
+    row = OUTPUTS.index("elongation")
     for model, mode, every in ((plant, "lines", 1), (reduced, "markers", 6)):
-        magnitude, phase = _response(model.state_space(speed))
+        found = model.frequency_response(FREQUENCIES, squeeze=False)
+        magnitude, phase = found.magnitude[row], np.degrees(np.unwrap(found.phase[row], axis=-1))
         for i, name in enumerate(INPUTS):
             look: dict[str, Any] = {
                 "x": FREQUENCIES[::every],
@@ -94,31 +107,12 @@ def _bode(plant: LinearPlant, reduced: ReducedPlant, speed: float) -> Section:
                 "line": {"color": COLOURS[i], "dash": DASHES[i % len(DASHES)]},
                 "marker": {"color": COLOURS[i], "symbol": i, "size": 7},
             }
-            title = f"{name} [{UNITS[name]}]" if mode == "lines" else f"{name}, reduced"
+            unit = "K" if name == "ambient_temperature" else "W"
+            title = f"{name} [{unit}]" if mode == "lines" else f"{name}, reduced"
             figure.add_scatter(y=1e6 * magnitude[i][::every], name=title, row=1, col=1, **look)
             figure.add_scatter(y=phase[i][::every], showlegend=False, row=2, col=1, **look)
     figure.update_xaxes(type="log", exponentformat="power", dtick=1)
     figure.update_xaxes(title="frequency [rad/s]", row=2, col=1)
     figure.update_yaxes(title="elongation [µm/W, µm/K]", type="log", exponentformat="power", row=1, col=1)
     figure.update_yaxes(title="phase [degrees]", row=2, col=1)
-    return Section(
-        f"Bode plot, {_motion(speed)}", "From each input to the elongation.", figure=styled(figure, 560, 550)
-    )
-
-
-def _response(model: control.StateSpace) -> tuple[Any, Any]:
-    """Magnitude and phase in degrees of the elongation, shape (inputs, frequencies)."""
-    found = model.frequency_response(FREQUENCIES, squeeze=False)
-    row = OUTPUTS.index("elongation")
-    return found.magnitude[row], np.degrees(np.unwrap(found.phase[row], axis=-1))
-
-
-def _hankel(form: Balanced, order: int) -> Any:
-    import plotly.graph_objects as go
-
-    shown = form.hankel[: 3 * order]
-    colours = [COLOURS[0] if i < order else "#c3c9d4" for i in range(shown.size)]
-    figure = go.Figure(go.Bar(x=list(range(1, shown.size + 1)), y=shown, marker_color=colours))
-    figure.update_xaxes(title="mode (blue: kept)", dtick=1)
-    figure.update_yaxes(title="Hankel singular value [1]", type="log", exponentformat="power")
-    return styled(figure, 320)
+    return styled(figure, 560, 550)

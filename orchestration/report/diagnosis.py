@@ -30,10 +30,12 @@ _RANKED, _FEWEST = 10, 6
 
 def write_report(diagnosis: Diagnosis, path: Path) -> None:
     """Write the page; it opens from disk without a network."""
-    lines = summary(diagnosis).splitlines()
+    title, lead, *lines = summary(diagnosis).splitlines()
+    remarks = "\n".join(diagnosis.experiment.remarks)
+    nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     sections = [
-        Section("In short", "\n".join(lines[2:]), warning=_growing(diagnosis)),
-        *_remarks(diagnosis),
+        Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
+        *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
         *heat_sections(diagnosis.missing_heat),
@@ -45,10 +47,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         ),
         Section(
             "What is left",
-            "The same with the chosen model"
-            + (
-                " (the nearest causes, none of which explains it)." if diagnosis.verdict == "unknown" else "."
-            ),
+            f"The same with the chosen model{nearest}.",
             _wrong_table(diagnosis, diagnosis.remaining),
         ),
         Section(
@@ -58,12 +57,12 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
             "a physical bound is rejected, however well it fits.",
             _ranking(diagnosis),
         ),
-        *_next(diagnosis.proposed),
+        *([] if diagnosis.proposed is None else [_next(diagnosis.proposed)]),
         Section("The improvement", _gain_text(diagnosis), _gain_table(diagnosis)),
         *_beyond(diagnosis),
         Section("Made with", table=versions()),
     ]
-    write_page(path, lines[0], lines[1], sections)
+    write_page(path, title, lead, sections)
 
 
 def _growing(diagnosis: Diagnosis) -> str:
@@ -73,11 +72,6 @@ def _growing(diagnosis: Diagnosis) -> str:
         return ""
     grown = f"from {before.in_noise:.3g} to {after.in_noise:.3g} times the noise"
     return f"The error on held-out rows grows {grown}."
-
-
-def _remarks(diagnosis: Diagnosis) -> list[Section]:
-    remarks = diagnosis.experiment.remarks
-    return [Section("How the measurements were read", "\n".join(remarks))] if remarks else []
 
 
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
@@ -92,24 +86,20 @@ def _calibrated(diagnosis: Diagnosis) -> list[Section]:
 
 def _causes(diagnosis: Diagnosis) -> list[Section]:
     sections = []
-    profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
     for item in diagnosis.causes:
-        entry = cause_entry(diagnosis, item)
         rows = [
             (name, f"{p['value']:.4g}", f"{p['low95']:.4g} to {p['high95']:.4g}", p["unit"])
-            for name, p in entry["parameters"].items()
+            for name, p in cause_entry(diagnosis, item)["parameters"].items()
         ]
-        text = (
-            f"{item.cause.sentence}\nIt looks like this: {item.cause.looks_like}.\nCheck: {item.cause.check}"
-        )
-        sections.append(
-            Section(item.title, text, Table(("variable", "value", "95 % interval", "unit"), rows))
-        )
+        cause = item.cause
+        text = f"{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
+        table = Table(("variable", "value", "95 % interval", "unit"), rows)
+        sections.append(Section(item.title, text, table))
+    profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
     if profiles:
         text = "Each strength held at values around the best, everything else fitted anew."
-        sections.append(
-            Section("How well the strengths are known", text, figure=profile_figure(diagnosis, profiles))
-        )
+        figure = profile_figure(diagnosis, profiles)
+        sections.append(Section("How well the strengths are known", text, figure=figure))
     return sections
 
 
@@ -134,16 +124,13 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
 def _ranking(diagnosis: Diagnosis) -> Table:
     search, best = diagnosis.assessment.search, diagnosis.assessment.best
     fits = sorted(search.fits.values(), key=lambda fit: fit.chi2 + search.penalty(fit.items))[:_RANKED]
-    rows = [(_titles(fit.key), f"{fit.chi2:.1f}", _reason(diagnosis, fit)) for fit in fits]
+    rows = [(fit.key, f"{fit.chi2:.1f}", _reason(diagnosis, fit)) for fit in fits]
     for each in search.not_fitted(max(_FEWEST - len(rows), 0)):
         if np.isfinite(each.chi2):
             worse = f"not fitted: expected to be {_worse(each.chi2 - best.chi2)}"
-            rows.append((_titles(each.key), f"about {each.chi2:.1f}", worse))
-    return Table(("causes", "chi-square", "why not"), rows)
-
-
-def _titles(key: frozenset[str]) -> str:
-    return " + ".join(sorted(key)) or "as it stands"
+            rows.append((each.key, f"about {each.chi2:.1f}", worse))
+    titled = [(" + ".join(sorted(key)) or "as it stands", *others) for key, *others in rows]
+    return Table(("causes", "chi-square", "why not"), titled)
 
 
 def _reason(diagnosis: Diagnosis, fit: Fit) -> str:
@@ -166,9 +153,7 @@ def _worse(more: float) -> str:
     return "no better than chance would make it with as many causes"
 
 
-def _next(proposed: Proposed | None) -> list[Section]:
-    if proposed is None:
-        return []
+def _next(proposed: Proposed) -> Section:
     cycle, times = proposed.cycle
     rows = [
         (
@@ -188,7 +173,7 @@ def _next(proposed: Proposed | None) -> list[Section]:
         )
     if times > 1:
         text += f"\nThe stages below are gone through {times} times."
-    return [Section("The next experiment", text, table)]
+    return Section("The next experiment", text, table)
 
 
 def _gain_text(diagnosis: Diagnosis) -> str:

@@ -10,9 +10,9 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit, per_si, shown
-from warmlink.orchestration.diagnosis.answer.missing import MissingHeat
 from warmlink.orchestration.diagnosis.answer.profile import Profile
-from warmlink.orchestration.report.figures import DASHES, styled
+from warmlink.orchestration.diagnosis.answer.unknown import MissingHeat
+from warmlink.orchestration.report.figures import DASHES, chart, styled
 from warmlink.orchestration.report.page import Section
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -22,19 +22,12 @@ _MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
 def run_sections(diagnosis: Diagnosis) -> list[Section]:
     """What was measured and simulated in each run, and what is between the two."""
     sections = []
-    problem = diagnosis.scores.problem
-    for run, (measured, data) in enumerate(zip(diagnosis.experiment.runs, problem.data, strict=True)):
+    for run, measured in enumerate(diagnosis.experiment.runs):
         role = "held out" if measured.heldout else "fitted"
-        part = (
-            "" if measured.fit_until > data.time[-1] else f", from {measured.fit_until / 60:.0f} min held out"
-        )
-        sections.append(
-            Section(
-                f"{measured.name} ({role}{part})",
-                "Left: measured and simulated. Right: measured minus simulated, over the noise's sigma.",
-                figure=_figure(diagnosis, run),
-            )
-        )
+        if measured.fit_until <= diagnosis.scores.problem.data[run].time[-1]:
+            role += f", from {measured.fit_until / 60:.0f} min held out"
+        text = "Left: measured and simulated. Right: measured minus simulated, over the noise's sigma."
+        sections.append(Section(f"{measured.name} ({role})", text, figure=_figure(diagnosis, run)))
     return sections
 
 
@@ -56,22 +49,28 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
     minutes = data.time / 60
     pairs = [("as it stands", diagnosis.before, _BEFORE)]
     if diagnosis.after is not diagnosis.before:
-        pairs.append(
-            ("nearest causes" if diagnosis.verdict == "unknown" else "extended", diagnosis.after, _AFTER)
-        )
+        word = "nearest causes" if diagnosis.verdict == "unknown" else "extended"
+        pairs.append((word, diagnosis.after, _AFTER))
+
+    def draw(place: tuple[int, int], word: str, values: Array, **style: Any) -> None:
+        """Draw a signal at a row and column; the legend names those of the first place."""
+        x, y = minutes.astype(np.float32), values.astype(np.float32)
+        told = {"name": word, "legendgroup": word, "showlegend": place == (1, 1)}
+        figure.add_scatter(x=x, y=y, row=place[0], col=place[1], **told, **style)
+
     for row, i in enumerate(channels, start=1):
         name = problem.names[problem.variables[i]]
-        unit = diagnosis.units()[name]
-        factor, zero = (per_si(shown(unit)), ZERO_CELSIUS if shown(unit) == "K" else 0.0)
+        unit = shown(diagnosis.units()[name])
+        factor, zero = per_si(unit), ZERO_CELSIUS if unit == "K" else 0.0
         measured = data.readings[:, i]
-        _trace(figure, (row, 1), "measured", minutes, (measured - zero) * factor, _points(_MEASURED))
+        draw((row, 1), "measured", (measured - zero) * factor, **_dots(_MEASURED))
         for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):
             readings = predicted.readings[run][:, i]
-            line = {"mode": "lines", "line": {"color": colour, "width": 2, "dash": dash}}
-            _trace(figure, (row, 1), word, minutes, (readings - zero) * factor, line)
+            line = {"color": colour, "width": 2, "dash": dash}
+            draw((row, 1), word, (readings - zero) * factor, mode="lines", line=line)
             error = (measured - readings) / diagnosis.scores.scales[run][i]
-            _trace(figure, (row, 2), word, minutes, error, _points(colour))
-        label = "degC" if shown(unit) == "K" else unit
+            draw((row, 2), word, error, **_dots(colour))
+        label = "degC" if unit == "K" else diagnosis.units()[name]
         figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)
     figure.update_xaxes(title_text="time [min]", row=len(channels))
     until = diagnosis.experiment.runs[run].fit_until
@@ -82,24 +81,8 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
     return styled(figure, 170 * len(channels) + 90, 600).update_layout(margin_t=60)
 
 
-def _points(colour: str) -> dict[str, Any]:
+def _dots(colour: str) -> dict[str, Any]:
     return {"mode": "markers", "marker": {"size": 3, "color": colour}}
-
-
-def _trace(
-    figure: Any, place: tuple[int, int], word: str, minutes: Array, values: Array, style: dict[str, Any]
-) -> None:
-    """Draw a signal at a row and column of the figure; the legend names those of the first place."""
-    figure.add_scatter(
-        x=minutes.astype(np.float32),
-        y=values.astype(np.float32),
-        name=word,
-        legendgroup=word,
-        showlegend=place == (1, 1),
-        row=place[0],
-        col=place[1],
-        **style,
-    )
 
 
 def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
@@ -108,10 +91,16 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
 
     figure = make_subplots(rows=1, cols=len(profiles), shared_yaxes=True)
     for column, each in enumerate(profiles, start=1):
-        values, unit = in_shown_unit(diagnosis, each.item, each.variable, each.values)
+        factor, unit = in_shown_unit(diagnosis, each.item, each.variable)
         line = {"color": _AFTER, "width": 2}
         figure.add_scatter(
-            x=values, y=each.rise, mode="lines+markers", line=line, showlegend=False, row=1, col=column
+            x=factor * each.values,
+            y=each.rise,
+            mode="lines+markers",
+            line=line,
+            showlegend=False,
+            row=1,
+            col=column,
         )
         figure.update_xaxes(title_text=f"{each.variable}<br>[{unit}]", row=1, col=column)
     figure.add_hline(y=3.84, line={"dash": "dot", "width": 1, "color": _BEFORE}, annotation_text="95 %")
@@ -121,16 +110,17 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
 
 def heat_sections(courses: Sequence[MissingHeat]) -> list[Section]:
     """Draw the missing heat of each run, with its 95 % band."""
-    from plotly.graph_objects import Figure
-
     sections = []
     for each in courses:
-        minutes, spread = each.time / 60, 1.96 * each.deviation
-        figure = Figure()
-        for values, fill in ((each.heat - spread, None), (each.heat + spread, "tonexty")):
-            figure.add_scatter(x=minutes, y=values, fill=fill, line_width=0, showlegend=False)
-        figure.add_scatter(x=minutes, y=each.heat, line_color="#3b6fb6", showlegend=False)
-        figure.update_layout(xaxis_title="time [min]", yaxis_title="missing heat [W]")
+        minutes, spread, hidden = each.time / 60, 1.96 * each.deviation, {"showlegend": False}
+        figure = chart(
+            {"x": minutes, "y": each.heat - spread, "line": {"width": 0}, **hidden},
+            {"x": minutes, "y": each.heat + spread, "fill": "tonexty", "line": {"width": 0}, **hidden},
+            {"x": minutes, "y": each.heat, "line": {"color": _AFTER}, **hidden},
+            x="time [min]",
+            y="missing heat [W]",
+            height=320,
+        )
         text = f"If all that is wrong were heat into the shaft, {each.sentence}"
-        sections.append(Section(f"When heat is missing: {each.run}", text, figure=styled(figure, 320)))
+        sections.append(Section(f"When heat is missing: {each.run}", text, figure=figure))
     return sections

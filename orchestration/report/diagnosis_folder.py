@@ -35,7 +35,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
     dict
         Paths by name of the file.
     """
-    values = extended_values(diagnosis.assessment.problem, diagnosis.chosen())
+    values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
     with fresh_folder(folder) as work:
         write_ssv(values, work / SSV, name="extended")
         if store is not None:

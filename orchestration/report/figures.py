@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 COLOURS = ("#3b6fb6", "#d1603d", "#3d8f6f", "#8a5fb0", "#b58a2b", "#5b6577", "#c04c7f", "#2b8fa8")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -34,32 +34,58 @@ class Band:
     name: str
 
 
+def chart(
+    *traces: dict[str, Any],
+    x: str | dict[str, Any] = "",
+    y: str | dict[str, Any] = "",
+    height: int = 360,
+    least_width: int = 10,
+    **layout: Any,
+) -> Any:
+    """Plotly figure of traces in the reports' common look.
+
+    Parameters
+    ----------
+    traces : as in plotly's JSON
+    x, y : titles of the axes, or all that is said of them
+    height, least_width : as of `styled`
+    layout : other entries of the layout
+    """
+    import plotly.graph_objects as go
+
+    for name, told in (("xaxis", x), ("yaxis", y)):
+        if told:
+            layout[name] = {"title": told} if isinstance(told, str) else told
+    return styled(go.Figure(list(traces)), height, least_width).update_layout(layout)
+
+
 def time_plot(
     seconds: ArrayLike, lines: Sequence[Line], axis: str, band: Band | None = None, height: int = 360
 ) -> Any:
     """Plotly figure of lines over time in minutes or hours, with `axis` (quantity and unit) at the left."""
-    import plotly.graph_objects as go
-
-    kept = _kept(np.asarray(seconds))
-    shown = np.asarray(seconds, dtype=np.float32)[kept]
+    every = np.asarray(seconds)
+    kept = np.unique(np.linspace(0, every.size - 1, min(MOST_POINTS, every.size)).astype(np.int64))
+    shown = every[kept].astype(np.float32)
     unit, scale = ("h", 3600.0) if shown[-1] > 3 * 3600 else ("min", 60.0)
-    figure = go.Figure()
-    for i, line in enumerate(lines):
-        figure.add_scatter(
-            x=shown / scale,
-            y=np.asarray(line.values, dtype=np.float32)[kept],
-            name=line.name,
-            mode="lines",
-            line={"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2},
-        )
+    traces = [
+        {
+            "type": "scatter",
+            "x": shown / scale,
+            "y": np.asarray(line.values, dtype=np.float32)[kept],
+            "name": line.name,
+            "mode": "lines",
+            "line": {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2},
+        }
+        for i, line in enumerate(lines)
+    ]
+    x, y = ({"title": title, "zeroline": False} for title in (f"time [{unit}]", axis))
+    figure = chart(*traces, x=x, y=y, height=height)
     if band is not None:
         figure.add_hrect(y0=band.low, y1=band.high, fillcolor="#3d8f6f", opacity=0.13, line_width=0)
         figure.add_annotation(
             text=band.name, x=1, xref="paper", xanchor="right", y=band.high, yanchor="bottom", showarrow=False
         )
-    figure.update_xaxes(title=f"time [{unit}]", zeroline=False)
-    figure.update_yaxes(title=axis, zeroline=False)
-    return styled(figure, height)
+    return figure
 
 
 def styled(figure: Any, height: int = 360, least_width: int = 10) -> Any:
@@ -76,13 +102,6 @@ def styled(figure: Any, height: int = 360, least_width: int = 10) -> Any:
     return figure
 
 
-def _kept(seconds: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Indices of the points to draw, the first and last among them."""
-    if seconds.size <= MOST_POINTS:
-        return np.arange(seconds.size)
-    return np.unique(np.linspace(0, seconds.size - 1, MOST_POINTS).astype(np.int64))
-
-
 def heat_map(
     columns: Sequence[str],
     rows: Sequence[str],
@@ -95,33 +114,33 @@ def heat_map(
 
     Colours go by the ratio to the limit, from a tenth to ten times it. NaN leaves a cell blank.
     """
-    import plotly.graph_objects as go
-
     ratio = np.log10(np.maximum(np.asarray(values, dtype=float), 1e-12) / limit)
-    figure = go.Figure(
-        go.Heatmap(
-            x=list(columns),
-            y=list(rows),
-            z=np.clip(ratio, -1, 1),
-            text=[list(line) for line in texts],
-            texttemplate="%{text}",
-            textfont={"color": "#1d2433"},
-            # Told apart by the colour-blind too, and pale enough for dark figures.
-            colorscale=((0, "#6fa8dc"), (0.5, "#f7f7f7"), (1, "#f0953f")),
-            zmin=-1,
-            zmax=1,
-            xgap=2,
-            ygap=2,
-            colorbar={
-                "tickvals": [-1, 0, 1],
-                "ticktext": [f"{limit * factor:g} {unit}" for factor in (0.1, 1, 10)],
-                "thickness": 12,
-            },
-        )
+    cells = {
+        "type": "heatmap",
+        "x": list(columns),
+        "y": list(rows),
+        "z": np.clip(ratio, -1, 1),
+        "text": [list(line) for line in texts],
+        "texttemplate": "%{text}",
+        "textfont": {"color": "#1d2433"},
+        # Told apart by the colour-blind too, and pale enough for dark figures.
+        "colorscale": ((0, "#6fa8dc"), (0.5, "#f7f7f7"), (1, "#f0953f")),
+        "zmin": -1,
+        "zmax": 1,
+        "xgap": 2,
+        "ygap": 2,
+        "colorbar": {
+            "tickvals": [-1, 0, 1],
+            "ticktext": [f"{limit * factor:g} {unit}" for factor in (0.1, 1, 10)],
+            "thickness": 12,
+        },
+    }
+    return chart(
+        cells,
+        x={"side": "top", "automargin": True},
+        y={"autorange": "reversed", "automargin": True},
+        height=130 + 44 * len(rows),
+        least_width=250 + 80 * len(columns),
+        # Room above the columns' names for the figure's tools.
+        margin={"t": 70, "b": 15},
     )
-    figure.update_yaxes(autorange="reversed", automargin=True)
-    figure.update_xaxes(side="top", automargin=True)
-    styled(figure, 130 + 44 * len(rows), 250 + 80 * len(columns))
-    # Room above the columns' names for the figure's tools.
-    figure.update_layout(margin={"t": 70, "b": 15})
-    return figure

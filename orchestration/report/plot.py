@@ -44,18 +44,19 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
         told = ", ".join(sorted(units)) or "nothing"
         raise InputError(f"{', '.join(variables) or 'no variable'}: is of {told}; name variables of one unit")
     (unit,) = units
-    lines = [Line(name, frame[columns[name]]) for name in variables]
+    lines = {name: np.asarray(frame[columns[name]]) for name in variables}
     if against is not None:
         other = frame_of(against)
         for name in variables:
             if columns[name] not in other:
                 raise InputError(f"{name}: the results to compare with have no such variable; leave it out")
-            there = np.interp(frame[TIME], other[TIME], other[columns[name]])
-            lines.append(Line(f"{name}, the other", there))
-    if unit == "m" and max(np.nanmax(np.abs(line.values)) for line in lines) < 1e-3:
-        unit, lines = "µm", [Line(line.name, 1e6 * np.asarray(line.values)) for line in lines]
+            lines[f"{name}, the other"] = np.interp(frame[TIME], other[TIME], other[columns[name]])
+    factor = 1.0
+    if unit == "m" and max(np.nanmax(np.abs(values)) for values in lines.values()) < 1e-3:
+        unit, factor = "µm", 1e6
     name = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
-    return time_plot(frame[TIME], lines, f"{name} [{unit}]".strip())
+    drawn = [Line(name, factor * values) for name, values in lines.items()]
+    return time_plot(frame[TIME], drawn, f"{name} [{unit}]".strip())
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:

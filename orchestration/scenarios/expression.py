@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.syntax import no_garbage_collection
+from warmlink.fmus.syntax import parsed
 
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -120,8 +120,7 @@ class Expression:
         if len(self.text) > LONGEST:
             raise InputError(f"{self.where}: {len(self.text)} characters are too many; keep to {LONGEST}")
         try:
-            with no_garbage_collection():
-                return ast.parse(self.text, mode="eval").body
+            return parsed(self.text, "eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise InputError(
                 f"{self.where}: {self.text!r} is no expression; write one as "

@@ -18,8 +18,7 @@ from benchmarks.optics import (
 )
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.cases import Case
-from warmlink.orchestration.paper.link_model import run_link
+from warmlink.orchestration.paper.cases import Case, run_link
 
 FULL = Camera.printed()
 CAMERA = FULL.window(96, 96)

@@ -11,7 +11,7 @@ from tests.referees import Variables, ecos, libcosim
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System

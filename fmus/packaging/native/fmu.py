@@ -14,13 +14,9 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.attributes import document
-from warmlink.fmus.packaging.documentation import documentation_files
+from warmlink.fmus.packaging.beside import files_beside
 from warmlink.fmus.packaging.exchange import opened
-from warmlink.fmus.packaging.model_description import (
-    fmi2_model_description,
-    fmi3_model_description,
-    instantiation_token,
-)
+from warmlink.fmus.packaging.model_description import instantiation_token, model_description
 from warmlink.fmus.packaging.native.codegen import generate, identity_header
 from warmlink.fmus.packaging.native.compile import (
     Compiler,
@@ -30,8 +26,6 @@ from warmlink.fmus.packaging.native.compile import (
     merged_libraries,
     platforms_named,
 )
-from warmlink.fmus.packaging.references import reference_files
-from warmlink.fmus.packaging.terminals import terminals_files
 
 FmiVersion = Literal["2.0", "3.0"]
 
@@ -95,25 +89,20 @@ def native_fmu_files(
     entry : the component and where it is declared
     fmi_version : "2.0" or "3.0"
     chosen : a compiler for each platform
-    arrays : as for `build_native_fmus`; without the files of FMI-LS-REF, whose parameter sets know no arrays
+    arrays : as for `build_native_fmus`
     """
     arrays = arrays and fmi_version == "3.0"
     component = opened(entry.component)
     sources, implementation = native_sources(entry.component, fmi_version, arrays)
     units = [name for name in sources if name.endswith(".c")]
-    documentation = documentation_files(entry)
-    if fmi_version == "2.0":
-        description = fmi2_model_description(component, implementation=implementation, sources=units)
-        build_description = {}
-    else:
-        description = fmi3_model_description(component, implementation=implementation, arrays=arrays)
+    build_description = {}
+    if fmi_version == "3.0":
         build_description = {"sources/buildDescription.xml": _build_description(component, units)}
-        documentation["terminalsAndIcons/icon.png"] = documentation.pop("model.png")
     return {
-        "modelDescription.xml": description,
-        **documentation,
-        **terminals_files(component, arrays),
-        **({} if arrays else reference_files(entry.component, fmi_version)),
+        "modelDescription.xml": model_description(
+            component, fmi_version, implementation=implementation, sources=units, arrays=arrays
+        ),
+        **files_beside(entry, fmi_version, arrays),
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
         **build_description,

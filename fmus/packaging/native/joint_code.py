@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from warmlink.fmus.component import Component, Joint
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import Joint
 from warmlink.fmus.packaging.native.symbols import Expression, Function, beginning, sampling
 
 

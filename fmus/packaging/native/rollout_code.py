@@ -10,9 +10,9 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 
-from warmlink.fmus.component import Component, Input, Joint, Parameter
+from warmlink.fmus.component import Component, Input, Parameter
 from warmlink.fmus.component.arithmetic import LARGEST
-from warmlink.fmus.component.join import join
+from warmlink.fmus.component.join import Joint, join
 from warmlink.fmus.component.limits import BOUND_TOLERANCE, ordinary_size
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import function, functions_text

@@ -1,22 +1,32 @@
-"""A component as a Python FMU: pythonfmu's library, a slave, and the modules that it needs."""
+"""A component as a Python FMU: pythonfmu's library, a slave, and the modules that it needs.
+
+Modules of equal names in one process run each other's code. So the modules that a component needs, found
+by walking imports, and the data beside them are written below one package named after their contents, and
+their imports of each other are rewritten to it.
+"""
 
 from __future__ import annotations
 
+import ast
+import hashlib
 import importlib.resources
-from collections.abc import Callable, Iterable
-from importlib import metadata
+import importlib.util
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.documentation import documentation_files
-from warmlink.fmus.packaging.model_description import fmi2_model_description
-from warmlink.fmus.packaging.python.bundle import bundle
-from warmlink.fmus.packaging.references import reference_files
-from warmlink.fmus.packaging.terminals import terminals_files
+from warmlink.fmus.packaging.beside import files_beside
+from warmlink.fmus.packaging.model_description import model_description
+from warmlink.fmus.syntax import parsed
 
 PYTHON_FOLDER = "python"
+
+_PREFIX = "warmlink."
+_EXPORTER = "pythonfmu"
 
 _SCRIPT = '''"""Entry of the FMU: pythonfmu's library looks for the class at the end."""
 
@@ -35,6 +45,31 @@ class {name}(Fmi2Slave):
     component = declared
     form = "{form}"
 '''
+
+
+def build_python_fmus(
+    entries: Iterable[Entry], out: Path, progress: Callable[[str], None] = lambda name: None
+) -> list[Path]:
+    """Write the Python FMUs of components and return their paths, in the order of the components.
+
+    Parameters
+    ----------
+    entries : from `catalogue()`, or of one's own
+    out : `dist`, say; the FMUs are put into its folder `python`, as `<Name>.fmu`
+    progress : called with the name of each FMU that is done
+    """
+    built = []
+    for entry in entries:
+        built.append(build_python_fmu(entry, out / PYTHON_FOLDER))
+        progress(entry.component.name)
+    return built
+
+
+def build_python_fmu(entry: Entry, folder: Path) -> Path:
+    """Write `<Name>.fmu` of a component into a folder and return its path."""
+    target = folder / f"{entry.component.name}.fmu"
+    write_archive(target, python_fmu_files(entry))
+    return target
 
 
 def python_fmu_files(entry: Entry) -> dict[str, bytes]:
@@ -57,25 +92,14 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
     )
     stem = f"{carried.package}_slave"
     return {
-        "modelDescription.xml": fmi2_model_description(
-            component, native=False, implementation=carried.package
-        ),
-        **documentation_files(entry),
-        **terminals_files(component),
-        **reference_files(component),
+        "modelDescription.xml": model_description(component, native=False, implementation=carried.package),
+        **files_beside(entry),
         **_libraries(component.name),
-        "documentation/licenses/pythonfmu.txt": _pythonfmu_license(),
+        "documentation/licenses/pythonfmu.txt": release.license_text("pythonfmu").encode(),
         "resources/slavemodule.txt": stem.encode(),
         f"resources/{stem}.py": script.encode(),
         **{f"resources/{path}": content for path, content in carried.files.items()},
     }
-
-
-def build_python_fmu(entry: Entry, folder: Path) -> Path:
-    """Write `<Name>.fmu` of a component into a folder and return its path."""
-    target = folder / f"{entry.component.name}.fmu"
-    write_archive(target, python_fmu_files(entry))
-    return target
 
 
 def _libraries(identifier: str) -> dict[str, bytes]:
@@ -90,26 +114,144 @@ def _libraries(identifier: str) -> dict[str, bytes]:
     return found
 
 
-def _pythonfmu_license() -> bytes:
-    for file in metadata.files("pythonfmu") or []:
-        if file.name.startswith("LICENSE"):
-            return file.read_binary()
-    return release.LICENSE.encode()
+@dataclass(frozen=True)
+class Bundle:
+    """Modules of one FMU.
+
+    Attributes
+    ----------
+    package : name of the package that holds them
+    files : contents by path below the package's parent folder
+    modules : their names, by the names that they have in this process
+    """
+
+    package: str
+    files: dict[str, bytes]
+    modules: dict[str, str]
 
 
-def build_python_fmus(
-    entries: Iterable[Entry], out: Path, progress: Callable[[str], None] = lambda name: None
-) -> list[Path]:
-    """Write the Python FMUs of components and return their paths, in the order of the components.
+@dataclass(frozen=True)
+class _Module:
+    name: str
+    path: Path
+
+    @property
+    def package(self) -> str:
+        """Name of the package that it is, or is in."""
+        return self.name if self.path.name == "__init__.py" else self.name.rpartition(".")[0]
+
+    @cached_property
+    def source(self) -> bytes:
+        # The exporter's package would import its builder, which no FMU needs.
+        return b"" if self.name == _EXPORTER else _unix(self.path)
+
+    @property
+    def imported(self) -> Iterator[str]:
+        """Names of the modules that it may import: some of them are names of what modules hold."""
+        for statement in (statement for statement, runs in _import_statements(self.source) if runs):
+            parent = ""
+            if isinstance(statement, ast.ImportFrom):
+                parent = statement.module or ""
+                if statement.level:
+                    parent = importlib.util.resolve_name("." * statement.level + parent, self.package)
+                yield parent
+            yield from (f"{parent}.{alias.name}".lstrip(".") for alias in statement.names)
+
+
+def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
+    """Collect modules, everything of ours and of pythonfmu that they import, and our data (JSON) beside them.
 
     Parameters
     ----------
-    entries : from `catalogue()`, or of one's own
-    out : `dist`, say; the FMUs are put into its folder `python`, as `<Name>.fmu`
-    progress : called with the name of each FMU that is done
+    roots : names of importable modules to begin with
+    stem : beginning of the package's name, which the contents' hash completes
+
+    Raises
+    ------
+    ValueError
+        A module says `import a.b` for a module that is to be bundled; its name cannot be rewritten.
     """
-    built = []
-    for entry in entries:
-        built.append(build_python_fmu(entry, out / PYTHON_FOLDER))
-        progress(entry.component.name)
-    return built
+    own = {_PREFIX.partition(".")[0], _EXPORTER, *(root.partition(".")[0] for root in roots)}
+    modules: dict[str, _Module] = {}
+    waiting = list(roots)
+    while waiting:
+        name = waiting.pop()
+        if name in modules or name.partition(".")[0] not in own:
+            continue
+        path = _located(name)
+        if path is not None:
+            modules[name] = _Module(name, path)
+            waiting += modules[name].imported
+        waiting.append(name.rpartition(".")[0])
+
+    data = {
+        f"{module.package}/{file.name}": _unix(file)
+        for name, module in modules.items()
+        for file in module.path.parent.glob("*.json")
+        if name.startswith(_PREFIX) and module.package != name
+    }
+    digest = hashlib.sha256()
+    for name, content in sorted(({name: each.source for name, each in modules.items()} | data).items()):
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    package = f"{stem}_{digest.hexdigest()[:12]}"
+    files = {f"{package}/__init__.py": b""}
+    for name, module in modules.items():
+        ending = "/__init__.py" if module.package == name else ".py"
+        files[_renamed(name, package).replace(".", "/") + ending] = _rewritten(module, package, own)
+    for place, content in data.items():
+        home, _, name = place.partition("/")
+        files[f"{_renamed(home, package).replace('.', '/')}/{name}"] = content
+    return Bundle(package, files, {name: _renamed(name, package) for name in sorted(modules)})
+
+
+def _located(name: str) -> Path | None:
+    """File of the module of a name; None for a namespace package and for what is no module."""
+    try:
+        spec = importlib.util.find_spec(name) if name else None
+    except ModuleNotFoundError:
+        return None
+    return None if spec is None or spec.origin is None else Path(spec.origin)
+
+
+def _unix(file: Path) -> bytes:
+    return file.read_bytes().replace(b"\r\n", b"\n")
+
+
+@cache
+def _import_statements(source: bytes) -> tuple[tuple[ast.Import | ast.ImportFrom, bool], ...]:
+    """Import statements of a module, found once for all FMUs that carry it, and whether they ever run."""
+    return tuple(_imports(parsed(source)))
+
+
+def _imports(tree: ast.AST, runs: bool = True) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    if isinstance(tree, ast.Import | ast.ImportFrom):
+        yield tree, runs
+    for child in ast.iter_child_nodes(tree):
+        for_types = (
+            isinstance(tree, ast.If) and child in tree.body and "TYPE_CHECKING" in ast.unparse(tree.test)
+        )
+        yield from _imports(child, runs and not for_types)
+
+
+def _renamed(name: str, package: str) -> str:
+    return f"{package}.{name.removeprefix(_PREFIX)}"
+
+
+def _rewritten(module: _Module, package: str, own: set[str]) -> bytes:
+    """Source whose absolute imports of bundled modules go to the package."""
+    lines = module.source.decode("utf-8").split("\n")
+    for statement, _ in _import_statements(module.source):
+        if isinstance(statement, ast.Import):
+            bundled = [alias.name for alias in statement.names if alias.name.partition(".")[0] in own]
+            if bundled:
+                raise ValueError(
+                    f"{module.name}, line {statement.lineno}: 'import {bundled[0]}' cannot be bundled; "
+                    f"write 'from {bundled[0].rpartition('.')[0] or bundled[0]} import ...'"
+                )
+        elif not statement.level and statement.module and statement.module.partition(".")[0] in own:
+            row, column = statement.lineno - 1, statement.col_offset
+            old, new = f"from {statement.module}", f"from {_renamed(statement.module, package)}"
+            if not lines[row][column:].startswith(old):
+                raise ValueError(f"{module.name}, line {statement.lineno}: write '{old} import ...'")
+            lines[row] = lines[row][:column] + new + lines[row][column + len(old) :]
+    return "\n".join(lines).encode("utf-8")

@@ -5,14 +5,20 @@ fmi2Discard. Nothing is ever raised: pythonfmu's library frees the slave when an
 the host's next call then crashes. A host that goes on after a refused step reads NaN, not old values.
 """
 
-from __future__ import annotations
-
+import atexit
+import contextlib
+import ctypes
 import hashlib
 import json
 import math
+import os
 import struct
+import sys
+import threading
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial, partialmethod
+from pathlib import Path
 from typing import Any, ClassVar
 
 from pythonfmu.enums import Fmi2Status
@@ -20,19 +26,29 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.snapshot import VECTORS, Snapshot, contradiction
+from warmlink.fmus.component.snapshot import VECTORS, Snapshot, is_possible
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.python.exporter import finish_at_exit
 
 _TIME_TOLERANCE = 1e-6
 """Share of a step by which two communication points may differ and be the same."""
 
+_known: set[str] = set()
 
-@dataclass(frozen=True)
-class _State:
-    """All that a slave remembers; without a snapshot it is the ruin of a state that could not be read."""
 
-    snapshot: Snapshot | None
+@dataclass
+class _Memory:
+    """All that a slave remembers beside its instance, whose snapshot is part of it where it is handed out.
+
+    Attributes
+    ----------
+    snapshot : of the instance; without one this is the ruin of a state that could not be read
+    unfit : why the instance could not begin
+    refused : what could not be done, for which the next step is discarded
+    discarded : whether the last step was
+    lost : whether the host went on all the same
+    """
+
+    snapshot: Snapshot | None = None
     unfit: str | None = None
     refused: list[str] = field(default_factory=list)
     discarded: bool = False
@@ -42,41 +58,13 @@ class _State:
         """Whether a slave of the component could have remembered this."""
         return (
             self.snapshot is not None
-            and contradiction(component, self.snapshot) is None
+            and is_possible(component, self.snapshot)
             and isinstance(self.unfit, str | None)
             and isinstance(self.refused, list)
-            and all(isinstance(sentence, str) for sentence in self.refused)
+            and all(isinstance(each, str) for each in self.refused)
             and isinstance(self.discarded, bool)
             and isinstance(self.lost, bool)
         )
-
-
-def _digest(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest()[:16].encode("ascii")
-
-
-def _integer(value: float) -> int:
-    """The nearest that FMI's integers have, 0 for none."""
-    return 0 if math.isnan(value) else int(min(max(value, -(2.0**31)), 2.0**31 - 1))
-
-
-def _packed(values: dict[str, Any]) -> dict[str, Any]:
-    """State with its vectors as the bytes of doubles in hex, so that even a NaN keeps its bits."""
-    snapshot = {
-        name: struct.pack(f"<{len(value)}d", *value).hex() if name in VECTORS else value
-        for name, value in values["snapshot"].items()
-    }
-    return values | {"snapshot": snapshot}
-
-
-def _unpacked(values: dict[str, Any]) -> dict[str, Any]:
-    snapshot = {
-        name: [each for (each,) in struct.iter_unpack("<d", bytes.fromhex(value))]
-        if name in VECTORS
-        else value
-        for name, value in values["snapshot"].items()
-    }
-    return values | {"snapshot": snapshot}
 
 
 class ComponentSlave(Fmi2Slave):
@@ -96,138 +84,117 @@ class ComponentSlave(Fmi2Slave):
         self._instance = Instance(self.component, self.instance_name)
         self._instance.warn = lambda sentence: self.log(sentence, Fmi2Status.warning)
         self._types = {s.reference: s.variable.type for s in self.component.scalars()}
-        self._first_output = self.component.p.size + self.component.u.size
         self._begun = False
-        self._unfit: str | None = None
-        self._refused: list[str] = []
-        self._discarded = self._lost = False
-        finish_at_exit(kwargs.get("resources", ""))
+        self._memory = _Memory()
+        _finish_at_exit(kwargs.get("resources", ""))
 
-    # The functions below are called by pythonfmu's library and have the names that it expects.
+    # pythonfmu's library calls what follows by names that it expects.
 
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
         """Take the start time in s; there is no tolerance to set."""
-        self._guarded(lambda: self._instance.begin(start_time))
+        self._attempt(partial(self._instance.begin, start_time))
 
     def exit_initialization_mode(self) -> None:
         """Fix the parameters; what is wrong with them is held for the first step."""
         try:
             self._instance.initialize()
         except Exception as error:
-            self._unfit = self._sentence(error)
-            self.log(self._unfit, Fmi2Status.warning)
+            self._memory.unfit = self._sentence(error)
+            self.log(self._memory.unfit, Fmi2Status.warning)
         self._begun = True
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Step, or log why not and return False, leaving everything as it was."""
-        if self._unfit is not None:
-            self._lost = True
-            return self._discard(self._unfit)
-        if self._discarded and abs(current_time - self._instance.time) > _TIME_TOLERANCE * abs(step_size):
-            self._lost = True
+        memory, reached = self._memory, self._instance.time
+        if memory.unfit is not None:
+            memory.lost = True
+            return self._discard(memory.unfit)
+        if memory.discarded and abs(current_time - reached) > _TIME_TOLERANCE * abs(step_size):
+            memory.lost = True
             return self._discard(
-                f"{self.instance_name}: a step from {current_time:g} s, but the step from "
-                f"{self._instance.time:g} s was refused; repeat that one or restore a state"
+                f"{self.instance_name}: a step from {current_time:g} s, but the step from {reached:g} s was "
+                "refused; repeat that one or restore a state"
             )
-        if self._refused:
-            sentence = "; ".join(self._refused)
-            self._refused = []
+        if memory.refused:
+            sentence, memory.refused = "; ".join(memory.refused), []
             return self._discard(sentence)
         try:
             self._instance.step(current_time, step_size)
         except Exception as error:
             return self._discard(self._sentence(error))
-        self._discarded = self._lost = False
+        memory.discarded = memory.lost = False
         return True
 
-    def get_real(self, vrs: list[int]) -> list[float]:
-        """Values of Real variables by value reference; NaN for one that cannot be had."""
-        return self._get("Real", vrs)
+    def _get(self, kind: str, references: list[int]) -> list[Any]:
+        """Values of a kind by reference; NaN, 0 and False for those that cannot be had."""
+        values = [self._attempt(partial(self._value, kind, each)) for each in references]
+        return [_CONVERSIONS[kind](math.nan if value is None else value) for value in values]
 
-    def get_integer(self, vrs: list[int]) -> list[int]:
-        """Values of Integer variables by value reference; 0 for one that cannot be had."""
-        return [_integer(value) for value in self._get("Integer", vrs)]
+    def _set(self, kind: str, references: list[int], values: list[Any]) -> None:
+        """Set variables of a kind by reference; no variable is a String."""
+        for reference, value in zip(references, values, strict=False):
+            self._attempt(partial(self._put, kind, reference, value))
 
-    def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Values of Boolean variables by value reference; False for one that cannot be had."""
-        return [bool(value == 1) for value in self._get("Boolean", vrs)]
+    get_real = partialmethod(_get, "Real")
+    get_integer = partialmethod(_get, "Integer")
+    get_boolean = partialmethod(_get, "Boolean")
+    get_string = partialmethod(_get, "String")
+    set_real = partialmethod(_set, "Real")
+    set_integer = partialmethod(_set, "Integer")
+    set_boolean = partialmethod(_set, "Boolean")
+    set_string = partialmethod(_set, "String")
 
-    def get_string(self, vrs: list[int]) -> list[str]:
-        """No variable is a String."""
-        self._get("String", vrs)
-        return ["" for _ in vrs]
+    def _get_fmu_state(self) -> _Memory:
+        return replace(self._memory, snapshot=self._instance.snapshot(), refused=list(self._memory.refused))
 
-    def set_real(self, vrs: list[int], values: list[float]) -> None:
-        """Set Real variables by value reference."""
-        self._set("Real", vrs, values)
-
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        """Set Integer variables by value reference."""
-        self._set("Integer", vrs, values)
-
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        """Set Boolean variables by value reference."""
-        self._set("Boolean", vrs, values)
-
-    def set_string(self, vrs: list[int], values: list[str]) -> None:
-        """No variable is a String."""
-        self._set("String", vrs, values)
-
-    def _get_fmu_state(self) -> _State:
-        return _State(
-            self._instance.snapshot(), self._unfit, list(self._refused), self._discarded, self._lost
-        )
-
-    def _set_fmu_state(self, state: _State) -> None:
+    def _set_fmu_state(self, state: _Memory) -> None:
         if state.snapshot is None:
             self._refuse("; ".join(state.refused))
             return
         self._instance.restore(state.snapshot)
         self._begun = state.snapshot.initialized or state.unfit is not None
-        self._unfit, self._refused = state.unfit, list(state.refused)
-        self._discarded, self._lost = state.discarded, state.lost
+        self._memory = replace(state, refused=list(state.refused))
 
     @classmethod
-    def _fmu_state_to_bytes(cls, state: _State) -> bytes:
-        content = json.dumps(_packed(asdict(state))).encode("utf-8")
+    def _fmu_state_to_bytes(cls, state: _Memory) -> bytes:
+        """State with its vectors as the bytes of doubles in hex, so that even a NaN keeps its bits."""
+        values = asdict(state)
+        for name in VECTORS:
+            vector = values["snapshot"][name]
+            values["snapshot"][name] = struct.pack(f"<{len(vector)}d", *vector).hex()
+        content = json.dumps(values).encode("utf-8")
         return b" ".join((cls.form.encode("utf-8"), _digest(content), content))
 
     @classmethod
-    def _fmu_state_from_bytes(cls, state: bytes) -> _State:
+    def _fmu_state_from_bytes(cls, state: bytes) -> _Memory:
         form, _, rest = bytes(state).partition(b" ")
         digest, _, content = rest.partition(b" ")
         if form != cls.form.encode("utf-8") and digest == _digest(content):
-            return _State(None, refused=["the serialised state belongs to another version of this FMU"])
+            return _Memory(refused=["the serialised state belongs to another version of this FMU"])
         try:
-            values = _unpacked(json.loads(content))
-            found = _State(Snapshot(**values.pop("snapshot")), **values)
+            values = json.loads(content)
+            snapshot = values.pop("snapshot")
+            for name in VECTORS:
+                numbers = struct.iter_unpack("<d", bytes.fromhex(snapshot[name]))
+                snapshot[name] = [number for (number,) in numbers]
+            found = _Memory(Snapshot(**snapshot), **values)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, struct.error):
-            found = None
-        if digest != _digest(content) or found is None or not found.is_well(cls.component):
-            return _State(None, refused=["the serialised state is damaged; serialise it anew"])
+            found = _Memory()
+        if digest != _digest(content) or not found.is_well(cls.component):
+            return _Memory(refused=["the serialised state is damaged; serialise it anew"])
         return found
 
-    def _get(self, kind: str, references: list[int]) -> list[float]:
-        values = []
-        for reference in references:
-            try:
-                self._check_type(kind, reference)
-                value = self._instance.get_reference(reference)
-                values.append(math.nan if self._lost and reference >= self._first_output else value)
-            except Exception as error:
-                self._refuse(self._sentence(error))
-                values.append(math.nan)
-        return values
+    def _value(self, kind: str, reference: int) -> float:
+        self._check_type(kind, reference)
+        value = self._instance.get_reference(reference)
+        computed = reference >= self.component.p.size + self.component.u.size
+        return math.nan if self._memory.lost and computed else value
 
-    def _set(self, kind: str, references: list[int], values: list[Any]) -> None:
-        for reference, value in zip(references, values, strict=False):
-            try:
-                self._check_type(kind, reference)
-                self._instance.set_reference(reference, float(value))
-            except Exception as error:
-                self._refuse(self._sentence(error))
+    def _put(self, kind: str, reference: int, value: Any) -> None:
+        self._check_type(kind, reference)
+        self._instance.set_reference(reference, float(value))
 
     def _check_type(self, kind: str, reference: int) -> None:
         if self._types.get(reference) != kind:
@@ -236,25 +203,72 @@ class ComponentSlave(Fmi2Slave):
                 "take it from modelDescription.xml"
             )
 
-    def _guarded(self, action: Callable[[], None]) -> None:
+    def _attempt(self, action: Callable[[], float | None]) -> float | None:
+        """What an action returns; None where it fails, which is refused."""
         try:
-            action()
+            return action()
         except Exception as error:
             self._refuse(self._sentence(error))
+            return None
 
     def _refuse(self, sentence: str) -> None:
         """Log what cannot be done; once the run has begun, the next step is discarded for it."""
         self.log(sentence, Fmi2Status.error)
         if self._begun:
-            self._refused.append(sentence)
+            self._memory.refused.append(sentence)
 
     def _discard(self, sentence: str) -> bool:
         # With the status of a discard libcosim would show the sentence to those alone who ask for debugging.
         self.log(sentence, Fmi2Status.warning, "logStatusDiscard")
-        self._discarded = True
+        self._memory.discarded = True
         return False
 
     def _sentence(self, error: Exception) -> str:
         if isinstance(error, InputError):
             return str(error)
         return f"{self.instance_name}: {type(error).__name__} at {self._instance.time:g} s: {error}"
+
+
+def _integer(value: float) -> int:
+    """The nearest that FMI's integers have, 0 for none."""
+    return 0 if math.isnan(value) else int(min(max(value, -(2.0**31)), 2.0**31 - 1))
+
+
+_CONVERSIONS: dict[str, Callable[[float], Any]] = {
+    "Real": float,
+    "Integer": _integer,
+    "Boolean": lambda value: value == 1,
+    "String": lambda value: "",
+}
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest()[:16].encode("ascii")
+
+
+def _finish_at_exit(resources: str) -> None:
+    """Have the library of an FMU give up its hold on the interpreter before the process ends.
+
+    On Linux version 0.7.0 does that twice as the process ends, once in a destructor of its own after the
+    held object was destroyed, and corrupts the heap; with nothing held any more, both do nothing.
+
+    Parameters
+    ----------
+    resources : folder `resources` of the extracted FMU, whose library is loaded
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    for library in Path(resources).parent.glob("binaries/*/*.so"):
+        if str(library) not in _known:
+            _known.add(str(library))
+            # A library that is not loaded, or has no such function, needs none of this.
+            with contextlib.suppress(OSError, AttributeError):
+                loaded = ctypes.CDLL(str(library), mode=os.RTLD_NOLOAD | os.RTLD_NOW)
+                atexit.register(_finish, loaded.finalizePythonInterpreter)
+
+
+def _finish(release: Any) -> None:
+    # In a host that is not Python the library runs the interpreter in a thread of its own, which ends it
+    # here and cannot wait for itself.
+    if threading.get_native_id() == os.getpid():
+        release()

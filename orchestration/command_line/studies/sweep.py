@@ -45,9 +45,9 @@ def sweep(
         with results(folder) as target:
             write_parquet(asked, found, target / "sweep.parquet")
             if report:
-                from warmlink.orchestration.report.sweep import write_report
+                from warmlink.orchestration.report.studies import write_sweep
 
-                write_report(asked, found, target / "report.html")
+                write_sweep(asked, found, target / "report.html")
     if json:
         answer_json(Searched(asked, found).to_dict())
         return

@@ -73,9 +73,9 @@ def tune(
             if found.best is not None:
                 write_winner(asked, found.best.point, target)
             if report:
-                from warmlink.orchestration.report.tuning import write_report
+                from warmlink.orchestration.report.studies import write_tuning
 
-                write_report(found, storage, target / "report.html")
+                write_tuning(found, storage, target / "report.html")
     if json:
         answer_json(found.to_dict())
         return

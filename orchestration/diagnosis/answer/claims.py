@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.duties import run_of
+from warmlink.orchestration.diagnosis.answer.separation import problem_with, run_of
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.carried import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.scenarios.duties import duty_files
@@ -32,14 +31,10 @@ _SIGMAS = 1.96
 
 @dataclass(frozen=True)
 class Claim:
-    """Elongation that is foreseen for a duty cycle.
+    """Elongation that is foreseen for a duty cycle, in m at times in s, shape (times,).
 
-    Attributes
-    ----------
-    duty : name of the duty cycle
-    time : s, shape (times,)
-    elongation, before : by the model to use and by the uncorrected one, in m, shape (times,)
-    band : half width of the 95 % band about the former, in m, shape (times,)
+    By the model to use and, `before`, by the uncorrected one; `band` is half the width of the 95 % band
+    about the former.
     """
 
     duty: str
@@ -76,53 +71,35 @@ def claims(
 
     The band adds up what is uncertain in the numbers, what wanders, the one further cause below the noise
     that would matter most, how far models that explain the data alike are apart, and the share of the
-    elongation that the model left unexplained in the run.
-
-    Parameters
-    ----------
-    experiment : what was measured
-    assessment : what the search found
-    models : the model to use from now on, and those that cannot be told from it
-    left : errors of that model's elongation
+    elongation that the model left unexplained in the run. The first of the models is the one
+    to use; the others cannot be told from it. `left` are errors of its elongation.
     """
     if not experiment.rig.is_cell or left is None:
         return ()
     variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
-    segments = [duty_files.load(name).unrolled() for name in DUTIES]
-    first = next(run for run in experiment.runs if not run.heldout)
-    runs = [
-        replace(run_of(each, variables, 1.0, _SPACING), name=name, labels=first.labels)
-        for name, each in zip(DUTIES, segments, strict=True)
-    ]
-    labelled = [run for run in experiment.runs if run.labels]  # causes by label need every value
-    problem = Problem(replace(experiment, runs=(*labelled, *runs), initial_measured=False))
+    duties = {name: duty_files.load(name).unrolled() for name in DUTIES}
+    runs = [replace(run_of(duty, variables, 1.0, _SPACING), name=name) for name, duty in duties.items()]
+    problem, before_them = problem_with(experiment, runs)
     measured = np.concatenate(
         [run.readings[ELONGATION] for run in experiment.runs if ELONGATION in run.readings]
     )
     share = float(np.sqrt(max(left.rmse**2 - left.noise**2, 0.0) / np.nanmean(measured**2)))
     # What is wrong with logs and instruments is wrong in no other duty cycle.
-    foreseen = [Carried(problem, fit, plant_only=True) for fit in (*models, assessment.null)]
+    carried = [Carried(problem, fit, plant_only=True) for fit in (*models, assessment.null)]
+    chosen = carried[0]
     channel = problem.variables.index(ELONGATION)
     further = Neighbours(models[0], assessment.search.items, ()).unnoticed()
     unnoticed = [off for item, off in further if item.cause.kind == "plant"]
     found = []
-    for run, name in enumerate(DUTIES, start=len(labelled)):
-        grown, *alike, before = (model.predict(run)[0][:, channel] for model in foreseen)
-        chosen = foreseen[0]
-        variance = chosen.variance(run)[:, channel] + _unnoticed(chosen, run, channel, unnoticed)
+    for run, name in enumerate(DUTIES, start=before_them):
+        grown, *alike, before = (model.predict(run)[0][:, channel] for model in carried)
+        # Of further causes that the data do not show, the one that matters most here.
+        moved = [chosen.by(run, list(off))[:, channel] @ np.array(list(off.values())) for off in unnoticed]
+        worst = np.max([np.zeros(grown.size), *(each**2 for each in moved)], axis=0)
+        variance = chosen.variance(run)[:, channel] + worst
         variance += (share * grown) ** 2
         variance += chosen.wandering(run, assessment.fitter.wander)[:, channel]
-        band = _SIGMAS * np.sqrt(variance)
-        for other in alike:
-            band = np.maximum(band, np.abs(grown - other))
+        apart = [np.abs(grown - other) for other in alike]
+        band = np.max([_SIGMAS * np.sqrt(variance), *apart], axis=0)
         found.append(Claim(name, problem.data[run].time, grown, before, band))
     return tuple(found)
-
-
-def _unnoticed(model: Carried, run: int, channel: int, further: Sequence[dict[Freed, float]]) -> Array:
-    """Variance of a channel by the one further cause that matters most here and that the data do not show."""
-    worst = np.zeros(model.predict(run)[0].shape[0])
-    for off in further:
-        moved = model.by(run, list(off))[:, channel] @ np.array(list(off.values()))
-        worst = np.maximum(worst, moved**2)
-    return worst

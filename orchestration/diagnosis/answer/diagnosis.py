@@ -7,17 +7,20 @@ from functools import cached_property
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
-from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
-from warmlink.orchestration.diagnosis.answer.missing import MissingHeat, missing_heat
+from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Word, held_out, judged
-from warmlink.orchestration.diagnosis.answer.unknown import Hint, hint
+from warmlink.orchestration.diagnosis.answer.prediction import (
+    HeldOut,
+    Predicted,
+    Scores,
+    Word,
+    judged,
+)
+from warmlink.orchestration.diagnosis.answer.separation import stand_ins
+from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
-from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
@@ -25,32 +28,38 @@ from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All that was found.
-
-    Attributes
-    ----------
-    experiment : what was measured
-    assessment : the search and its verdict
-    scores : errors on the whole experiment
-    before, after : readings by the uncorrected and by the chosen model
-    members : readings by the rivals of an ambiguous verdict
-    """
+    """All that was found in an experiment by a search."""
 
     experiment: Experiment
     assessment: Assessment
-    scores: Scores
-    before: Predicted
-    after: Predicted
-    members: tuple[Predicted, ...]
+
+    @cached_property
+    def scores(self) -> Scores:
+        """Errors on the whole experiment."""
+        return Scores(self.experiment, self.assessment.noise)
+
+    @cached_property
+    def before(self) -> Predicted:
+        """Readings by the uncorrected model."""
+        return self.scores.predict(self.assessment.null)
+
+    @cached_property
+    def after(self) -> Predicted:
+        """Readings by the model that was chosen."""
+        best = self.assessment.best
+        return self.scores.predict(best) if best.items else self.before
+
+    @cached_property
+    def members(self) -> tuple[Predicted, ...]:
+        """Readings by the rivals of an ambiguous verdict."""
+        return tuple(map(self.scores.predict, self.assessment.rivals))
 
     @cached_property
     def held_out(self) -> tuple[HeldOut | None, ...]:
         """Errors on held-out rows of the uncorrected model, the chosen one, and its rivals."""
-        found = self.assessment
-        pairs = zip(
-            (self.before, self.after, *self.members), (found.null, found.best, *found.rivals), strict=True
-        )
-        return tuple(held_out(self.scores, each, fit, found.fitter.wander) for each, fit in pairs)
+        wander = self.assessment.fitter.wander
+        models = (self.before, self.after, *self.members)
+        return tuple(self.scores.held_out(each, wander) for each in models)
 
     @cached_property
     def judged(self) -> tuple[Word, str]:
@@ -72,11 +81,9 @@ class Diagnosis:
     def strength(self, item: Item) -> float:
         """Chi-square that the chosen model loses without a cause."""
         fit = self.assessment.best
-        values = np.array([v for f, v in zip(fit.freed, fit.theta, strict=True) if f in item.freed])
         which = [i for i, f in enumerate(fit.freed) if f in item.freed]
-        neutral = np.array([fit.freed[i].start for i in which])
+        away = fit.theta[which] - np.array([fit.freed[i].start for i in which])
         covariance = fit.covariance()[np.ix_(which, which)]
-        away = values - neutral
         return float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
 
     @cached_property
@@ -114,12 +121,8 @@ class Diagnosis:
 
     @property
     def adopted(self) -> Predicted:
-        """Readings by the model to use from now on."""
-        return self.after if self.causes else self.before
-
-    def chosen(self) -> Fit:
         """The model to use from now on: the uncorrected one unless causes were found."""
-        return self.assessment.best if self.causes else self.assessment.null
+        return self.after if self.causes else self.before
 
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
@@ -130,7 +133,7 @@ class Diagnosis:
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
-        null, chosen = self.assessment.null, self.chosen()
+        null, chosen = self.before.fit, self.adopted.fit
         before = observer(self.scores.problem, null, chosen)
         after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
         return None if before is None or after is None else (before, after)
@@ -141,7 +144,7 @@ class Diagnosis:
         alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
         name = next((c.name for c in self.experiment.columns if c.variable == ELONGATION), "")
         left = (self.remaining if self.causes else self.wrong).get(name)
-        return claims(self.experiment, self.assessment, (self.chosen(), *alike), left)
+        return claims(self.experiment, self.assessment, (self.adopted.fit, *alike), left)
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

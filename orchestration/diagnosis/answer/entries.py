@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.gain import Predicted
-from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration
-from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
+from warmlink.orchestration.diagnosis.answer.extension import Compensated
+from warmlink.orchestration.diagnosis.answer.prediction import Predicted
+from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, name_of
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
+from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
@@ -40,7 +38,8 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
     diagnosis : what was found
     ssv, ssp : names of the files of the extended model, where they are written
     """
-    proposed, hint, wander = diagnosis.proposed, diagnosis.hint, diagnosis.assessment.fitter.wander
+    experiment, proposed, hint = diagnosis.experiment, diagnosis.proposed, diagnosis.hint
+    wander = diagnosis.assessment.fitter.wander
     return {
         "verdict": diagnosis.verdict,
         "causes": [cause_entry(diagnosis, item) for item in diagnosis.causes],
@@ -48,10 +47,8 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "next_experiment": None
         if proposed is None
         else {
+            **asdict(proposed),
             "duty": [_stage(segment) for segment in proposed.duty],
-            "why": proposed.why,
-            "expected_separation_sigma": proposed.expected_separation_sigma,
-            "expected_chance": proposed.expected_chance,
             "alike": [list(pair) for pair in proposed.alike],
         },
         "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
@@ -59,14 +56,14 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "remaining": wrong_entries(diagnosis, diagnosis.remaining),
         "artefacts": {
             "communication_step": {
-                "solved_in_one_piece": not diagnosis.experiment.rig.in_loop,
+                "solved_in_one_piece": not experiment.rig.in_loop,
                 "error_sigma": diagnosis.assessment.artefact,
             }
         },
         "prediction": {
             "because": diagnosis.judged[1] or None,
             **{
-                when: None if each is None else {"over_band": dict(each.over_band), "in_noise": each.in_noise}
+                when: None if each is None else asdict(each)
                 for when, each in zip(("before", "after"), diagnosis.held_out, strict=False)
             },
         },
@@ -84,7 +81,14 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             }
             for each in diagnosis.missing_heat
         ],
-        "hint": None if hint is None else hint.to_json(),
+        "hint": None
+        if hint is None
+        else {
+            "channel": hint.channel,
+            "terms": [{"term": name, "coefficient": value} for name, value in hint.terms.items()],
+            "explained_share": hint.share,
+            "sentence": hint.sentence,
+        },
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [
@@ -97,7 +101,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             }
             for each in diagnosis.claims
         ],
-        "remarks": list(diagnosis.experiment.remarks),
+        "remarks": list(experiment.remarks),
     }
 
 
@@ -116,27 +120,31 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
     from scipy.special import chdtrc
 
     assessment = diagnosis.assessment
-    fit = assessment.best
-    deviations = dict(zip(fit.freed, np.sqrt(np.diag(fit.covariance())), strict=True))
-    values = dict(zip(fit.freed, fit.theta, strict=True))
+    search, fit = assessment.search, assessment.best
+    found = {
+        freed: (value, INTERVAL * deviation, deviation)
+        for freed, value, deviation in zip(
+            fit.freed, fit.theta.tolist(), np.sqrt(np.diag(fit.covariance())).tolist(), strict=True
+        )
+    }
     parameters = {}
     for freed in item.freed:
+        value, half, deviation = found[freed]
         for variable in sorted({assessment.problem.slots[i] for i in freed.slots}):
-            name = f"{variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else variable
-            unit = item.cause.shown_unit or _unit_of(diagnosis, variable)
-            parameters[name] = _interval(freed, unit, values[freed], float(deviations[freed]))
-    gain = diagnosis.strength(item)
-    count = assessment.fitter.count
-    alone = assessment.search.fits.get(frozenset({item.title}))
+            factor, unit = in_shown_unit(diagnosis, item, variable)
+            parameters[name_of(item, freed, variable)] = {
+                "value": value * factor,
+                "std": deviation * factor,
+                "low95": max(value - half, freed.lower) * factor,
+                "high95": min(value + half, freed.upper) * factor,
+                "unit": unit,
+            }
+    gain, alone = diagnosis.strength(item), search.fits.get(frozenset({item.title}))
     effect = None
     if item.cause.relative:
-        first, nominal = item.freed[0], item.freed[0].start
-        spread = INTERVAL * float(deviations[first])
-        effect = {
-            "factor": values[first] / nominal,
-            "low95": (values[first] - spread) / nominal,
-            "high95": (values[first] + spread) / nominal,
-        }
+        value, half, _ = found[item.freed[0]]
+        ends = {"factor": value, "low95": value - half, "high95": value + half}
+        effect = {name: each / item.freed[0].start for name, each in ends.items()}
     return {
         "name": item.title,
         "parameters": parameters,
@@ -145,42 +153,25 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
             "looks_like": item.cause.looks_like,
             "check": item.cause.check,
             "chi2_gain": gain,
-            "chi2_needed": assessment.search.penalty([item]),
+            "chi2_needed": search.penalty([item]),
             "p_value": float(chdtrc(len(item.freed), gain)),
-            "bic_gain": gain - len(item.freed) * float(np.log(max(count, 2))),
+            "bic_gain": gain - len(item.freed) * float(np.log(max(assessment.fitter.count, 2))),
             "chi2_gain_alone": None if alone is None else assessment.null.chi2 - alone.chi2,
             "effect": effect,
         },
     }
 
 
-def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str, values: Array) -> tuple[Array, str]:
-    """A cause's strengths in the unit in which people read them, and that unit."""
-    unit = item.cause.shown_unit or _unit_of(diagnosis, variable)
-    return values * _per_shown(unit), unit
+def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str) -> tuple[float, str]:
+    """Factor from SI to the unit in which people read a strength, and that unit.
 
-
-def _unit_of(diagnosis: Diagnosis, variable: str) -> str:
-    """SI unit of what a cause adds to an input, a temperature or an elongation."""
-    if variable.startswith(OFFSET):
-        return diagnosis.experiment.rig.unit(variable.partition(":")[2])
-    return "m" if "camera" in variable else "K"
-
-
-def _interval(freed: Freed, unit: str, value: float, deviation: float) -> dict[str, Any]:
-    factor = _per_shown(unit)
-    return {
-        "value": value * factor,
-        "std": deviation * factor,
-        "low95": max(value - INTERVAL * deviation, freed.lower) * factor,
-        "high95": min(value + INTERVAL * deviation, freed.upper) * factor,
-        "unit": unit,
-    }
-
-
-def _per_shown(unit: str) -> float:
-    """Factor from SI to the shown unit; all of these are differences or have no offset."""
-    return per_si(unit) if unit in ("K/h", "um/h", "mm") else 1.0
+    What is added to an input has its unit, and to a reading that of a temperature or an elongation.
+    """
+    unit = item.cause.shown_unit or ("m" if "camera" in variable else "K")
+    if not item.cause.shown_unit and variable.startswith(OFFSET):
+        unit = diagnosis.experiment.rig.unit(variable.partition(":")[2])
+    # All shown units are of differences or have no offset.
+    return per_si(unit) if unit in ("K/h", "um/h", "mm") else 1.0, unit
 
 
 def wrong_entries(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> dict[str, dict[str, Any]]:
@@ -204,17 +195,18 @@ def errors_by_run(diagnosis: Diagnosis, after: Predicted) -> dict[str, dict[str,
     """RMSE before and after by run and column name, in the unit that each entry names."""
     scores = diagnosis.scores
     pairs = zip(scores.by_channel(diagnosis.before), scores.by_channel(after), strict=True)
-    result: dict[str, dict[str, dict[str, Any]]] = {}
-    for run, (first, then) in zip(diagnosis.experiment.runs, pairs, strict=True):
-        result[run.name] = {}
-        for name, value in first.items():
-            unit = shown(diagnosis.units()[name])
-            result[run.name][name] = {
-                "rmse_before": value * per_si(unit),
-                "rmse_after": then[name] * per_si(unit),
-                "unit": unit,
+    units = {name: shown(unit) for name, unit in diagnosis.units().items()}
+    return {
+        run.name: {
+            name: {
+                "rmse_before": value * per_si(units[name]),
+                "rmse_after": then[name] * per_si(units[name]),
+                "unit": units[name],
             }
-    return result
+            for name, value in first.items()
+        }
+        for run, (first, then) in zip(diagnosis.experiment.runs, pairs, strict=True)
+    }
 
 
 def errors_in_noise(diagnosis: Diagnosis, after: Predicted, heldout: bool) -> dict[str, Any] | None:
@@ -235,7 +227,7 @@ def _gain(diagnosis: Diagnosis) -> dict[str, Any]:
     heldout = errors_in_noise(diagnosis, adopted, True)
     if diagnosis.verdict == "ambiguous" and heldout is not None:
         heldout["members"] = {
-            each.name: {
+            each.fit.name: {
                 **(errors_in_noise(diagnosis, each, True) or {}),
                 "runs": errors_by_run(diagnosis, each),
             }

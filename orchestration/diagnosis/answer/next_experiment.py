@@ -8,7 +8,7 @@ cycle that is sure soonest is proposed, repeated as often as that takes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
@@ -16,9 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.ambiguity import Titles, differences
-from warmlink.orchestration.diagnosis.answer.duties import DUTIES, ONE_AT_A_TIME, run_of
-from warmlink.orchestration.diagnosis.answer.separation import Foreseen, chances
+from warmlink.orchestration.diagnosis.answer.separation import (
+    DUTIES,
+    ONE_AT_A_TIME,
+    Foreseen,
+    chances,
+    indistinguishable,
+    problem_with,
+    run_of,
+    titles,
+    told_apart,
+)
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, Averaging
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
@@ -26,9 +34,6 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.scenarios.duties.duty import Segment, length
-
-Pair = tuple[Titles, Titles]
-"""Two members of an ambiguous set."""
 
 MOST_RIVALS = 12
 FURTHER = 30.0
@@ -46,9 +51,6 @@ LONGEST = 86400.0
 
 _TOGETHER = 0.8
 """Correlation of two inputs above which their effects are told apart badly."""
-
-_MOST_TOLD = 4
-"""Causes of a list that the words name."""
 
 ALIKE = float(np.sqrt(NEAR))
 """Expected separation in standard deviations below which models are more likely than not to stay alike."""
@@ -99,20 +101,26 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     table = np.array([design.separations(duty) for duty in DUTIES])
     most = np.sqrt([_feasible(duty)[-1] for duty in DUTIES])
     never = np.max(table * most[:, None, None], axis=0) < ALIKE
-    alike = _alike(members, never)
-    if len(alike) == len(members) * (len(members) - 1) // 2:
-        return _nothing_tells(members, alike)
+    pairs = list(combinations(range(len(members)), 2))
+    alike = [(members[i].key, members[j].key) for i, j in pairs if never[i, j] or never[j, i]]
+    written = tuple((one, other) for one, other in map(titles, alike))
+    if len(alike) == len(pairs):
+        shared = frozenset.intersection(*(fit.key for fit in members))
+        items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
+        told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
+        check = next(iter(items.values())).cause.check
+        return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, written)
     table[:, never] = np.inf
-    which, rounds = _soonest(design, table)
-    duty, separations, chance = _long_enough(design, DUTIES[which], rounds, never)
+    duty, separations, chance = _surest(design, table, never)
     among = separations[:, : len(members)]
     nearest = float(np.minimum(among, among.T).min())
-    told = _told_from_best(members, alike)
+    best, *others = (fit.key for fit in members)
+    told = told_apart(best, [key for key in others if (best, key) not in alike])
     why = (
         f"In {length(duty) / 3600:.1f} hours it {f'tells {told}' if told else 'narrows the set down'}, "
-        f"with a chance of {100 * chance:.0f} %.{_indistinguishable(alike)}"
+        f"with a chance of {100 * chance:.0f} %.{indistinguishable(alike)}"
     )
-    return Proposed(duty, why, nearest, chance, _titles(alike))
+    return Proposed(duty, why, nearest, chance, written)
 
 
 def _one_at_a_time(experiment: Experiment) -> Proposed | None:
@@ -133,14 +141,6 @@ def _one_at_a_time(experiment: Experiment) -> Proposed | None:
     return Proposed(ONE_AT_A_TIME, why, None, None)
 
 
-def _nothing_tells(members: Sequence[Fit], alike: Sequence[Pair]) -> Proposed:
-    shared = frozenset.intersection(*(fit.key for fit in members))
-    items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
-    told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
-    check = next(iter(items.values())).cause.check
-    return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, _titles(alike))
-
-
 class _Design:
     """Predictions by the members of an ambiguous set, and by further models that must be ruled out."""
 
@@ -151,9 +151,7 @@ class _Design:
         further = [fit for fit in search.rivals(assessment.best, FURTHER) if fit.key not in known]
         self.members = len(members)
         self.models = [*members, search.null, *further[: MOST_RIVALS - self.members + 1]]
-        # Of a run that was not made yet nothing was measured that it could start from.
-        self._assessment, self._experiment = assessment, replace(experiment, initial_measured=False)
-        self._first = next(run for run in experiment.runs if not run.heldout)
+        self._assessment, self._experiment = assessment, experiment
         scores = np.array([search.score(fit) for fit in members])
         likelihood = np.exp(-0.5 * (scores - scores.min()))
         self._weights: Array = likelihood / likelihood.sum()
@@ -165,8 +163,8 @@ class _Design:
 
     def separations(self, duty: Sequence[Segment]) -> Array:
         """Separation of each model from each member as the truth, shape (members, models)."""
-        problem, experiment = self._assessment.problem, self._experiment
-        measured = self._first
+        problem = self._assessment.problem
+        measured = next(run for run in self._experiment.runs if not run.heldout)
         share = min(measured.fit_until / float(measured.time[-1]), 1.0)
         spacing = float(np.median(np.diff(problem.data[0].time)))
         interval = max(spacing, share * length(duty) / MOST_ROWS)
@@ -175,8 +173,7 @@ class _Design:
         known = problem.averaging
         here = Averaging(known.rows * interval / spacing, interval) if interval > spacing else known
         noise = [n.averaged(here, known) for n in self._assessment.noise]
-        labelled = [each for each in experiment.runs if each.labels]  # causes by label need every value
-        there = Problem(replace(experiment, runs=(*labelled, replace(run, labels=measured.labels))))
+        there, _ = problem_with(self._experiment, [run])
         return Foreseen(there, noise, self.models).separations(self.members)
 
     def chance(self, separations: Array) -> float:
@@ -197,10 +194,12 @@ def _feasible(duty: Sequence[Segment]) -> list[int]:
     return [n for n in ROUNDS if n * length(duty) <= LONGEST]
 
 
-def _soonest(design: _Design, table: Array) -> tuple[int, int]:
-    """Duty cycle that is sure soonest, and after how many rounds; else the one that comes closest.
+def _surest(
+    design: _Design, table: Array, never: NDArray[np.bool_]
+) -> tuple[tuple[Segment, ...], Array, float]:
+    """Duty cycle that is sure soonest, else the one that comes closest; its separations, and the chance.
 
-    Separations are taken to grow with the root of the rounds.
+    Separations are taken to grow with the root of the rounds; of the chosen cycle they are predicted.
     """
     found = []
     for which, separations in enumerate(table):
@@ -208,66 +207,15 @@ def _soonest(design: _Design, table: Array) -> tuple[int, int]:
             chance = design.chance(separations * np.sqrt(rounds))
             if chance >= SURE:
                 break
-        missing = max(SURE - chance, 0.0)
-        found.append((missing, rounds * length(DUTIES[which]), which, rounds))
-    return min(found)[2:]
-
-
-def _long_enough(
-    design: _Design, cycle: tuple[Segment, ...], rounds: int, never: NDArray[np.bool_]
-) -> tuple[tuple[Segment, ...], Array, float]:
-    """The cycle repeated from so many rounds on until it is sure; its separations, and the chance."""
-    for rounds in (n for n in _feasible(cycle) if n >= rounds):
+        found.append((max(SURE - chance, 0.0), rounds * length(DUTIES[which]), which, rounds))
+    *_, which, least = min(found)
+    cycle = DUTIES[which]
+    for rounds in (n for n in _feasible(cycle) if n >= least):
         separations = np.where(never, np.inf, design.separations(cycle * rounds))
         chance = design.chance(separations)
         if chance >= SURE:
             break
     return cycle * rounds, separations, chance
-
-
-def _alike(members: Sequence[Fit], never: NDArray[np.bool_]) -> list[Pair]:
-    pairs = combinations(range(len(members)), 2)
-    return [(members[i].key, members[j].key) for i, j in pairs if never[i, j] or never[j, i]]
-
-
-def _titles(pairs: Sequence[Pair]) -> tuple[tuple[str, str], ...]:
-    return tuple(("+".join(sorted(one)), "+".join(sorted(other))) for one, other in pairs)
-
-
-def _told_from_best(members: Sequence[Fit], alike: Sequence[Pair]) -> str:
-    """What is told from the best member, in words; empty where nothing is."""
-    best, *others = (fit.key for fit in members)
-    told = differences(best, [key for key in others if (best, key) not in alike])
-    return ", and ".join(_in_words(told))
-
-
-def _indistinguishable(alike: Sequence[Pair]) -> str:
-    told: dict[frozenset[str], tuple[str, str]] = {}
-    for pair in (pair for one, other in alike for pair in differences(one, [other])):
-        told.setdefault(frozenset(pair), pair)
-    words = _in_words(told.values())
-    return f" Nothing tells {', nor '.join(words)}." if words else ""
-
-
-def _in_words(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    """Differences in words, those of one cause together."""
-    others: dict[str, list[str]] = {}
-    for one, other in pairs:
-        others.setdefault(one or other, []).append(other if one else "")
-    words = []
-    for one, each in others.items():
-        from_what = [other for other in each if other]
-        if len(from_what) < len(each):
-            words.append(f"whether {one} is there")
-        if from_what:
-            words.append(f"{one} from {_or(from_what)}")
-    return words
-
-
-def _or(names: list[str]) -> str:
-    if len(names) > _MOST_TOLD + 1:
-        names = [*names[:_MOST_TOLD], f"{len(names) - _MOST_TOLD} more"]
-    return f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
 
 
 def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Experiment) -> Proposed:
@@ -287,19 +235,16 @@ def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Exp
         clear = told[told >= ALIKE]
         found.append((clear.size, float(clear.min(initial=np.inf)), labels, told))
     if not found or max(found)[0] == 0:
-        return Proposed(
-            (),
-            f"No further run of this kind tells {members[0].name} from its rivals.",
-            0.0,
-            0.0,
-        )
+        why = f"No further run of this kind tells {members[0].name} from its rivals."
+        return Proposed((), why, 0.0, 0.0)
     _, separation, labels, told = max(found)
-    pairs = zip(members[1:], told, strict=True)
-    alike = [(members[0].key, rival.key) for rival, size in pairs if size < ALIKE]
+    best, *others = (fit.key for fit in members)
+    alike = [(best, key) for key, size in zip(others, told, strict=True) if size < ALIKE]
     words = " and ".join(f"{n} = {v}" for n, v in zip(names, labels, strict=True))
+    apart = told_apart(best, [key for key in others if (best, key) not in alike])
     why = (
         f"In the fitted runs {' and '.join(names)} change together, so their effects cannot be told apart; "
-        f"a run with {words} would tell {_told_from_best(members, alike)}.{_indistinguishable(alike)}"
+        f"a run with {words} would tell {apart}.{indistinguishable(alike)}"
     )
     chance = float(chances(np.array([[separation]]), np.array([[NEAR]]))[0])
-    return Proposed((), why, separation, chance, _titles(alike))
+    return Proposed((), why, separation, chance, tuple((a, b) for a, b in map(titles, alike)))

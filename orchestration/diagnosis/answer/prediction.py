@@ -1,4 +1,4 @@
-"""The gate that every verdict passes: whether the model predicts what was held out.
+"""What models predict of the whole experiment, and the gate that every verdict passes: the held-out rows.
 
 A cause that is right holds in rows that it was not fitted to. Errors there are compared with a band of what
 is known to remain: noise, what wanders, and how uncertain the fitted numbers are. They are taken as a
@@ -14,14 +14,18 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.gain import Predicted, Scores
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.carried import Carried
-from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
 from warmlink.orchestration.diagnosis.fit.wandering import Wander
 
 Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
+
+_BLOCK, _RESAMPLES = 600.0, 400
+"""s of a block in the bootstrap, longer than the noise remembers; and how often blocks are drawn."""
 
 _OFF, _MISSED = 3.0, 1.5
 """Error over its band from which a model does not predict, and from which it tells of no cause."""
@@ -46,13 +50,19 @@ _OUTSIDE = 0.1
 
 
 @dataclass(frozen=True)
+class Predicted:
+    """Readings by one model, by run in SI, shape (rows, outputs)."""
+
+    fit: Fit
+    readings: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
 class HeldOut:
     """Errors of a model on held-out rows, robust against rows that are off by far.
 
-    Attributes
-    ----------
-    over_band : largest of the runs by column name, as a multiple of what is known to remain
-    in_noise : root mean square of all channels, in units of their noise
+    `over_band` is the largest of the runs by column name, as a multiple of what is known to remain;
+    `in_noise` the root mean square of all channels, in units of their noise.
     """
 
     over_band: Mapping[str, float]
@@ -69,36 +79,117 @@ class HeldOut:
         return max((over, name) for name, over in self.over_band.items())
 
 
-def held_out(scores: Scores, predicted: Predicted, fit: Fit, wander: Wander) -> HeldOut | None:
-    """Errors of a model on held-out rows; None where there are too few."""
-    problem = scores.problem
-    carried = Carried(problem, fit)
-    over_band: dict[str, float] = {}
-    squares = []
-    for run, data in enumerate(problem.data):
-        rows = ~data.fitted
-        if rows.sum() < _FEWEST:
-            continue
-        error, scale = (data.readings - predicted.readings[run])[rows], scores.scales[run]
-        variance = scale**2 + carried.variance(run)[rows] + carried.wandering(run, wander)[rows]
-        for i, variable in enumerate(problem.variables):
-            there = np.isfinite(error[:, i])
-            if there.sum() >= _FEWEST:
-                name = problem.names[variable]
-                over = _typical(error[there, i] / np.sqrt(variance[there, i]))
-                over_band[name] = max(over, over_band.get(name, 0.0))
-                squares.append(_typical(error[there, i] / scale[i]) ** 2)
-    return HeldOut(over_band, float(np.sqrt(np.mean(squares)))) if squares else None
+class Scores:
+    """Errors of models on a whole experiment, held-out rows included.
+
+    They are added by `scales`, the noise of each channel in SI, by run: the stated figure where it was
+    larger than the scatter, the estimate otherwise.
+    """
+
+    def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel]) -> None:
+        self.problem = Problem(experiment)
+        self.scales = [
+            np.array(
+                [
+                    experiment.noise[variable] if each.lasting else each.sigma
+                    for each, variable in zip(
+                        self.problem.noise_in(run, noise), self.problem.variables, strict=True
+                    )
+                ]
+            )
+            for run in range(len(experiment.runs))
+        ]
+
+    def predict(self, fit: Fit) -> Predicted:
+        """Readings of every run by a model fitted elsewhere."""
+        carried = Carried(self.problem, fit)
+        values = carried.values
+        for run, measured in enumerate(self.problem.experiment.runs):
+            if measured.heldout and measured.adapt > 0:
+                values[run] = self._adapted(run, carried, fit, measured.adapt)
+        return Predicted(fit, tuple(self.problem.finest(i, z) for i, z in enumerate(values)))
+
+    def rmse(self, predicted: Predicted, heldout: bool) -> tuple[float, float, float] | None:
+        """RMSE in units of noise over fitted or held-out rows, and its 95 % interval."""
+        blocks = []
+        for run, data in enumerate(self.problem.data):
+            rows = ~data.fitted if heldout else data.fitted
+            squares = ((data.readings - predicted.readings[run])[rows] / self.scales[run]) ** 2
+            which = np.floor(data.time[rows] / _BLOCK)
+            for block in np.unique(which):
+                inside = squares[which == block]
+                if np.isfinite(inside).any():
+                    blocks.append((float(np.nansum(inside)), int(np.isfinite(inside).sum())))
+        if not blocks:
+            return None
+        table = np.array(blocks)
+        drawn = np.random.default_rng(0).integers(0, len(blocks), (_RESAMPLES, len(blocks)))
+        resampled = np.sqrt(table[drawn, 0].sum(axis=1) / table[drawn, 1].sum(axis=1))
+        low, high = np.quantile(resampled, [0.025, 0.975])
+        return float(np.sqrt(table[:, 0].sum() / table[:, 1].sum())), float(low), float(high)
+
+    def by_channel(self, predicted: Predicted) -> list[dict[str, float]]:
+        """RMSE in SI by run and column name."""
+        result = []
+        for data, readings in zip(self.problem.data, predicted.readings, strict=True):
+            errors = zip(self.problem.variables, (data.readings - readings).T, strict=True)
+            result.append(
+                {
+                    self.problem.names[variable]: float(np.sqrt(np.nanmean(error**2)))
+                    for variable, error in errors
+                    if np.isfinite(error).any()
+                }
+            )
+        return result
+
+    def held_out(self, predicted: Predicted, wander: Wander) -> HeldOut | None:
+        """Errors of a model on held-out rows; None where there are too few."""
+        problem = self.problem
+        carried = Carried(problem, predicted.fit)
+        over_band: dict[str, float] = {}
+        squares = []
+        for run, data in enumerate(problem.data):
+            rows = ~data.fitted
+            if rows.sum() < _FEWEST:
+                continue
+            error, scale = (data.readings - predicted.readings[run])[rows], self.scales[run]
+            variance = scale**2 + carried.variance(run)[rows] + carried.wandering(run, wander)[rows]
+            for i, variable in enumerate(problem.variables):
+                there = np.isfinite(error[:, i])
+                if there.sum() >= _FEWEST:
+                    name = problem.names[variable]
+                    over = _typical(error[there, i] / np.sqrt(variance[there, i]))
+                    over_band[name] = max(over, over_band.get(name, 0.0))
+                    squares.append(_typical(error[there, i] / scale[i]) ** 2)
+        return HeldOut(over_band, float(np.sqrt(np.mean(squares)))) if squares else None
+
+    def _adapted(self, run: int, carried: Carried, fit: Fit, until: float) -> Array:
+        """Fit the numbers that belong to a held-out run alone to the first part of that run."""
+        z, fitted = carried.values[run], {(f.variable, f.group) for f in fit.freed}
+        own = [f for f in carried.freed if f.runs == (run,) and (f.variable, f.group) not in fitted]
+        data = self.problem.data[run]
+        rows = data.time <= until
+        for _ in range(4 if own else 0):
+            _, by_slot = self.problem.predict(run, z)
+            residual = ((data.readings - self.problem.finest(run, z)) / self.scales[run])[rows]
+            columns = by_number(by_slot[rows], own, run, ()) / self.scales[run][None, :, None]
+            good = np.isfinite(residual)
+            step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
+            for f, change in zip(own, step, strict=True):
+                slots = list(f.slots)
+                z[slots] = np.clip(z[slots] + change, f.lower, f.upper)
+        return z
+
+
+def _typical(errors: Array) -> float:
+    return float(np.quantile(np.abs(errors), _SHARE)) / _NORMAL
 
 
 def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) -> tuple[Word, str]:
     """Verdict after the gate, and why it differs from the one before or what else must be said of it.
 
-    Parameters
-    ----------
-    word : the verdict on the fitted rows
-    before : errors of the uncorrected model
-    after : of the chosen model and its rivals
+    The `word` is the verdict on fitted rows; errors are those of the uncorrected model, and of the chosen
+    one and its rivals.
     """
     if before is None or None in after:
         return word, ""
@@ -153,7 +244,3 @@ def difference(experiment: Experiment) -> str:
     return (
         f"{told if outside > _OUTSIDE else ''}Fit all of it together, so that the model has to explain both."
     )
-
-
-def _typical(errors: Array) -> float:
-    return float(np.quantile(np.abs(errors), _SHARE)) / _NORMAL

@@ -7,7 +7,6 @@ curvature it shows where a bound, or another cause, ends what the data can say.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,15 +31,10 @@ _ALIKE = 0.95
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibrated number in SI.
+    """A calibrated number in SI, its interval within its bounds; its name has the label that it belongs to.
 
-    Attributes
-    ----------
-    name : its variable, with the label that it belongs to
-    low95, high95 : interval, within its bounds
-    at_bound : whether the data would have it beyond a bound
-    unknown : whether the interval covers all between the bounds
-    alike : others with which it is correlated so much that only a combination is known
+    `at_bound`: the data would have it beyond a bound; `unknown`: the interval covers all between the
+    bounds; `alike`: others with which it is correlated so much that only a combination is known.
     """
 
     name: str
@@ -67,7 +61,7 @@ class Calibrated:
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     """Numbers by which the model to use from now on was calibrated, in order."""
-    fit, rig = diagnosis.chosen(), diagnosis.experiment.rig
+    fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
     gram = Columns(fit.freed, fit.freed, fit.point).gram
@@ -94,13 +88,9 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
 
 @dataclass(frozen=True)
 class Profile:
-    """Chi-square along one strength.
+    """Chi-square along one strength that a cause frees: its rise above the least value, shape (points,).
 
-    Attributes
-    ----------
-    item, variable : the cause, and what it frees
-    values : of the strength in SI, rising, shape (points,)
-    rise : of chi-square above its least value, shape (points,)
+    The values of the strength are in SI, rising.
     """
 
     item: Item
@@ -109,28 +99,31 @@ class Profile:
     rise: Array
 
 
+def name_of(item: Item, freed: Freed, variable: str) -> str:
+    """Name of a number that a cause frees, with the label that it belongs to."""
+    return f"{variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else variable
+
+
 def profiles_of(assessment: Assessment) -> list[Profile]:
     """Profile of every strength of the chosen model."""
-    return [_profile(assessment, item, f) for item in assessment.best.items for f in item.freed]
-
-
-def _profile(assessment: Assessment, item: Item, freed: Freed) -> Profile:
     best = assessment.best
-    index = best.freed.index(freed)
-    spread = float(np.sqrt(best.covariance()[index, index]))
-    steps = best.theta[index] + spread * np.array(_AWAY)
-    values = np.unique(np.clip(steps, freed.lower, freed.upper))
-    rise = np.array(list(_refitted(assessment, item, freed, values))) - best.chi2
-    name = f"{freed.variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else freed.variable
-    return Profile(item, name, values, np.maximum(rise, 0.0))
+    spreads = np.sqrt(np.diag(best.covariance()))
+    found = []
+    for item, freed in [(each, freed) for each in best.items for freed in each.freed]:
+        index = best.freed.index(freed)
+        steps = best.theta[index] + float(spreads[index]) * np.array(_AWAY)
+        values = np.unique(np.clip(steps, freed.lower, freed.upper))
+        rise = np.array([_held_at(assessment, freed, value) for value in values.tolist()]) - best.chi2
+        name = name_of(item, freed, freed.variable)
+        found.append(Profile(item, name, values, np.maximum(rise, 0.0)))
+    return found
 
 
-def _refitted(assessment: Assessment, item: Item, freed: Freed, values: Array) -> Iterable[float]:
-    """Chi-square with a strength held at each value."""
+def _held_at(assessment: Assessment, freed: Freed, value: float) -> float:
+    """Chi-square with a strength held at a value."""
     best = assessment.best
-    for value in values.tolist():
-        held = replace(freed, lower=value, upper=value)
-        swapped = {f: held if f is freed else f for f in best.freed}
-        items = [replace(i, freed=tuple(swapped[f] for f in i.freed)) for i in best.items]
-        start = {swapped[f]: theta for f, theta in zip(best.freed, best.theta.tolist(), strict=True)}
-        yield assessment.fitter.fit(items, start).chi2
+    held = replace(freed, lower=value, upper=value)
+    swapped = {f: held if f is freed else f for f in best.freed}
+    items = [replace(i, freed=tuple(swapped[f] for f in i.freed)) for i in best.items]
+    start = {swapped[f]: theta for f, theta in zip(best.freed, best.theta.tolist(), strict=True)}
+    return assessment.fitter.fit(items, start).chi2

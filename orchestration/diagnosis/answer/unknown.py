@@ -1,4 +1,4 @@
-"""What an unknown cause looks like: the heat missing from a balance, regressed on physical terms.
+"""What an unknown cause looks like: terms that missing heat follows, and when heat is missing.
 
 A hint, not a finding. The balance is taken over stretches of time (a weak form, so that no noisy
 derivative is needed), and terms are added one by one while they still explain a good part of it, as in
@@ -8,13 +8,14 @@ sparse identification of dynamics (S. L. Brunton, J. L. Proctor, J. N. Kutz, PNA
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.fit.likeliest import Integrated
 from warmlink.orchestration.diagnosis.fit.residuals import residuals_of
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
 
 _STRETCH = 300.0
 """s of a balance."""
@@ -23,20 +24,20 @@ _MOST_TERMS = 2
 _WORTH = 0.15
 """Share of the missing heat's variance that a term must explain."""
 
+_HEATS = tuple(0.1 * 2.0**k for k in range(10))
+"""W, standard deviations of the course of missing heat that are tried."""
+
 
 @dataclass(frozen=True)
 class Hint:
-    """Terms that the missing rate of warming of one channel follows.
+    """Terms that the missing rate of warming of the channel with the largest unexplained course follows.
 
-    Attributes
-    ----------
-    channel : column with the largest unexplained course
-    terms : physical terms with their coefficients in K/s per unit of the term
-    share : share of the missing rate's variance that they explain
+    Coefficients are in K/s per unit of the term; `share` is what they explain of the missing rate's
+    variance.
     """
 
     channel: str
-    terms: tuple[tuple[str, float], ...]
+    terms: dict[str, float]
     share: float
 
     @property
@@ -44,19 +45,51 @@ class Hint:
         """Say what it looks like."""
         if not self.terms:
             return f"what is missing in {self.channel} follows no single physical term."
-        words = " and ".join(name for name, _ in self.terms)
+        looks = " and ".join(self.terms)
         return (
-            f"what is missing in {self.channel} looks like {words} ({100 * self.share:.0f} % of its course)."
+            f"what is missing in {self.channel} looks like {looks} ({100 * self.share:.0f} % of its course)."
         )
 
-    def to_json(self) -> dict[str, Any]:
-        """Entry of `diagnosis.json`."""
-        return {
-            "channel": self.channel,
-            "terms": [{"term": name, "coefficient": value} for name, value in self.terms],
-            "explained_share": self.share,
-            "sentence": self.sentence,
-        }
+
+@dataclass(frozen=True)
+class MissingHeat:
+    """Heat in W into the shaft that would make up for what is wrong in one run, the smoothest course of it.
+
+    At times in s, with its standard deviation, shape (nodes,) each.
+    """
+
+    run: str
+    time: Array
+    heat: Array
+    deviation: Array
+
+    @property
+    def sentence(self) -> str:
+        """Say when most heat is missing, or too much is made."""
+        k = int(np.argmax(np.abs(self.heat)))
+        way = "more" if self.heat[k] > 0 else "less"
+        return (
+            f"heat into the shaft would have to be {abs(self.heat[k]):.2g} W {way} at "
+            f"{self.time[k] / 60:.0f} min of {self.run} (95 %: within {1.96 * self.deviation[k]:.2g} W)."
+        )
+
+
+def missing_heat(assessment: Assessment) -> tuple[MissingHeat, ...]:
+    """The course by fitted run, in the model as it stands; none in a system without a motor."""
+    problem, fit = assessment.problem, assessment.null
+    responses = Responses(problem, problem.values_by_run(fit.freed, fit.theta))
+    if "heat" not in responses.signals:
+        return ()
+    seen = Integrated(assessment.search, fit, responses)
+    wander = min((Wander(heat=heat) for heat in _HEATS), key=seen.misfit_alone)
+    found = []
+    for run in problem.fitted_runs:
+        mean, covariance = seen.smoothed(run, wander)
+        nodes = responses.nodes[run]
+        heat = slice(mean.size - nodes.size, None)
+        deviation = np.sqrt(np.diag(covariance))[heat]
+        found.append(MissingHeat(problem.experiment.runs[run].name, nodes, mean[heat], deviation))
+    return tuple(found)
 
 
 def hint(assessment: Assessment) -> Hint | None:
@@ -75,14 +108,18 @@ def hint(assessment: Assessment) -> Hint | None:
         times = problem.data[run].time
         edges = np.arange(0.0, times[-1], _STRETCH)
         good = np.isfinite(residual[:, channel])
-        if edges.size < 6 or good.sum() < 6:
-            continue
-        smooth = _means(times[good], residual[good, channel], edges)
-        targets.append(np.diff(smooth) / _STRETCH)
-        tables.append(_terms(assessment, run, times, edges))
+        if edges.size >= 6 and good.sum() >= 6:
+            targets.append(np.diff(_means(times[good], residual[good, channel], edges)) / _STRETCH)
+            tables.append(_terms(assessment, run, times, edges))
     if not targets:
         return None
-    return _selected(problem.names[problem.variables[channel]], np.concatenate(targets), tables)
+    terms = {
+        name: np.concatenate([table[name] for table in tables])
+        for name in tables[0]
+        if all(name in table for table in tables)
+    }
+    chosen, share = _selected(np.concatenate(targets), terms)
+    return Hint(problem.names[problem.variables[channel]], chosen, share)
 
 
 def _means(times: Array, values: Array, edges: Array) -> Array:
@@ -107,10 +144,9 @@ def _terms(assessment: Assessment, run: int, times: Array, edges: Array) -> dict
         if word in ("speed", "torque", "current"):
             signals[word] = np.abs(values[held])
             signals[f"{word} squared"] = values[held] ** 2
-            if word == "speed":
-                signals["speed cubed"] = np.abs(values[held]) ** 3
-    for i, variable in enumerate(problem.variables):
-        values = data.readings[:, i]
+        if word == "speed":
+            signals["speed cubed"] = np.abs(values[held]) ** 3
+    for variable, values in zip(problem.variables, data.readings.T, strict=True):
         if problem.experiment.rig.unit(variable) == "K" and measured.ambient is not None:
             rise = values - measured.ambient[held]
             name = problem.names[variable]
@@ -125,24 +161,21 @@ def _terms(assessment: Assessment, run: int, times: Array, edges: Array) -> dict
     return result
 
 
-def _selected(channel: str, target: Array, tables: list[dict[str, Array]]) -> Hint:
-    names = [n for n in tables[0] if all(n in t for t in tables)]
-    columns = {n: np.concatenate([t[n] for t in tables]) for n in names}
+def _selected(target: Array, terms: dict[str, Array]) -> tuple[dict[str, float], float]:
+    """Coefficients of the terms that are worth it, and the share of the target that they explain."""
     total = float(target @ target)
-    chosen: list[str] = []
+    chosen: dict[str, float] = {}
     explained = 0.0
-    coefficients = np.zeros(0)
     while len(chosen) < _MOST_TERMS and total > 0:
-        gains = {}
-        for name in names:
-            if name not in chosen:
-                table = np.column_stack([columns[n] for n in (*chosen, name)])
-                fitted = table @ np.linalg.lstsq(table, target, rcond=None)[0]
-                gains[name] = 1 - float(np.sum((target - fitted) ** 2)) / total
-        best = max(gains, key=lambda n: gains[n])
-        if gains[best] - explained < _WORTH:
+        tried = {}
+        for name in [n for n in terms if n not in chosen]:
+            table = np.column_stack([terms[n] for n in (*chosen, name)])
+            coefficients = np.linalg.lstsq(table, target, rcond=None)[0]
+            left = float(np.sum((target - table @ coefficients) ** 2))
+            tried[name] = 1 - left / total, coefficients
+        best = max(tried, key=lambda n: tried[n][0])
+        if tried[best][0] - explained < _WORTH:
             break
-        chosen.append(best)
-        explained = gains[best]
-        coefficients = np.linalg.lstsq(np.column_stack([columns[n] for n in chosen]), target, rcond=None)[0]
-    return Hint(channel, tuple(zip(chosen, map(float, coefficients), strict=True)), explained)
+        explained, coefficients = tried[best]
+        chosen = dict(zip((*chosen, best), map(float, coefficients), strict=True))
+    return chosen, explained

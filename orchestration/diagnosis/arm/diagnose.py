@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from warmlink.orchestration.arm.blueprint import axis_name
@@ -60,9 +59,10 @@ def diagnose_arm(
     """Diagnose each axis asked for, all by default."""
     found = {}
     for number in experiments if numbers is None else numbers:
-        found[number] = diagnose_experiment(experiments[number], partial(_report_progress, progress, number))
+        name = f"{axis_name(number)}, {axis(number).name}"
+
+        def about_axis(text: str, name: str = name) -> None:
+            progress(f"{name}: {text}")
+
+        found[number] = diagnose_experiment(experiments[number], about_axis)
     return ArmDiagnosis(found)
-
-
-def _report_progress(progress: Progress, number: int, text: str) -> None:
-    progress(f"{axis_name(number)}, {axis(number).name}: {text}")

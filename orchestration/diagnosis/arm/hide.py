@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
@@ -27,7 +26,7 @@ from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as cause
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
 from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -39,7 +38,10 @@ PROGRAM = "six_axis_random_jobs"
 INTERVAL = 10.0
 """s between rows; where a duty cycle changes there is one more."""
 
-_PARTS = ("motor", "link")
+_DUTY = ("duty.speed", "duty.torque")
+"""What the duty cycle of an axis says of `DEMANDS`, in order."""
+
+_ROOM = f"{axis_name(1)}.duty.ambient_temperature"
 
 
 def hide_in_arm(
@@ -71,26 +73,6 @@ def hide_in_arm(
     """
     if not 1 <= number <= AXES:
         raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
-    scenario = load_scenario(PROGRAM)
-    scenario = _hidden(number, effects).applied(scenario)
-    return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
-
-
-def possible_effects() -> list[str]:
-    """Effects that can be hidden in an axis."""
-    return [name for name in EFFECTS if _cause(name) is not None]
-
-
-def _cause(effect: str) -> Cause | None:
-    """The cause that stands for an effect, where its parameters belong to motor or link."""
-    cause = next((each for each in causes() if each.name == effect), None)
-    if cause is None or cause.kind != "plant":
-        return None
-    return cause if all(name.partition(".")[0] in _PARTS for name in cause.frees) else None
-
-
-def _hidden(number: int, effects: Mapping[str, float]) -> Mismatch:
-    """The effects as what the nominal arm differs by."""
     scale: dict[str, float] = {}
     parameters: dict[str, float] = {}
     for effect, size in effects.items():
@@ -102,13 +84,25 @@ def _hidden(number: int, effects: Mapping[str, float]) -> Mismatch:
             )
         given = scale if cause.relative else parameters
         given |= {f"{axis_name(number)}.{name}": size for name in cause.frees}
-    return Mismatch("hidden", "", scale, parameters)
+    scenario = Mismatch("hidden", "", scale, parameters).applied(load_scenario(PROGRAM))
+    return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
+
+
+def possible_effects() -> list[str]:
+    """Effects that can be hidden in an axis."""
+    return [name for name in EFFECTS if _cause(name) is not None]
+
+
+def _cause(effect: str) -> Cause | None:
+    """The cause that stands for an effect, where its parameters belong to motor or link."""
+    cause = next((each for each in causes() if each.name == effect and each.kind == "plant"), None)
+    ours = cause is not None and all(name.startswith(("motor.", "link.")) for name in cause.frees)
+    return cause if ours else None
 
 
 def _run(scenario: Scenario, store: FmuStore) -> Result:
-    names = [f"duty.{name}" for name in ("speed", "torque")] + [*TEMPERATURES.values(), *ELONGATIONS.values()]
-    record = [f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names]
-    record.append(f"{axis_name(1)}.duty.ambient_temperature")
+    names = [*_DUTY, *TEMPERATURES.values(), *ELONGATIONS.values()]
+    record = [*(f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names), _ROOM]
     # No compensator acts on the plant, and what it corrects is not asked for.
     scenario = replace(scenario, controller=catalogue.shipped(NO_CONTROLLER))
     system = scenario.system(scenario.files(store))
@@ -121,33 +115,24 @@ def _run(scenario: Scenario, store: FmuStore) -> Result:
 
 
 def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[str, Array]:
-    rows = _rows(result)
-    time = np.asarray(result.times)[rows]
-    columns = {
-        "time [s]": time,
-        AMBIENT: result[f"{axis_name(1)}.duty.ambient_temperature"][rows] - ZERO_CELSIUS,
-    }
-    for i in range(1, AXES + 1):
-        for header, name in DEMANDS.items():
-            duty = f"{axis_name(i)}.duty.{name.partition('.')[2]}"
-            columns[header_of(i, header)] = result[duty][rows]
-        measured = {**TEMPERATURES, **ELONGATIONS}
-        true = {
-            header.partition(" ")[0]: result[f"{axis_name(i)}.{name}"][rows]
-            for header, name in measured.items()
-        }
-        for header, values in zip(measured, noisy(time, true, noise, random).values(), strict=True):
-            columns[header_of(i, header)] = 1e6 * values if header in ELONGATIONS else values - ZERO_CELSIUS
-    return columns
-
-
-def _rows(result: Result) -> NDArray[np.intp]:
-    """Communication points to keep: one every interval, and one wherever a duty cycle changes."""
+    """Columns of a run: a row every interval, and one wherever a duty cycle changes."""
     times = np.asarray(result.times)
     kept = np.zeros(times.size, dtype=bool)
     kept[:: max(1, round(INTERVAL / float(times[1] - times[0])))] = True
     kept[-1] = True
     for i in range(1, AXES + 1):
-        for name in ("speed", "torque"):
-            kept[1:] |= np.diff(result[f"{axis_name(i)}.duty.{name}"]) != 0
-    return np.flatnonzero(kept)
+        for name in _DUTY:
+            kept[1:] |= np.diff(result[f"{axis_name(i)}.{name}"]) != 0
+    time = times[kept]
+    columns = {"time [s]": time, AMBIENT: result[_ROOM][kept] - ZERO_CELSIUS}
+    measured = {**TEMPERATURES, **ELONGATIONS}
+    for i in range(1, AXES + 1):
+        for header, name in zip(DEMANDS, _DUTY, strict=True):
+            columns[header_of(i, header)] = result[f"{axis_name(i)}.{name}"][kept]
+        true = {
+            header.partition(" ")[0]: result[f"{axis_name(i)}.{name}"][kept]
+            for header, name in measured.items()
+        }
+        for header, values in zip(measured, noisy(time, true, noise, random).values(), strict=True):
+            columns[header_of(i, header)] = 1e6 * values if header in ELONGATIONS else values - ZERO_CELSIUS
+    return columns

@@ -3,6 +3,11 @@
 An axis is a warm-up cell with its neighbours' readings as two more inputs: the temperature of the link's tip
 before it, and that of the next joint, behind its own link's tip. So what is wrong with one joint shows in
 that joint's axis, and what it does to the others is accounted for.
+
+A neighbour's temperature drives an axis as an input does, and its noise with it: in the last cell of a light
+link a reading that is 0.1 K off for ten seconds is a disturbance. Between two changes of the duty cycle a
+temperature bends slowly, so it is replaced by a straight line fitted to the readings about each row; at a
+change, where it has a kink, the lines end.
 """
 
 from __future__ import annotations
@@ -17,24 +22,20 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import axis
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.arm.smoothing import over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION, rig
-from warmlink.orchestration.diagnosis.data.table import Column
+from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
+from warmlink.orchestration.diagnosis.data.signals import Column
 from warmlink.orchestration.text_files import is_file, measured_text
-
-RIG = "WarmupCell"
-
 
 AMBIENT = "ambient_temperature [degC]"
 DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
-TEMPERATURES = {f"{name} [degC]": rig(RIG).columns[name] for name in SENSED}
+TEMPERATURES = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED}
 ELONGATIONS = {"elongation [um]": ELONGATION}
 """Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
 
-
-_NEIGHBOURS = ("motor.neighbour_temperature", "link.tip_sink_temperature")
+HALF_WIDTH = 60.0
+"""s to either side of a row from which its line is fitted."""
 
 
 def header_of(number: int, header: str) -> str:
@@ -62,18 +63,13 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
     InputError
         The file, a header or a cell does not fit.
     """
-    system = rig(RIG)
-    runs = {i: read_run(path, system, _channels(i)) for i in range(1, AXES + 1)}
-    changes = np.unique(np.concatenate([_changes(run) for run, _ in runs.values()]))
-    return {i: _experiment(i, run, columns, changes) for i, (run, columns) in runs.items()}
-
-
-def _changes(run: Run) -> Array:
-    """Times in s at which an axis's speed or torque changes."""
-    changed = np.zeros(run.time.size, dtype=bool)
-    for name in DEMANDS.values():
-        changed[1:] |= np.diff(run.inputs[name]) != 0
-    return run.time[changed]
+    runs = {i: read_run(path, rig(CELL), _channels(i)) for i in range(1, AXES + 1)}
+    changes = []
+    for run, _ in runs.values():
+        moves = [np.diff(run.inputs[name]) != 0 for name in DEMANDS.values()]
+        changes.append(run.time[1:][np.any(moves, axis=0)])
+    every = np.unique(np.concatenate(changes))
+    return {i: _experiment(i, run, columns, every) for i, (run, columns) in runs.items()}
 
 
 def _channels(number: int) -> dict[str, str]:
@@ -101,10 +97,43 @@ def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Arr
         known["link.tip_conductance"] = axis(number + 1).motor["neighbour_conductance"]
     # Said of the link too: the room's temperature would else feed the tip's sink as well.
     inputs = {**run.inputs, "link.ambient_temperature": run.inputs["motor.ambient_temperature"]}
-    for name in _NEIGHBOURS:
+    for name in ("motor.neighbour_temperature", "link.tip_sink_temperature"):
         if name in inputs:
             inputs[name] = over_steps(smoothed(run.time, inputs[name], changes))
-    run = replace(run, inputs=inputs)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     name = f"{axis_name(number)}, {this.name}"
-    return Experiment(name, rig(RIG), (replace(run, name=name, fit_until=until),), columns, known)
+    run = replace(run, name=name, inputs=inputs, fit_until=until)
+    return Experiment(name, rig(CELL), (run,), columns, known)
+
+
+def smoothed(time: Array, values: Array, changes: Array) -> Array:
+    """Readings as lines fitted about each row give them, shape (n,), for rising times in s.
+
+    Changes of the duty cycle closer together than the lines are wide bend the course too little to end one.
+    """
+    ends = np.concatenate([[time[0]], changes, [time[-1]]])
+    gaps = np.diff(ends)
+    inner = ends[1:-1][(gaps[:-1] >= HALF_WIDTH) & (gaps[1:] >= HALF_WIDTH)]
+    part = np.searchsorted(inner, time, side="right")
+    result = np.empty_like(values)
+    for i in range(time.size):
+        low = np.searchsorted(time, time[i] - HALF_WIDTH)
+        high = np.searchsorted(time, time[i] + HALF_WIDTH, side="right")
+        window = np.arange(low, high)
+        # The row at a change still belongs to the course before it as well.
+        near = window[(part[window] == part[i]) | np.isin(time[window], inner)]
+        result[i] = _line_at(time[near] - time[i], values[near])
+    return result
+
+
+def over_steps(values: Array) -> Array:
+    """Means from each row to the next, shape as given: a row holds until the next, and a reading does not."""
+    return np.append((values[1:] + values[:-1]) / 2, values[-1])
+
+
+def _line_at(distance: Array, values: Array) -> float:
+    """Value at distance 0 of the line of least squares."""
+    mean, spread = distance.mean(), distance - distance.mean()
+    square = float(spread @ spread)
+    slope = float(spread @ values) / square if square > 0 else 0.0
+    return float(values.mean() - slope * mean)

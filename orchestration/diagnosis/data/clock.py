@@ -9,10 +9,10 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.headings import conversion_to
-from warmlink.orchestration.diagnosis.data.layout import NUMBER
-from warmlink.orchestration.diagnosis.data.numbers import cell_shown, numbers
+from warmlink.orchestration.diagnosis.data.columns import Place
+from warmlink.orchestration.diagnosis.data.layout import NUMBER, conversion_to
 from warmlink.orchestration.diagnosis.data.sheet import Sheet
+from warmlink.orchestration.diagnosis.data.signals import numbers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,8 +25,8 @@ MOST_DAYS = 100.0
 """That a run may last; each step of a longer one would have to be simulated."""
 
 DAY = 86400.0
-_EPOCHS = {"s": (1e9, 4e9), "ms": (1e12, 4e12), "us": (1e15, 4e15)}
-"""Counts since 1970 that mean the years from 2001 to 2096, by unit."""
+_EPOCHS = {"s": (1.0, 1e9, 4e9), "ms": (1e-3, 1e12, 4e12), "us": (1e-6, 1e15, 4e15)}
+"""Seconds of a unit, and counts of it since 1970 that mean the years from 2001 to 2096."""
 
 _CLOCK = re.compile(r"\d+:\d\d(:\d\d(\.\d+)?)?")
 _STAMP = re.compile(
@@ -43,39 +43,30 @@ _DATES = (
 """Dates by their look, each with the orders of day, month and year that it may have."""
 
 
-def times(sheet: Sheet, column: int, unit: str | None, date: int | None = None) -> tuple[Array, str]:
+def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array, str]:
     """Seconds from the first row, and what the column was taken for.
 
-    Parameters
-    ----------
-    sheet : columns of cells
-    column : place of the times
-    unit : of the numbers, or the form of the dates as `%d/%m/%Y %H:%M:%S`; None where nothing says it
-    date : place of a column of dates where `column` has the time of the day alone
-
-    Raises
-    ------
-    InputError
-        A time is missing or cannot be read, times do not increase, or a date may mean two days.
+    A place's unit may be the form of its dates, as `%d/%m/%Y %H:%M:%S`; `date` is the column of dates where
+    the other has the time of the day alone. InputError is raised where a time is missing or cannot be read,
+    times do not increase, or a date may mean two days.
     """
-    cells: Any = sheet.cells[column]
+    column, cells = place.column, sheet.cells[place.column]
     kind = cells.dtype.kind
     if kind in "mM":
         values, taken = _seconds(cells), "date" if kind == "M" else "duration"
     elif kind in "iufb" or _mostly_numbers(cells):
-        values, taken = _counted(sheet, column, unit)
+        values, taken = _counted(sheet, column, place.unit)
     else:
         text = cells.astype(str).where(cells.notna(), "").str.strip()
         if date is not None:
-            text = sheet.cells[date].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
-        values, taken = _stamped(sheet, column, text, unit)
+            text = sheet.cells[date.column].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
+        values, taken = _stamped(sheet, column, text, place.unit)
     return _checked(sheet, column, values), taken
 
 
-def _mostly_numbers(cells: Any) -> bool:
+def _mostly_numbers(cells: pd.Series) -> bool:
     filled = cells.dropna().astype(str).str.strip().head(200)
-    numbers = [bool(NUMBER.fullmatch(cell)) for cell in filled]
-    return not numbers or sum(numbers) > len(numbers) / 2
+    return 2 * sum(bool(NUMBER.fullmatch(cell)) for cell in filled) > len(filled) or filled.empty
 
 
 def _seconds(cells: Any) -> Array:
@@ -89,21 +80,17 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     if lost.size:
         row = int(lost[0])
         raise InputError(
-            f"{sheet.at(row, column)}: {cell_shown(sheet, row, column)} is no time; "
-            "correct it or remove the row"
+            f"{sheet.at(row, column)}: {sheet.cell(row, column)} is no time; correct it or remove the row"
         )
-    if unit is None:
-        middle = float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
-        unit = next((u for u, (low, high) in _EPOCHS.items() if low <= middle <= high), None)
-        if unit is None:
-            name = sheet.headers[column]
-            raise InputError(
-                f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit \"{name}=s\""
-            )
-        factor = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[unit]
-        return values * factor, f"{unit} since 1970"
-    conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)
-    return conversion.factor * values, unit
+    if unit is not None:
+        conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)
+        return conversion.factor * values, unit
+    middle = float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
+    for unit, (factor, low, high) in _EPOCHS.items():
+        if low <= middle <= high:
+            return values * factor, f"{unit} since 1970"
+    name = sheet.headers[column]
+    raise InputError(f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit \"{name}=s\"")
 
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
@@ -138,13 +125,7 @@ def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
 
 
 def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> tuple[Array, str]:
-    """Seconds by the one form that all rows have, or by forms that all give the same seconds.
-
-    Raises
-    ------
-    InputError
-        A row has none of the forms, or two forms give different seconds.
-    """
+    """Seconds by the one form that all rows have, or by forms that all give the same seconds."""
     import pandas as pd
 
     found: dict[str, Array] = {}
@@ -155,8 +136,9 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
         if not iso and "%f" not in form:
             stamps = stamps.fillna(pd.to_datetime(text, format=form.replace("%S", "%S.%f"), errors="coerce"))
         lacking = np.flatnonzero(stamps.isna().to_numpy())
-        worst = max(worst, int(lacking[0])) if lacking.size else worst
-        if not lacking.size:
+        if lacking.size:
+            worst = max(worst, int(lacking[0]))
+        else:
             found[form] = _seconds(stamps)
     if not found:
         raise InputError(

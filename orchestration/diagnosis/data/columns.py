@@ -8,7 +8,7 @@ from difflib import SequenceMatcher
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.headings import (
+from warmlink.orchestration.diagnosis.data.layout import (
     TIME,
     TIMES,
     converts,
@@ -45,6 +45,9 @@ class Said:
     replaced: Replacements | None = None
 
 
+NOTHING_SAID = Said()
+
+
 def said(
     units: Sequence[str] = (),
     names: Sequence[str] = (),
@@ -67,15 +70,10 @@ def said(
 
 @dataclass(frozen=True)
 class Place:
-    """A column that is used.
+    """A column that is used: its place, what its header or the user says, and the variable that it is.
 
-    Attributes
-    ----------
-    column : its place in the file
-    name, unit : of the header, or as said; None where nothing says the unit
-    variable : that it is; "time", or "date" beside a time of the day
-    source : where the unit stands: "header", "row of units", "name" or "--unit"
-    chosen : whether the user named it
+    The unit is None where nothing says it; `source` is where it stands: "header", "row of units", "name" or
+    "--unit". A `variable` may be "time", or "date" beside a time of the day. `chosen`: the user named it.
     """
 
     column: int
@@ -87,35 +85,39 @@ class Place:
 
 
 class Assignment:
-    """Finds for each column of a sheet what it is."""
+    """Finds what each column of a sheet is: the `places` that are used, and the headers `unused`."""
 
     def __init__(self, sheet: Sheet, rig: Rig, told: Said, named: Mapping[str, str]) -> None:
-        self.sheet, self.rig, self.told = sheet, rig, told
-        self.named = {**{h: self._variable(h, name) for h, name in told.names.items()}, **named}
-        self._refuse_absent()
+        self._sheet, self._rig, self._told = sheet, rig, told
+        self._headings = [name_and_unit(header) for header in sheet.headers]
+        mapped = {**{h: self._variable(h, name) for h, name in told.names.items()}, **named}
+        self._refuse_absent(mapped)
         # A file may spell the unit of `T1 [degC]` otherwise, or leave it out.
-        parts = [(name_and_unit(header), variable) for header, variable in named.items()]
-        self._units = {name: unit for (name, unit), _ in parts}
-        self.named = {**{name: variable for (name, _), variable in parts}, **self.named}
+        bare = {header: name_and_unit(header) for header in named}
+        self._units = dict(bare.values())
+        self._named = {**{name: named[header] for header, (name, _) in bare.items()}, **mapped}
         found = [place for place in map(self._place, range(len(sheet.headers))) if place is not None]
         taken = {place.variable for place in found if place.chosen}
-        self.places = [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
-        self.places = self._one_time(self.places)
+        self.places = _with_one_time(
+            [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
+        )
         self._refuse_two()
-        used = {place.column for place in self.places}
-        self.unused = tuple(h for i, h in enumerate(sheet.headers) if i not in used and h.strip())
-        self._refuse_unknown([i for i in range(len(sheet.headers)) if i not in used])
+        unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self.places})
+        self.unused = tuple(sheet.headers[i] for i in unused if sheet.headers[i].strip())
+        if self._named.keys() <= told.names.keys():
+            self._refuse_unknown(unused)
 
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
-        times = [place for place in self.places if place.variable == TIME]
-        dates = [place for place in self.places if place.variable == _DATE]
-        if not times and not dates:
-            raise InputError(
-                f"{self.sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
-                f'--map "{next(iter(self.sheet.headers), "clock")}=time"'
-            )
-        return (times[0], dates[0] if dates else None) if times else (dates[0], None)
+        found = {place.variable: place for place in self.places}
+        if TIME in found:
+            return found[TIME], found.get(_DATE)
+        if _DATE in found:
+            return found[_DATE], None
+        raise InputError(
+            f"{self._sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
+            f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
+        )
 
     def signals(self) -> Iterator[Place]:
         """Columns of variables."""
@@ -123,42 +125,39 @@ class Assignment:
 
     def _variable(self, header: str, name: str) -> str:
         """Variable that `--map` names; empty where the column is to be left out."""
-        variable = self.rig.columns.get(name, name)
-        if name and variable not in self.rig.variables and name not in (TIME, _DATE):
+        variable = self._rig.columns.get(name, name)
+        if name and variable not in self._rig.variables and name not in (TIME, _DATE):
             raise InputError(
-                f"--map {header}={name}: {name} is no column of {self.rig.name}; "
-                f"{instead(name, (TIME, *self.rig.columns))}"
+                f"--map {header}={name}: {name} is no column of {self._rig.name}; "
+                f"{instead(name, (TIME, *self._rig.columns))}"
             )
         return variable
 
-    def _refuse_absent(self) -> None:
-        headers = [*self.sheet.headers, *(name_and_unit(h)[0] for h in self.sheet.headers)]
-        known = {*headers, *(self.rig.column_of(v) for v in self.named.values()), *self.rig.columns, TIME}
-        for header, variable in self.named.items():
+    def _refuse_absent(self, mapped: Mapping[str, str]) -> None:
+        headers = [*self._sheet.headers, *(name for name, _ in self._headings)]
+        known = {*headers, *map(self._rig.column_of, mapped.values()), *self._rig.columns, TIME}
+        for header, variable in mapped.items():
             # A file of other origin may have the column under its own name.
-            if not {header, name_and_unit(header)[0], self.rig.column_of(variable)} & set(headers):
+            if not {header, name_and_unit(header)[0], self._rig.column_of(variable)} & set(headers):
                 raise InputError(
-                    f"{self.sheet.name}: there is no column {header!r}; {instead(header, self.sheet.headers)}"
+                    f"{self._sheet.name}: there is no column {header!r}; "
+                    f"{instead(header, self._sheet.headers)}"
                 )
-        for name in self.told.units:
+        for name, unit in self._told.units.items():
             if name not in known:
-                raise InputError(
-                    f"--unit {name}={self.told.units[name]}: no such column; {instead(name, headers)}"
-                )
+                raise InputError(f"--unit {name}={unit}: no such column; {instead(name, headers)}")
 
     def _place(self, column: int) -> Place | None:
         """What a column is; the variable is empty where the user leaves it out."""
-        header = self.sheet.headers[column]
-        name, unit = (header, None) if header in self.rig.variables else name_and_unit(header)
+        header = self._sheet.headers[column]
+        name, unit = (header, None) if header in self._rig.variables else self._headings[column]
         source = "header"
-        if unit is None and self.sheet.units[column] is not None:
-            unit, source = self.sheet.units[column], "row of units"
-        variable = self.named.get(header, self.named.get(name))
+        if unit is None and self._sheet.units[column] is not None:
+            unit, source = self._sheet.units[column], "row of units"
+        variable = self._named.get(header, self._named.get(name))
         chosen = variable is not None
-        if variable is None:
+        if variable is None and name != "T":  # a temperature, and no time
             variable = self._known(name)
-        if variable == TIME and name == "T" and not chosen:
-            variable = None  # a temperature
         if unit == "-" and variable and self._si(variable) != "1":
             unit = None  # a dash in a row of units says nothing
         for stem, suffix in with_suffix(name) if unit is None else ():
@@ -168,9 +167,9 @@ class Assignment:
                 break
         if variable is None:
             return None
-        for key in (header, name, self.rig.column_of(variable)):
-            if key in self.told.units:
-                given = self.told.units[key]
+        for key in (header, name, self._rig.column_of(variable)):
+            if key in self._told.units:
+                given = self._told.units[key]
                 if unit not in (None, given) and "%" not in given:
                     raise InputError(
                         f"--unit {key}={given}: column {header!r} is in {unit} already; correct the header, "
@@ -180,7 +179,7 @@ class Assignment:
         if unit is None:
             unit, source = self._units.get(name), "channels"
         if unit is None:
-            unit = next((u for u in self.told.common if variable and converts(u, self._si(variable))), None)
+            unit = next((u for u in self._told.common if variable and converts(u, self._si(variable))), None)
             source = "--unit"
         return Place(column, name, unit, variable, source, chosen)
 
@@ -188,43 +187,35 @@ class Assignment:
         """SI unit of a variable, of a time, or of a covariate."""
         if variable in (TIME, _DATE):
             return "s"
-        return self.rig.unit(variable) if variable in self.rig.variables else "K"
+        return self._rig.unit(variable) if variable in self._rig.variables else "K"
 
     def _known(self, name: str) -> str | None:
         """Variable that a name says by itself."""
-        short = plain(name)
+        rig, short = self._rig, plain(name)
         if short in TIMES:
             return _DATE if short == _DATE else TIME
-        if short in self.rig.columns:
-            return self.rig.columns[short]
-        if name in self.rig.shared:
-            return self.rig.shared[name][0]
-        return name if name in (*self.rig.externals, *self.rig.columns.values()) else None
-
-    def _one_time(self, places: Sequence[Place]) -> list[Place]:
-        """Columns with the best one of several times: that which the user chose, else the one called time."""
-        times = [place for place in places if place.variable == TIME]
-        exact = [place for place in times if place.chosen] or [p for p in times if plain(p.name) == TIME]
-        left_out = [place for place in times if exact and place not in exact]
-        return [place for place in places if place not in left_out]
+        if short in rig.columns:
+            return rig.columns[short]
+        if name in rig.shared:
+            return rig.shared[name][0]
+        return name if name in (*rig.externals, *rig.columns.values()) else None
 
     def _refuse_two(self) -> None:
-        for i, place in enumerate(self.places):
-            other = next((p for p in self.places[:i] if p.variable == place.variable), None)
-            if other is not None:
-                one, two = self.sheet.headers[other.column], self.sheet.headers[place.column]
+        first: dict[str, Place] = {}
+        for place in self.places:
+            other = first.setdefault(place.variable, place)
+            if other is not place:
+                one, two = self._sheet.headers[other.column], self._sheet.headers[place.column]
                 what = "times" if place.variable == TIME else place.variable
                 raise InputError(
-                    f"{self.sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave one "
-                    f'out with --map "{two}="'
+                    f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
+                    f'one out with --map "{two}="'
                 )
 
     def _refuse_unknown(self, columns: Sequence[int]) -> None:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""
-        if self.named.keys() - self.told.names.keys():
-            return
         have = {place.variable for place in self.places}
-        absent = {name: v for name, v in self.rig.columns.items() if v not in have}
+        absent = {name: v for name, v in self._rig.columns.items() if v not in have}
         meant: dict[int, str] = {}
         for column in columns:
             guess = self._guess(column, absent)
@@ -233,33 +224,34 @@ class Assignment:
                 del absent[guess]
         if not meant:
             return
-        headers, several = self.sheet.headers, len(meant) > 1
-        guesses = [f"{headers[column]!r} (perhaps {guess})" for column, guess in meant.items()]
-        names = [name_and_unit(headers[column])[0] for column in meant]
+        names = [self._headings[column][0] for column in meant]
+        guesses = [f"{self._sheet.headers[column]!r} (perhaps {guess})" for column, guess in meant.items()]
         maps = [f'--map "{name}={guess}"' for name, guess in zip(names, meant.values(), strict=True)]
+        noun, verb, one = ("columns", "are", "one") if len(meant) > 1 else ("column", "is", "it")
         raise InputError(
-            f"{self.sheet.name}: {'columns' if several else 'column'} {', '.join(guesses)} "
-            f"{'are' if several else 'is'} not known; say {' '.join(maps)}, or leave "
-            f'{"one" if several else "it"} out with --map "{names[0]}="'
+            f"{self._sheet.name}: {noun} {', '.join(guesses)} {verb} not known; say {' '.join(maps)}, or "
+            f'leave {one} out with --map "{names[0]}="'
         )
 
     def _guess(self, column: int, absent: Mapping[str, str]) -> str | None:
         """Name of those that are absent, with their variables, that an unknown column may have."""
-        header = self.sheet.headers[column]
-        name, unit = name_and_unit(header)
-        unit = unit or self.sheet.units[column]
-        if self.named.get(header, self.named.get(name)) == "":
+        name, unit = self._headings[column]
+        unit = unit or self._sheet.units[column]
+        if self._named.get(self._sheet.headers[column], self._named.get(name)) == "":
             return None
-        likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self.rig.columns}
+        likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self._rig.columns}
         best = max(likeness, key=lambda n: likeness[n], default="")
         if best in absent and likeness[best] >= _ALIKE:
             return best
-        drives = (
-            n
-            for n, variable in absent.items()
-            if unit
-            and variable in self.rig.externals
-            and self._si(variable) != "K"
-            and converts(unit, self._si(variable))
-        )
-        return next(drives, None)
+        for other, variable in absent.items():
+            drives = variable in self._rig.externals and self._si(variable) != "K"
+            if unit and drives and converts(unit, self._si(variable)):
+                return other
+        return None
+
+
+def _with_one_time(places: Sequence[Place]) -> list[Place]:
+    """Columns with the best one of several times: that which the user chose, else the one called time."""
+    times = [place for place in places if place.variable == TIME]
+    best = [p for p in times if p.chosen] or [p for p in times if plain(p.name) == TIME] or times
+    return [place for place in places if place.variable != TIME or place in best]

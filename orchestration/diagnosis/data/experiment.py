@@ -12,18 +12,17 @@ from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment_file import (
     MEASURED,
     PER_RUN,
     CalibrateTable,
     ExperimentFile,
-    RunTable,
 )
-from warmlink.orchestration.diagnosis.data.measured import NOTHING_SAID, Run, names_of, read_run
-from warmlink.orchestration.diagnosis.data.own.rigs import rig_of
+from warmlink.orchestration.diagnosis.data.measured import Run, names_of, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
-from warmlink.orchestration.diagnosis.data.table import Column
+from warmlink.orchestration.diagnosis.data.rigs import rig_of
+from warmlink.orchestration.diagnosis.data.signals import Column
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.text_files import is_file, measured_text, tables_of
@@ -105,27 +104,20 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
     InputError
         What does not fit, with file, row and column or with the table and key.
     """
-    if not isinstance(source, Path) or source.suffix.lower() != ".toml":
-        return _bare(source, told)
-    if not is_file(source):
-        raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
-    return _Reader(source, told).experiment()
-
-
-def _bare(source: Path | pd.DataFrame, told: Said) -> Experiment:
-    system = rig_of(CELL, replaced=told.replaced)
-    run, columns = read_run(source, system, told=told)
+    if isinstance(source, Path) and source.suffix.lower() == ".toml":
+        if not is_file(source):
+            raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
+        return _Reader(source, told).experiment()
+    cell = rig_of(CELL, replaced=told.replaced)
+    run, columns = read_run(source, cell, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
-    return Experiment(run.name, system, (replace(run, fit_until=until),), columns)
+    return Experiment(run.name, cell, (replace(run, fit_until=until),), columns)
 
 
 def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
     """Read one experiment, or several bare files of measurements as runs of one warm-up cell.
 
-    Raises
-    ------
-    InputError
-        What does not fit; an experiment file among several; a run that is given twice.
+    InputError is raised as by `read_experiment`, and for a run given twice or an experiment among several.
     """
     for path in sources:
         if len(sources) > 1 and isinstance(path, Path) and path.suffix.lower() == ".toml":
@@ -166,29 +158,30 @@ class _Reader:
     """Reads what an experiment file says of the variables of its system."""
 
     def __init__(self, path: Path, told: Said) -> None:
-        self.told = told
-        self.name, self.folder = path.name, path.parent
+        self.name, self.folder, self.told = path.name, path.parent, told
         self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
         causes = self.file.causes.file
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
-        paths, looped = self.declared.paths, self.file.in_loop
-        found = rig_of(self.file.system, self.folder, paths, looped, told.replaced)
-        self.rig = found.measured_at(found.moved.get(name, name) for name in self.file.channels.values())
-        self.channels = {header: self._named(name) for header, name in self.file.channels.items()}
-
-    def _named(self, variable: str) -> str:
-        """The variable that the file names, or the input of a heat path that was put before it."""
-        return self.rig.moved.get(variable, variable)
+        rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
+        # Where a heat path was put before an input, its own input is meant.
+        self.moved = rig.moved
+        self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
+        self.rig = rig.measured_at(self.channels.values())
 
     def experiment(self) -> Experiment:
         file = self.file
         runs: list[Run] = []
         columns: tuple[Column, ...] = ()
         for i, table in enumerate(file.run, 1):
-            run, columns = self._run(table, f"run {i}")
+            run, columns = read_run(
+                self.folder / table.data, self.rig, self.channels, file.covariates, self.told
+            )
+            known = self._known(table.known, f"run {i}.known")
             if run.name in [each.name for each in runs]:
                 raise InputError(f"{self.name}: two runs are called {run.name}; rename one file")
-            runs.append(run)
+            runs.append(
+                replace(run, labels=table.labels, known=known, heldout=table.heldout, adapt=table.adapt)
+            )
         if all(run.heldout for run in runs):
             raise InputError(f"{self.name}: every run is held out; leave at least one to fit")
         for label in file.causes.per:
@@ -203,10 +196,7 @@ class _Reader:
             tuple(runs),
             columns,
             known,
-            tuple(
-                self._calibrated(self._named(variable), table, runs)
-                for variable, table in file.calibrate.items()
-            ),
+            tuple(self._calibrated(name, table, runs) for name, table in file.calibrate.items()),
             file.causes.per,
             {variable: self._noise(variable, text) for variable, text in file.noise.items()},
             file.initial == MEASURED,
@@ -214,26 +204,18 @@ class _Reader:
             with_shipped=file.causes.shipped,
         )
 
-    def _run(self, table: RunTable, where: str) -> tuple[Run, tuple[Column, ...]]:
-        run, columns = read_run(
-            self.folder / table.data, self.rig, self.channels, self.file.covariates, self.told
-        )
-        known = self._known(table.known, f"{where}.known")
-        return replace(
-            run, labels=table.labels, known=known, heldout=table.heldout, adapt=table.adapt
-        ), columns
-
     def _known(self, table: Mapping[str, str | float], where: str) -> dict[str, float]:
         known = {}
         for name, text in table.items():
-            variable, place = self._named(name), f"{self.name}: {where}.{name}"
+            variable, place = self.moved.get(name, name), f"{self.name}: {where}.{name}"
             scalar = self.rig.scalar(variable, place)
             if not isinstance(scalar.variable, Parameter | Input):
                 raise InputError(f"{place}: an output is not given but computed; name a parameter or input")
             known[variable] = to_si(text, scalar, place)
         return known
 
-    def _calibrated(self, variable: str, table: CalibrateTable, runs: list[Run]) -> Calibration:
+    def _calibrated(self, name: str, table: CalibrateTable, runs: list[Run]) -> Calibration:
+        variable = self.moved.get(name, name)
         place = f"{self.name}: calibrate.{variable}"
         scalar = self.rig.scalar(variable, place)
         lower, upper = to_si(table.min, scalar, f"{place}.min"), to_si(table.max, scalar, f"{place}.max")

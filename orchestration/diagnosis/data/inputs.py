@@ -1,4 +1,4 @@
-"""Inputs that drive each run: logged, assumed, or absent, which is remarked on."""
+"""What is said of an experiment beside its files: parameters, noise, and inputs that nobody logged."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.scenarios.overrides import to_si
+from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+from warmlink.orchestration.scenarios.overrides import start_value, to_si
+from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -23,6 +26,70 @@ _AMBIENT = "ambient_temperature"
 
 _MOST_NAMED = 6
 """Columns that a remark names."""
+
+
+def parameters_of(scenario: str) -> dict[str, str]:
+    """Values with units, by variable, that a scenario gives for parameters of the cell's motor and link.
+
+    InputError is raised where there is no such scenario, or it is one of another system.
+    """
+    loaded = load_scenario(scenario)
+    if loaded.setup is not CELL:
+        raise InputError(
+            f"--scenario {scenario}: is of another system than the warm-up cell; give an experiment (TOML)"
+        )
+    plant = rig("WarmupCell").parameters
+    return {name: str(value) for name, value in loaded.parameters.items() if name in plant}
+
+
+def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
+    """Put in the noise of columns or variables, 1 sigma with its unit; raises InputError where it is none."""
+    noise = dict(experiment.noise)
+    for name, text in given.items():
+        variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
+        variable = experiment.rig.columns.get(variable, variable)
+        where = f"--noise {name}={text}"
+        value = to_si(text, experiment.rig.scalar(variable, where), where, difference=True)
+        if not value > 0:
+            raise InputError(f"{where}: is not a standard deviation above 0")
+        noise[variable] = value
+    return replace(experiment, noise=noise)
+
+
+def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experiment:
+    """Set parameters of the system for all runs, and check that what is known goes together.
+
+    Parameters
+    ----------
+    experiment : as it was read
+    settings : values with units by `instance.variable`, as `--set` gives them
+
+    Raises
+    ------
+    InputError
+        There is no such parameter, its unit does not fit, or the system cannot be like that.
+    """
+    system = experiment.rig
+    given = {name: start_value(name, text, system.components, "--set") for name, text in settings.items()}
+    calibrated = {each.variable for each in experiment.calibrated}
+    for name, text in settings.items():
+        if name not in system.parameters:
+            raise InputError(f"--set {name}={text}: is an input; write --assume {name}={text}")
+        if name in calibrated:
+            raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
+    runs = tuple(
+        replace(run, known={n: v for n, v in run.known.items() if n not in given}) for run in experiment.runs
+    )
+    experiment = replace(experiment, runs=runs, known={**experiment.known, **given})
+    for run in runs:
+        known = {**experiment.known, **run.known}
+        for instance, component in system.components.items():
+            mine = {n[len(instance) + 1 :]: v for n, v in known.items() if system.part_of(n) == instance}
+            try:
+                limits.checked(component, instance, mine)
+            except InputError as fault:
+                raise InputError(f"{run.name}: {fault}") from None
+    return experiment
 
 
 def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experiment:
@@ -46,45 +113,43 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
         runs.append(replace(run, inputs={**run.inputs, **constant}))
     experiment = replace(experiment, runs=tuple(runs))
     _refuse_undriven(experiment)
-    cells = [remark for run in experiment.runs for remark in run.remarks]
-    remarks = (*experiment.remarks, *cells, *_absent(experiment), *_unused(experiment))
-    return replace(experiment, remarks=remarks)
+    remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks)]
+    remarks += _absent(experiment)
+    unused = list(dict.fromkeys(header for run in runs for header in run.unused))
+    if unused:
+        remarks.append(f'not used: {_few(unused)}; say what a column is with --map "COLUMN=base_temperature"')
+    return replace(experiment, remarks=tuple(remarks))
 
 
 def _assumption(experiment: Experiment, text: str) -> tuple[str, float]:
     """Input and value in SI; NaN for a pad that is off."""
     name, equals, written = (part.strip() for part in text.partition("="))
-    rig = experiment.rig
-    variable = rig.columns.get(name, name)
-    where = f"--assume {text}"
+    system, where = experiment.rig, f"--assume {text}"
+    variable = system.columns.get(name, name)
     if not equals:
         raise InputError(f"{where}: no value; write --assume {name or 'torque'}=0")
-    if variable not in rig.externals:
-        raise InputError(f"{where}: {name} is no input; {instead(name, _names(rig))}")
+    if variable not in system.externals:
+        names = [system.column_of(each) for group in system.driven_by for each in group]
+        raise InputError(f"{where}: {name} is no input; {instead(name, names)}")
     if all(_is_given(experiment, run, variable) for run in experiment.runs):
         raise InputError(f"{where}: every run has this input; leave the assumption out")
     if variable.endswith("pad_temperature") and written == OFF:
         return variable, np.nan
-    return variable, to_si(written, rig.variables[variable], where)
+    return variable, to_si(written, system.variables[variable], where)
 
 
-def _names(rig: Rig) -> list[str]:
-    """Inputs that a run should have, as a user calls them."""
-    return [rig.column_of(name) for group in rig.driven_by for name in group]
-
-
-def _is_given(experiment: Experiment, run: Run, name: str) -> bool:
-    """Whether a run, or the experiment for all, says what an input is."""
-    said: Mapping[str, object] = {**run.inputs, **run.known, **experiment.known}
-    calibrated = {each.variable for each in experiment.calibrated}
-    covariates = {n for n in experiment.rig.externals if n.partition(".")[2] in run.covariates}
-    return any(n in said or n in calibrated or n in covariates for n in experiment.rig.fed_with(name))
+def _is_given(experiment: Experiment, run: Run, *inputs: str) -> bool:
+    """Whether a run, or the experiment for all, says what one of some inputs is."""
+    system = experiment.rig
+    said = {*run.inputs, *run.known, *experiment.known, *(each.variable for each in experiment.calibrated)}
+    said |= {name for name in system.externals if name.partition(".")[2] in run.covariates}
+    return any(each in said for name in inputs for each in system.fed_with(name))
 
 
 def _refuse_undriven(experiment: Experiment) -> None:
     driving = [group for group in experiment.rig.driven_by if not group[0].endswith(_AMBIENT)]
     for run in experiment.runs if driving else ():
-        if not any(_is_given(experiment, run, name) for group in driving for name in group):
+        if not any(_is_given(experiment, run, *group) for group in driving):
             names = [experiment.rig.column_of(group[0]) for group in driving]
             still = " ".join(f"--assume {name}={_neutral(experiment.rig, name)[1]}" for name in names)
             raise InputError(
@@ -95,13 +160,12 @@ def _refuse_undriven(experiment: Experiment) -> None:
 
 def _absent(experiment: Experiment) -> list[str]:
     """Remarks on inputs that nobody logged, with the values they are given."""
-    rig = experiment.rig
     remarks = []
-    for group in rig.driven_by:
-        without = [r.name for r in experiment.runs if not any(_is_given(experiment, r, n) for n in group)]
+    for group in experiment.rig.driven_by:
+        without = [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]
         if without:
-            name = rig.column_of(group[0])
-            value, option = _neutral(rig, name)
+            name = experiment.rig.column_of(group[0])
+            value, option = _neutral(experiment.rig, name)
             whose = f"{_few(without)}: " if len(experiment.runs) > 1 else ""
             remarks.append(
                 f"{whose}no {name} column: taken as {value}; give --assume {name}={option} to say so"
@@ -109,23 +173,16 @@ def _absent(experiment: Experiment) -> list[str]:
     return remarks
 
 
-def _neutral(rig: Rig, name: str) -> tuple[str, str]:
+def _neutral(system: Rig, name: str) -> tuple[str, str]:
     """Value that an absent input is given: in words, and as an argument of `--assume`."""
     if name.endswith("pad_temperature"):
         return OFF, OFF
-    scalar = rig.variables[rig.columns.get(name, name)]
+    scalar = system.variables[system.columns.get(name, name)]
     start = float(scalar.start or 0.0)
     if scalar.is_temperature:
         return f"{start - ZERO_CELSIUS:g} degC", f'"{start - ZERO_CELSIUS:g} degC"'
     unit = "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
     return f"{start:g}{unit}", f"{start:g}"
-
-
-def _unused(experiment: Experiment) -> list[str]:
-    headers = list(dict.fromkeys(header for run in experiment.runs for header in run.unused))
-    if not headers:
-        return []
-    return [f'not used: {_few(headers)}; say what a column is with --map "COLUMN=base_temperature"']
 
 
 def _few(names: Sequence[str]) -> str:

@@ -1,49 +1,125 @@
-"""How a text file of measurements is written: separator, decimal mark, header, row of units, first row."""
+"""How measurements are written: headers with units, separator, decimal mark, where rows begin.
+
+A header is a name and a unit, `T (degC)`, `T_degC` or `Shaft temperature [°C]`; units may have their own row.
+"""
 
 from __future__ import annotations
 
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.headings import TIMES, is_unit, name_and_unit, plain
+from warmlink.orchestration.scenarios.quantity import converter, heading
+from warmlink.orchestration.system.units import Conversion, parse_unit
 from warmlink.orchestration.text_files import shown
 
+TIME = "time"
+
+TIMES = (TIME, "timestamp", "time_stamp", "datetime", "date_time", "date", "elapsed", "elapsed_time", "t")
+"""Names of a column of times, the first of them before the others."""
+
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
 NUMBER = re.compile(r"[-+]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][-+]?\d+)?")
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,]\d{3})+")
 _CLOCK = re.compile(r"[\d./-]*[T ]?\d{1,2}:\d{2}.*|\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
 
-SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
+Headers = tuple[list[str], list[str | None]]
+"""Headers of the columns, and units from a row of their own."""
+
+_FORMS = (re.compile(r"(.+?)\s*\((.*)\)"), re.compile(r"(.+?)\s+(?:/|in)\s+(\S+)"))
+_MEANT = {
+    "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
+    "degF": "F",
+    "N.m": "Nm|NM",
+    "mN.m": "mNm",
+    "rpm": "1/min|U/min",
+    "rad/s": "rad_s|rad_per_s|rads",
+    "s": "S|Sec|seconds|hh:mm:ss",
+}
+_SPELLINGS = {spelling: unit for unit, each in _MEANT.items() for spelling in each.split("|")}
+"""Spellings that would mean something else, or nothing, where a unit of this quantity is due."""
+
+
+def plain(name: str) -> str:
+    """Name as it is compared: `Shaft Temperature` is `shaft_temperature`."""
+    return re.sub(r"[^\w.\[\]]+", "_", name.strip()).strip("_").lower()
+
+
+def name_and_unit(header: str) -> tuple[str, str | None]:
+    """Name and unit of a header; None where it has no unit, in brackets or behind `/` or `in`."""
+    name, unit = heading(header)
+    for form in _FORMS if unit is None else ():
+        found = form.fullmatch(name)
+        if found and is_unit(found[2]):
+            return found[1].strip(), found[2].strip()
+    return name, unit
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, with or without brackets."""
+    bare = _bare(text)
+    if not bare or bare in _SPELLINGS:
+        return bool(bare)
+    try:
+        parse_unit(bare)
+    except InputError:
+        return False
+    return not bare.isdigit()
+
+
+def _bare(unit: str) -> str:
+    """A unit without the brackets about it."""
+    return re.sub(r"^[\[(](.*)[\])]$", r"\1", unit.strip()).strip()
+
+
+def conversion_to(unit: str, si_unit: str, where: str, *, difference: bool) -> tuple[Conversion, str]:
+    """Conversion of a unit as loggers spell it to an SI unit, and how we spell it; raises InputError."""
+    try:
+        return converter(unit, si_unit, where, difference=difference), unit
+    except InputError:
+        if unit not in _SPELLINGS:
+            raise
+        return converter(_SPELLINGS[unit], si_unit, where, difference=difference), _SPELLINGS[unit]
+
+
+def with_suffix(name: str) -> Iterator[tuple[str, str]]:
+    """Every way in which a name may end in a unit, as `T_degC` and `speed_rad_s` do."""
+    parts = re.split(r"[_ ]", name)
+    for i in range(1, len(parts)):
+        unit = "_".join(parts[i:])
+        if is_unit(unit):
+            yield "_".join(parts[:i]), unit
+
+
+def converts(unit: str, si_unit: str) -> bool:
+    """Whether a unit measures the quantity of an SI unit."""
+    try:
+        conversion_to(unit, si_unit, "", difference=False)
+    except InputError:
+        return False
+    return True
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
-    """The separator by which most lines fall into single values, and the number of cells in a row.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
+    """The separator by which most lines fall into single values, and the number of cells in a row."""
     best, chosen = 0.0, ("", 0)
     for separator in SEPARATORS:
         rows = [split(line, separator) for line in lines]
         width = most_common([len(cells) for cells in rows])
         fitting = [cells for cells in rows if len(cells) == width]
-        whole = sum(sum(_is_whole(cell) for cell in cells) / width for cells in fitting) / max(len(lines), 1)
+        whole = sum(sum(map(_is_whole, cells)) / width for cells in fitting) / max(len(lines), 1)
         if width > 1 and whole > best + 0.02:
             best, chosen = whole, (separator, width)
-    if not chosen[1]:
-        if len(lines) == 1:
-            raise InputError(
-                f"{name}: there are no rows below its only line {shown(lines[0])}; measure again"
-            )
-        raise InputError(
-            f"{name}: no columns are found; separate cells by commas, semicolons, tabs or spaces, under a "
-            "header row"
-        )
-    return chosen
+    if chosen[1]:
+        return chosen
+    if len(lines) == 1:
+        raise InputError(f"{name}: there are no rows below its only line {shown(lines[0])}; measure again")
+    raise InputError(
+        f"{name}: no columns are found; separate cells by commas, semicolons, tabs or spaces, under a "
+        "header row"
+    )
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -57,9 +133,13 @@ def split(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
+def _is_value(cell: str) -> bool:
+    return bool(NUMBER.fullmatch(cell) or _CLOCK.fullmatch(cell))
+
+
 def _is_whole(cell: str) -> bool:
     """Whether a cell is empty, a number, a time or a word, rather than several of them in one."""
-    return not cell or bool(NUMBER.fullmatch(cell) or _CLOCK.fullmatch(cell)) or cell.isalpha()
+    return not cell or _is_value(cell) or cell.isalpha()
 
 
 def most_common(counts: Sequence[int]) -> int:
@@ -73,26 +153,18 @@ def headers_of(
     width: int,
     names: Sequence[str],
     commented: Sequence[list[str]] = (),
-) -> tuple[list[str], list[str | None], int]:
-    """Headers, units from a row of their own, and the number of the first line of cells.
-
-    Raises
-    ------
-    InputError
-        No row of numbers is found, or no header above it.
-    """
+) -> tuple[Headers, int]:
+    """Headers, units from a row of their own, and the number of the first line of cells."""
     first = next((i for i, row in rows.items() if _is_data(row, width)), None)
     if first is None:
         raise InputError(f"{name}: no row of numbers is found under a header row; give both")
     above = [row for i, row in rows.items() if i < first and sum(map(bool, row)) > 1]
     known = {plain(each) for each in (*names, *TIMES)}
     timed = [i for i, row in enumerate(above) if any(plain(name_and_unit(c)[0]) in known for c in row)]
-    as_units = bool(len(above) > 1 and all(is_unit(cell) for cell in above[-1] if cell))
     if timed:
-        header = above[timed[0]]
-        below = above[timed[0] + 1 :]
+        header, *below = above[timed[0] :]
     elif above:
-        header, below = (above[-2], above[-1:]) if as_units else (above[-1], [])
+        header, *below = above[-2:] if len(above) > 1 and _are_units(above[-1]) else above[-1:]
     else:
         found = [row for row in commented if abs(len(row) - width) <= 1 and len(row) > 1]
         if not found:
@@ -100,31 +172,27 @@ def headers_of(
                 f"{name}: there is no header row; head each column 'name [unit]', the first 'time [s]'"
             )
         header, below = found[-1], []
-    units: list[str | None] = [None] * len(header)
-    for row in below:
-        if all(is_unit(cell) for cell in row if cell):
-            units = [_bare(cell) or None for cell in (*row, *[""] * len(header))][: len(header)]
-            break
-    return [cell.strip("\"' ") for cell in header], units, first
+    written = next((row for row in below if _are_units(row)), [])
+    units = [*(_bare(cell) or None for cell in written), *[None] * len(header)][: len(header)]
+    return ([cell.strip("\"' ") for cell in header], units), first
 
 
-def _bare(unit: str) -> str:
-    return unit.strip().removeprefix("[").removesuffix("]").removeprefix("(").removesuffix(")").strip()
+def _are_units(row: Sequence[str]) -> bool:
+    return all(is_unit(cell) for cell in row if cell)
 
 
 def _is_data(row: Sequence[str], width: int) -> bool:
     """Whether most cells of a row are numbers or times, or the first is one and words fill the others."""
-    filled = [cell for cell in row if cell]
-    said = [bool(NUMBER.fullmatch(cell) or _CLOCK.fullmatch(cell)) for cell in filled]
+    said = [_is_value(cell) for cell in row if cell]
     if not any(said):
         return False
-    return (2 * sum(said) > len(filled) and 5 * sum(said) > 2 * width) or (said[0] and len(filled) >= width)
+    return (2 * sum(said) > len(said) and 5 * sum(said) > 2 * width) or (said[0] and len(said) >= width)
 
 
 def decimal_of(cells: Sequence[str]) -> str:
     """Decimal mark of a file by what some cells say without doubt; the marked column is judged by cell."""
     numbers = [cell for cell in cells if NUMBER.fullmatch(cell) and ("," in cell or "." in cell)]
-    sure = Counter(decimal for decimal in map(_sure_decimal, numbers) if decimal)
+    sure = Counter(filter(None, map(_sure_decimal, numbers)))
     if sure:
         return sure.most_common(1)[0][0]
     return "point" if numbers and all("," not in cell for cell in numbers) else ""

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
-from warmlink.orchestration.diagnosis.data.columns import Assignment, Place, Said
-from warmlink.orchestration.diagnosis.data.headings import TIME
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Place, Said
+from warmlink.orchestration.diagnosis.data.layout import TIME
 from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
-from warmlink.orchestration.diagnosis.data.table import (
+from warmlink.orchestration.diagnosis.data.signals import (
     Column,
     held,
-    refuse_undefined,
+    lost_remark,
     signal,
     without_repeats,
 )
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
-
-
-NOTHING_SAID = Said()
 
 
 @dataclass(frozen=True)
@@ -88,17 +86,11 @@ class Run:
 
     def part(self, rows: NDArray[np.bool_]) -> Run:
         """The run with some of its rows."""
-
-        def chosen(signals: Mapping[str, Array]) -> dict[str, Array]:
-            return {name: values[rows] for name, values in signals.items()}
-
-        return replace(
-            self,
-            time=self.time[rows],
-            inputs=chosen(self.inputs),
-            readings=chosen(self.readings),
-            covariates=chosen(self.covariates),
+        inputs, readings, covariates = (
+            {name: values[rows] for name, values in signals.items()}
+            for signals in (self.inputs, self.readings, self.covariates)
         )
+        return replace(self, time=self.time[rows], inputs=inputs, readings=readings, covariates=covariates)
 
     def like(self, other: Run) -> bool:
         """Whether the other has the same readings at the same times."""
@@ -140,45 +132,37 @@ def read_run(
     sheet = read_sheet(source, told.decimal, [h for h, name in told.names.items() if name == TIME])
     extra = covariates or {}
     assigned = Assignment(sheet, rig, told, {**(channels or {}), **extra})
-    place, date = assigned.time()
-    time, taken = times(sheet, place.column, place.unit, None if date is None else date.column)
-    kinds: dict[str, dict[str, Array]] = {"input": {}, "reading": {}, "covariate": {}}
-    columns: dict[str, list[Column]] = {kind: [] for kind in kinds}
+    time, taken = times(sheet, *assigned.time())
+    found: dict[str, dict[str, Array]] = {"input": {}, "reading": {}, "covariate": {}}
+    columns: dict[str, list[Column]] = {kind: [] for kind in found}
     remarks: list[str] = []
-    discrete: list[str] = []
     for place in assigned.signals():
         kind = "covariate" if place.variable in extra.values() else _kind(sheet, place, rig)
         scalar = rig.variables.get(place.variable)
-        found = (
-            signal(sheet, place, "K", True)
-            if scalar is None
-            else signal(
-                sheet, place, scalar.variable.unit, scalar.is_temperature, scalar.variable.display == "um"
-            )
-        )
+        column, values, lost = signal(sheet, place, scalar)
+        remarks += lost_remark(sheet, place.column, lost)
         if kind == "reading":
-            found = without_repeats(sheet, found)
-        values = found.values
-        if scalar is not None and kind == "input" and scalar.is_discrete:
-            refuse_undefined(sheet, place, values, scalar)
-            discrete.append(place.variable)
-        if kind != "reading":
-            values = held(sheet, place, found, place.variable.endswith("pad_temperature"))
-        kinds[kind][place.variable] = values
-        columns[kind].append(found.column)
-        remarks += found.remarks
-    _refuse_empty(sheet.name, kinds["reading"], assigned.unused)
+            values, left_out = without_repeats(sheet, column.name, values)
+            remarks += left_out
+        else:
+            if kind == "input":
+                _refuse_undefined(sheet, place, values, rig)
+            values = held(sheet, place, values, lost)
+        found[kind][place.variable] = values
+        columns[kind].append(column)
+    _refuse_empty(sheet.name, found["reading"], assigned.unused)
     run = Run(
         source.stem if isinstance(source, Path) else "data",
         time,
-        kinds["input"],
-        kinds["reading"],
-        kinds["covariate"],
+        found["input"],
+        found["reading"],
+        found["covariate"],
         unused=assigned.unused,
         remarks=tuple(remarks),
         columns=tuple(each for kind in columns.values() for each in kind),
         form=f"{sheet.form}; times as {taken}",
     )
+    discrete = [name for name in run.inputs if rig.variables[name].is_discrete]
     return condensed(run, discrete), tuple(columns["reading"])
 
 
@@ -195,6 +179,15 @@ def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
     )
 
 
+def _refuse_undefined(sheet: Sheet, place: Place, values: Array, rig: Rig) -> None:
+    """Raise InputError where a cell is not a value of a discrete input, as 1.5 for the pad's mode."""
+    scalar = rig.variables[place.variable]
+    for row in np.flatnonzero(np.isfinite(values)).tolist() if scalar.is_discrete else ():
+        sentence = limits.problem(scalar, float(values[row]))
+        if sentence is not None:
+            raise InputError(f"{sheet.at(row, place.column)}: {sentence}")
+
+
 def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> Run:
     """Average a run's rows in groups of equal size where there are more than can be used.
 
@@ -204,24 +197,18 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
         return run
     starts = np.arange(0, run.time.size, -(-run.time.size // most))
 
-    def mean(values: Array) -> Array:
+    def mean(values: Array, steady: bool) -> Array:
         full = np.isfinite(values)
         count = np.add.reduceat(full.astype(float), starts)
         sums = np.add.reduceat(np.where(full, values, 0.0), starts)
-        return np.where(count > 0, sums / np.maximum(count, 1.0), np.nan)
-
-    def steady(values: Array) -> Array:
-        return np.where(np.isfinite(values[starts]), mean(values), np.nan)
+        return np.where(full[starts] if steady else count > 0, sums / np.maximum(count, 1.0), np.nan)
 
     return replace(
         run,
         time=run.time[starts],
-        inputs={
-            name: values[starts] if name in discrete else steady(values)
-            for name, values in run.inputs.items()
-        },
-        readings={name: mean(values) for name, values in run.readings.items()},
-        covariates={name: steady(values) for name, values in run.covariates.items()},
+        inputs={n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()},
+        readings={n: mean(v, False) for n, v in run.readings.items()},
+        covariates={n: mean(v, True) for n, v in run.covariates.items()},
     )
 
 

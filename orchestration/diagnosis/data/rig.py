@@ -5,7 +5,7 @@ A rig is derived from a system's wires. The names in it are those of the SSP: in
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
@@ -23,7 +23,7 @@ from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.data.own.system import Own
+    from warmlink.orchestration.diagnosis.data.own import Own
 
 ELONGATION = "link.elongation"
 
@@ -43,14 +43,9 @@ PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
 """Components by the instance that the shipped systems, and the causes, call them."""
 
 _DEMANDS = {
-    "MotorHeatSource": (
-        ("speed",),
-        ("torque", "current"),
-        ("pad_temperature", "pad_power"),
-        ("ambient_temperature",),
-    ),
-    "Heater": (("on",),),
-    "ThermalLink": (("ambient_temperature",),),
+    "MotorHeatSource": "speed torque|current pad_temperature|pad_power ambient_temperature",
+    "Heater": "on",
+    "ThermalLink": "ambient_temperature",
 }
 """Inputs of a component that every run should have, each with those that may stand in its place."""
 
@@ -67,7 +62,6 @@ class Rig:
     foreign : what is known of parts that are in no catalogue, by instance; reduced links have equations
     looped : whether FMUs are simulated in a loop, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
-    moved : input of a heat path that stands for each input before which one was put
     own : the system of FMUs, where it is no shipped one
     """
 
@@ -77,7 +71,6 @@ class Rig:
     foreign: Mapping[str, Component] = field(default_factory=dict)
     looped: bool = False
     cut: frozenset[str] = frozenset()
-    moved: Mapping[str, str] = field(default_factory=dict)
     own: Own | None = None
 
     @property
@@ -91,6 +84,11 @@ class Rig:
         return self.blueprint is WARMUP_CELL
 
     @property
+    def moved(self) -> Mapping[str, str]:
+        """Input of a heat path that stands for each input before which one was put."""
+        return self.own.moved if self.own else {}
+
+    @property
     def in_loop(self) -> bool:
         """Whether FMUs are simulated in a loop, as equations of a part are not known."""
         return self.looped or any(part.rates is None for part in self.foreign.values())
@@ -99,19 +97,15 @@ class Rig:
     def components(self) -> Mapping[str, Component]:
         """Continuous components, heat paths and foreign parts by instance name."""
         known = {**catalogue.components(), "ThermalLink": thermal_link(self.cells)}
-        chosen = {
-            instance: self.foreign[instance] if instance in self.foreign else known[kind]
-            for instance, kind in self.blueprint.components.items()
-            if kind
-        }
-        return {
-            instance: _with_values(part, self.values.get(instance, {}))
-            for instance, part in chosen.items()
-            if part.rates is not None
-            or part is HEAT_PATH
-            or instance in self.foreign
-            or (self.in_loop and part.name != DRIVER)
-        }
+        found = {}
+        for instance, kind in self.blueprint.components.items():
+            part = self.foreign.get(instance) or known.get(kind)
+            if part is None:
+                continue
+            simulated = part.rates is not None or part is HEAT_PATH or instance in self.foreign
+            if simulated or (self.in_loop and part.name != DRIVER):
+                found[instance] = _with_values(part, self.values.get(instance, {}))
+        return found
 
     @cached_property
     def component(self) -> Component:
@@ -175,13 +169,12 @@ class Rig:
 
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
-        kind = PARTS.get(part)
-        known = {instance for instance, each in self.foreign.items() if each.rates is not None}
-        return [
-            i
-            for i in self.components
-            if kind and (self.blueprint.components[i] == kind or (part == "link" and i in known))
-        ]
+        kinds = {PARTS.get(part)}
+        if part == "link":
+            kinds |= {
+                self.blueprint.components[i] for i, each in self.foreign.items() if each.rates is not None
+            }
+        return [instance for instance in self.components if self.blueprint.components[instance] in kinds]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""
@@ -201,8 +194,8 @@ class Rig:
         """Inputs that every run should have, each with those that may stand in its place."""
         found: list[tuple[str, ...]] = []
         for instance in self.components:
-            for names in _DEMANDS.get(self.blueprint.components[instance], ()):
-                group = tuple(f"{instance}.{name}" for name in names)
+            for names in _DEMANDS.get(self.blueprint.components[instance], "").split():
+                group = tuple(f"{instance}.{name}" for name in names.split("|"))
                 known = any(group[0] in self.fed_with(each[0]) for each in found)
                 if group[0] in self.externals and not known:
                     found.append(group)
@@ -212,18 +205,24 @@ class Rig:
     def columns(self) -> dict[str, str]:
         """Input or output by the name of its column in a bare CSV file."""
         sources = {target: source for source, target in self.blueprint.wires}
-        found = {_variable(sources[t]): t for t, *_ in self.driven_by if t in sources}
+        found = {_last(sources[t]): t for t, *_ in self.driven_by if t in sources}
         for reading, target in self.blueprint.wires:
             if self.part_of(target) == COMPENSATOR and ".reading[" in reading:
-                found[_variable(target)] = sources[reading.replace(".reading[", ".temperature[")]
-            elif self._is_camera(target):
-                found[_variable(target)] = reading
+                found[_last(target)] = sources[reading.replace(".reading[", ".temperature[")]
+            elif self._seen_by(target):
+                found[_last(target)] = reading
         return found
 
     @cached_property
     def readings(self) -> Mapping[str, str]:
         """Sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation."""
-        found = dict(self._wired_readings())
+        found = dict(self.blueprint.instruments)
+        for output, target in self.blueprint.wires:
+            instrument = self._seen_by(target)
+            if self.blueprint.components[self.part_of(target)] == "TemperatureSensors":
+                instrument = target.replace(".temperature[", "[") if ".temperature[" in target else ""
+            if instrument:
+                found[output] = instrument
         for link in self.called("link"):
             for name, element in AT_SENSOR.items():
                 ends = f"{link}.{name}", f"{link}.sensor_temperature[{element}]"
@@ -232,32 +231,18 @@ class Rig:
                         found.setdefault(other, found[one])
         return found
 
-    def _wired_readings(self) -> Iterator[tuple[str, str]]:
-        yield from self.blueprint.instruments.items()
-        for output, target in self.blueprint.wires:
-            kind = self.blueprint.components[self.part_of(target)]
-            if kind == "TemperatureSensors" and ".temperature[" in target:
-                yield output, target.replace(".temperature[", "[")
-            elif self._is_camera(target):
-                yield output, self.part_of(target)
-
-    def _is_camera(self, end: str) -> bool:
-        """Whether an end is what a camera looks at."""
+    def _seen_by(self, end: str) -> str:
+        """Camera that looks at what comes in at an end; empty where it is none's."""
         part = self.part_of(end)
-        return self.blueprint.components[part] == "DriftCamera" and end == f"{part}.elongation"
+        seen = self.blueprint.components[part] == "DriftCamera" and end == f"{part}.elongation"
+        return part if seen else ""
 
     def unit(self, name: str) -> str:
         """SI unit of a variable."""
         return self.variables[name].variable.unit
 
     def scalar(self, name: str, where: str) -> Scalar:
-        """Declaration of a variable.
-
-        Raises
-        ------
-        InputError
-            The rig has no such variable.
-        """
+        """Declaration of a variable; raises InputError where the rig has no such variable."""
         if name not in self.variables:
             held = [n for n in self.variables if self.part_of(n) == self.part_of(name)]
             raise InputError(
@@ -276,19 +261,13 @@ class Rig:
 
 @cache
 def rig(name: str, cells: int = CELLS) -> Rig:
-    """Rig of a shipped system by name.
-
-    Raises
-    ------
-    InputError
-        There is no such system.
-    """
+    """Rig of a shipped system by name; raises InputError where there is no such system."""
     if name not in SHIPPED:
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, SHIPPED)}")
     return Rig(SHIPPED[name], cells)
 
 
-def _variable(end: str) -> str:
+def _last(end: str) -> str:
     return end.rpartition(".")[2]
 
 

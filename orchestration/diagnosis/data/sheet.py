@@ -15,16 +15,8 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.headings import is_unit
-from warmlink.orchestration.diagnosis.data.layout import (
-    SEPARATORS,
-    decimal_of,
-    headers_of,
-    most_common,
-    separator_of,
-    split,
-)
-from warmlink.orchestration.text_files import is_file, measured_text
+from warmlink.orchestration.diagnosis.data import layout
+from warmlink.orchestration.text_files import is_file, measured_text, shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,6 +61,10 @@ class Sheet:
         """Which column it is, for a sentence."""
         return f"{self.name}: column {self.headers[column]!r}"
 
+    def cell(self, row: int, column: int) -> str:
+        """A cell as a sentence shows it."""
+        return shown(str(self.cells[column].iloc[row]))
+
 
 def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[str] = ()) -> Sheet:
     """Read a text file, a workbook, a Parquet file or a DataFrame.
@@ -104,15 +100,17 @@ def _of_frame(frame: pd.DataFrame, name: str, decimal: str, form: str) -> Sheet:
     headers = [_flat(header) for header in frame.columns]
     cells = frame.set_axis(range(len(headers)), axis=1)
     cells.index = range(1, len(cells) + 1)
-    return Sheet(
-        name, headers, [None] * len(headers), cells, decimal or decimal_of(_texts(cells)), bool(decimal), form
-    )
+    return _of_cells(name, (headers, [None] * len(headers)), cells, decimal, form)
 
 
 def _flat(header: object) -> str:
     """Header of a column; of two levels the second is its unit."""
     parts = [str(part).strip() for part in header] if isinstance(header, tuple) else [str(header)]
-    return f"{parts[0]} [{parts[1]}]" if len(parts) == 2 and is_unit(parts[1]) else " ".join(parts).strip()
+    return (
+        f"{parts[0]} [{parts[1]}]"
+        if len(parts) == 2 and layout.is_unit(parts[1])
+        else " ".join(parts).strip()
+    )
 
 
 def _parquet(path: Path) -> pd.DataFrame:
@@ -134,18 +132,22 @@ def _of_workbook(path: Path, decimal: str, names: Sequence[str]) -> Sheet:
         raise InputError(f"{path.name}: {_last(fault)}; install that, or save the sheet as CSV") from None
     except Exception as fault:  # damaged archives and sheets raise many kinds
         raise InputError(f"{path.name}: cannot be read ({_last(fault)}); save the sheet as CSV") from None
-    filled = {title: table for title, table in sheets.items() if not table.empty}
+    filled = [table for table in sheets.values() if not table.empty]
     if len(filled) != 1:
         raise InputError(f"{path.name}: has {len(filled)} sheets with cells; keep one, or save one as CSV")
-    table = next(iter(filled.values()))
+    (table,) = filled
     rows = [["" if pd.isna(cell) else str(cell) for cell in row] for row in table.head(_SAMPLED).to_numpy()]
-    headers, units, first = headers_of(path.name, dict(enumerate(rows)), table.shape[1], names)
+    found, first = layout.headers_of(path.name, dict(enumerate(rows)), table.shape[1], names)
     cells = table.iloc[first:].infer_objects().dropna(how="all")
     cells.index += 1
-    headers, units, cells = _fitted(path.name, headers, units, cells, "")
-    return Sheet(
-        path.name, headers, units, cells, decimal or decimal_of(_texts(cells)), bool(decimal), "workbook"
-    )
+    return _of_cells(path.name, *_fitted(path.name, found, cells, ""), decimal, "workbook")
+
+
+def _of_cells(name: str, found: layout.Headers, cells: pd.DataFrame, decimal: str, form: str) -> Sheet:
+    """Cells that have types already; those that are text tell the decimal mark."""
+    some = cells.iloc[:: max(len(cells) // _SAMPLED, 1)].to_numpy(dtype=object).ravel()
+    mark = decimal or layout.decimal_of([cell.strip() for cell in some if isinstance(cell, str)])
+    return Sheet(name, *found, cells, mark, bool(decimal), form)
 
 
 def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
@@ -155,22 +157,22 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     if text.startswith(_COMMENTS) or any(f"\n{mark}" in text for mark in _COMMENTS):
         comments = [found[0] for found in _COMMENT_LINE.finditer(text)]
         text = _COMMENT_LINE.sub("", text)  # left blank, so that rows keep their numbers
-    said = re.match(rf'"?sep=([{"".join(SEPARATORS)}])"?(?=[\r\n])', text)
+    said = re.match(rf'"?sep=([{"".join(layout.SEPARATORS)}])"?(?=[\r\n])', text)
     text = text[: said.start()] + text[said.end() :] if said else text
     head = re.split(r"\r\n|\n|\r", text[:100_000])[: 2 * _SAMPLED]
     sample = [line for line in (*head[_SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
-    separator, width = (said[1], 0) if said else separator_of(name, sample)
-    width = width or most_common([len(split(line, separator)) for line in sample])
-    rows = {i: split(line, separator) for i, line in enumerate(head) if line.strip()}
-    commented = [split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
-    headers, units, first = headers_of(name, rows, width, names, commented)
-    mark = decimal or decimal_of([cell for line in sample for cell in split(line, separator)])
+    separator, width = (said[1], 0) if said else layout.separator_of(name, sample)
+    width = width or layout.most_common([len(layout.split(line, separator)) for line in sample])
+    rows = {i: layout.split(line, separator) for i, line in enumerate(head) if line.strip()}
+    commented = [layout.split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
+    found, first = layout.headers_of(name, rows, width, names, commented)
+    mark = decimal or layout.decimal_of([cell for line in sample for cell in layout.split(line, separator)])
     try:
         cells = pd.read_csv(
             StringIO(text),
             sep=r"\s+" if separator == " " else separator,
             header=None,
-            names=range(max(width, len(headers)) + 1),  # one more, to see what stands beyond the headers
+            names=range(max(width, len(found[0])) + 1),  # one more, to see what stands beyond the headers
             index_col=False,
             skiprows=first,
             skip_blank_lines=False,
@@ -185,18 +187,18 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
             f"{name}: cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
         ) from None
     cells.index += first + 1
-    headers, units, cells = _fitted(name, headers, units, cells.dropna(how="all"), separator)
+    found, cells = _fitted(name, found, cells.dropna(how="all"), separator)
     if separator == " " and cells.iloc[:, -1].hasnans:
         short = cells.index[cells.iloc[:, -1].isna()][0]
         raise InputError(
             f"{name}: row {short} has fewer cells than there are headers, and between spaces an empty cell "
             "is not seen; write NaN in it, or separate cells by semicolons"
         )
-    words = [f"separated by {SEPARATORS.get(separator, repr(separator))}"]
+    words = [f"separated by {layout.SEPARATORS.get(separator, repr(separator))}"]
     words += [f"decimal {mark}"] if mark else []
     words += [f"{len(comments)} comment line{'s' * (len(comments) > 1)}"] if comments else []
-    words += ["a row of units"] if any(units) else []
-    return Sheet(name, headers, units, cells, mark, bool(decimal), ", ".join(words))
+    words += ["a row of units"] if any(found[1]) else []
+    return Sheet(name, *found, cells, mark, bool(decimal), ", ".join(words))
 
 
 def _spread(text: str) -> list[str]:
@@ -209,9 +211,10 @@ def _spread(text: str) -> list[str]:
 
 
 def _fitted(
-    name: str, headers: list[str], units: list[str | None], cells: pd.DataFrame, separator: str
-) -> tuple[list[str], list[str | None], pd.DataFrame]:
+    name: str, found: layout.Headers, cells: pd.DataFrame, separator: str
+) -> tuple[layout.Headers, pd.DataFrame]:
     """Headers and cells without empty columns at the end; raises InputError where cells have no header."""
+    headers, units = found
     while headers and not headers[-1]:
         headers, units = headers[:-1], units[:-1]
     beyond = cells.iloc[:, len(headers) :].dropna(how="all")
@@ -220,19 +223,13 @@ def _fitted(
             f"{name}: row {beyond.index[0]} has more cells than there are headers ({len(headers)}); "
             f"{_remedy(separator)}"
         )
-    return headers, units, cells.iloc[:, : len(headers)].set_axis(range(len(headers)), axis=1)
+    return (headers, units), cells.iloc[:, : len(headers)].set_axis(range(len(headers)), axis=1)
 
 
 def _remedy(separator: str) -> str:
     if separator == ",":
         return "give every column a header; where commas are decimal marks too, separate cells by semicolons"
     return "give every column a header and every row the same cells"
-
-
-def _texts(cells: pd.DataFrame) -> list[str]:
-    """Cells that are text, at the beginning of a table and all over it."""
-    some = cells.iloc[:: max(len(cells) // _SAMPLED, 1)]
-    return [cell.strip() for cell in some.to_numpy(dtype=object).ravel() if isinstance(cell, str)]
 
 
 def _last(fault: Exception) -> str:

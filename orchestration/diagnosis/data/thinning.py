@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.numbers import quantum
+from warmlink.orchestration.diagnosis.data.signals import quantum
 
 MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
@@ -81,7 +81,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     quanta = np.array([quantum(column) for column in table.T])
     for column, step in zip(table.T, quanta, strict=True):
         column[spike_rows(column, step)] = np.nan
-    scatter = np.array([_scatter(column) for column in table.T])
+    scatter = np.array([_noise(column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
@@ -116,19 +116,16 @@ def _means(
     filled = np.add.reduceat(full.astype(float), starts, axis=0)
     rows = np.where(full, table, 0.0)
     counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
-    for column, there in zip(rows.T, full.T, strict=True):
+    due = np.empty(filled.shape)
+    for i, there in enumerate(full.T):
+        read = np.flatnonzero(there)
         gaps = ~there & np.repeat(sparse, count)
-        if there.any():
-            column[gaps] = np.interp(time[gaps], time[there], column[there])
+        if read.size:
+            rows[gaps, i] = np.interp(time[gaps], time[there], rows[there, i])
+        # A logger may read an output less often than others.
+        due[:, i] = count / (float(np.median(np.diff(read))) if read.size > 1 else 1.0)
     means = np.add.reduceat(rows, starts, axis=0) / counted
-    due = np.array([1 / _rows_between(there) for there in full.T]) * count[:, None]
     return np.where(filled >= np.maximum(due / 2, 1), means, np.nan)
-
-
-def _rows_between(there: NDArray[np.bool_]) -> float:
-    """Rows from one reading of an output to the next: a logger may read some less often than others."""
-    rows = np.flatnonzero(there)
-    return float(np.median(np.diff(rows))) if rows.size > 1 else 1.0
 
 
 def _points(
@@ -167,7 +164,7 @@ def spike_rows(values: Array, step: float) -> NDArray[np.int64]:
     middle = np.concatenate([np.median(piece, axis=1) for piece in pieces])
     first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
     away = np.abs(filled - np.concatenate([first, middle, last]))
-    limit = max(SPIKE * max(_noise_of(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
+    limit = max(SPIKE * max(_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
     inner = np.flatnonzero(away[half:-half] > limit)
     near = windows[inner]
     slope = np.median(np.diff(near, axis=1), axis=1)
@@ -184,17 +181,14 @@ def _line(values: Array) -> Array:
     place = np.arange(values.size)
     a, b = np.triu_indices(values.size, 1)
     slope = float(np.median((values[b] - values[a]) / (b - a)))
-    line: Array = np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
-    return line
+    return np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
 
 
-def _scatter(values: Array) -> float:
-    filled = values[np.isfinite(values)]
-    return _noise_of(filled) if filled.size > 3 else 0.0
-
-
-def _noise_of(values: Array) -> float:
+def _noise(values: Array) -> float:
     """White noise of a slow signal from its second differences, whose variance is six times as large."""
-    bend = np.abs(np.diff(values, 2))
+    filled = values[np.isfinite(values)]
+    if filled.size <= 3:
+        return 0.0
+    bend = np.abs(np.diff(filled, 2))
     trimmed = bend[bend <= np.quantile(bend, 0.95)]
     return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)

@@ -39,16 +39,14 @@ def understood(experiment: Experiment) -> dict[str, Any]:
 def _run(run: Run) -> dict[str, Any]:
     spacing = np.diff(run.time)
     usual = float(np.median(spacing))
+    gaps = np.flatnonzero(spacing > _GAP * usual)
     return {
         "name": run.name,
         "form": run.form,
         "rows": int(run.time.size),
         "duration_s": float(run.time[-1]),
         "spacing_s": usual,
-        "gaps": [
-            {"at_s": float(run.time[i]), "lasts_s": float(spacing[i])}
-            for i in np.flatnonzero(spacing > _GAP * usual)
-        ],
+        "gaps": [{"at_s": float(run.time[i]), "lasts_s": float(spacing[i])} for i in gaps],
         "held_out": run.heldout,
         "columns": [
             {
@@ -69,16 +67,13 @@ def _run(run: Run) -> dict[str, Any]:
 
 def in_words(run: Mapping[str, Any]) -> str:
     """One run of `understood` in two lines, its columns aside."""
-    gaps = run["gaps"]
-    longest = max(gaps, key=lambda gap: gap["lasts_s"]) if gaps else None
-    pauses = (
-        f"{len(gaps)} gaps, the longest {longest['lasts_s']:g} s from {longest['at_s']:g} s on"
-        if longest
-        else "no gaps"
-    ) + (", held out" if run["held_out"] else "")
-    minutes = run["duration_s"] / 60
+    gaps, minutes = run["gaps"], run["duration_s"] / 60
+    pauses = "no gaps"
+    if gaps:
+        longest = max(gaps, key=lambda gap: gap["lasts_s"])
+        pauses = f"{len(gaps)} gaps, the longest {longest['lasts_s']:g} s from {longest['at_s']:g} s on"
     rows = f"{run['rows']} rows over {minutes:.4g} min, one every {run['spacing_s']:g} s, {pauses}"
-    return f"{run['name']}: {run['form']}\n{rows}"
+    return f"{run['name']}: {run['form']}\n{rows}{', held out' if run['held_out'] else ''}"
 
 
 def table(run: Mapping[str, Any]) -> list[tuple[str, ...]]:

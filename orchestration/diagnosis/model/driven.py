@@ -18,9 +18,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
-from warmlink.orchestration.master.compiled.kernel import library
+from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
@@ -176,7 +176,7 @@ class _Log:
         return getattr(library(), _FUNCTIONS[name])
 
     def batches(self, names: Names) -> list[Batch]:
-        return sorted_by_type(LOG, self.variables, names, lambda variable: _BASES.get(variable.kind or ""))[0]
+        return sorted_by_type(LOG, self.variables, names, lambda variable: _BASES.get(variable.kind or ""))
 
     def get(self, names: Names) -> list[Value]:
         return [self._value(name, float(self._run.signals[name][self._laid.point])) for name in names]

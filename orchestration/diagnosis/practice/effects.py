@@ -14,16 +14,13 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Truth
 
-CHANNELS = (
-    "shaft_temperature",
-    "winding_temperature",
-    "base_temperature",
-    "middle_temperature",
-    "tip_temperature",
-)
-"""Temperature columns of a made-up run, as the fields of `Course` in order; the elongation follows."""
+TEMPERATURES = ("shaft", "winding", "base", "middle", "tip")
+CHANNELS = tuple(f"{name}_temperature" for name in TEMPERATURES)
+"""Temperature columns of a made-up run, of the fields of `Course`; the elongation follows."""
 
 Readings = dict[str, Array]
+OnTruth = Callable[[Truth, float, float], Truth]
+OnReadings = Callable[[Array, Readings, float, str], Array]
 
 
 @dataclass(frozen=True)
@@ -33,174 +30,69 @@ class Effect:
     Attributes
     ----------
     size : an ordinary strength, in SI; 1 stands for nothing where `neutral` is 1
+    on_truth : the changed cell, of the cell, the strength and the duration of the run in s
+    on_readings : what a channel records, of time, readings, strength and channel
     both_signs : whether it may act either way
-    on_truth : changes the cell, given the strength and the duration of the run in s
-    on_readings : changes what was recorded, given time, readings, strength and channel
+    per_channel : whether it is one thermometer's or the camera's; else `on_readings` is of the elongation
     about : what it is, where no cause of the catalogue explains it
     """
 
     size: float
-    on_truth: Callable[[Truth, float, float], Truth] | None = None
-    on_readings: Callable[[Array, Readings, float, str], None] | None = None
+    on_truth: OnTruth | None = None
+    on_readings: OnReadings | None = None
     both_signs: bool = False
     neutral: float = 0.0
     per_channel: bool = False
     about: str = ""
 
 
-def _field(name: str, factor: bool = False) -> Callable[[Truth, float, float], Truth]:
-    nominal: Any = {f.name: f.default for f in fields(Truth)}[name]
+def _set(name: str, size: float, both_signs: bool = False, about: str = "") -> Effect:
+    """The strength is the value of a field of the cell."""
 
-    def apply(truth: Truth, size: float, duration: float) -> Truth:
-        changed: dict[str, Any] = {name: nominal * size if factor else size}
-        return replace(truth, **changed)
+    def change(truth: Truth, size: float, duration: float) -> Truth:
+        return replace(truth, **{name: size})  # type: ignore[arg-type]
 
-    return apply
+    return Effect(size, change, both_signs=both_signs, about=about)
 
 
-def _window(name: str, begin: float, end: float) -> Callable[[Truth, float, float], Truth]:
-    def apply(truth: Truth, size: float, duration: float) -> Truth:
-        def course(time: float) -> float:
-            return size if begin * duration <= time < end * duration else 0.0
+def _times(name: str, size: float) -> Effect:
+    """The strength is a factor on the nominal value of a field of the cell."""
+    nominal: Any = {field.name: field.default for field in fields(Truth)}[name]
 
-        changed: dict[str, Any] = {name: course}
-        return replace(truth, **changed)
+    def change(truth: Truth, size: float, duration: float) -> Truth:
+        return replace(truth, **{name: nominal * size})
 
-    return apply
+    return Effect(size, change, both_signs=True, neutral=1)
+
+
+def _while(name: str, begin: float, end: float, size: float, about: str) -> Effect:
+    """The strength is the value of a field that is a function of time, for a part of the run."""
+
+    def change(truth: Truth, size: float, duration: float) -> Truth:
+        course: Any = lambda time: size if begin * duration <= time < end * duration else 0.0  # noqa: E731
+        return replace(truth, **{name: course})
+
+    return Effect(size, change, about=about)
+
+
+def _of_thermometer(size: float, change: OnReadings, about: str = "", both_signs: bool = False) -> Effect:
+    return Effect(size, None, change, both_signs, per_channel=True, about=about)
 
 
 def _waves(truth: Truth, size: float, duration: float) -> Truth:
     return replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0))
 
 
-def _offset(time: Array, readings: Readings, size: float, channel: str) -> None:
-    readings[channel] = readings[channel] + (size * 1e-5 if channel == "elongation" else size)
-
-
-def _scale(time: Array, readings: Readings, size: float, channel: str) -> None:
-    readings["elongation"] = size * readings["elongation"]
-
-
-def _camera_drift(time: Array, readings: Readings, size: float, channel: str) -> None:
-    readings["elongation"] = readings["elongation"] + size * time
-
-
-def _lag(time: Array, readings: Readings, size: float, channel: str) -> None:
-    readings[channel] = _followed(time, readings[channel], size)
-
-
-def _stem(time: Array, readings: Readings, size: float, channel: str) -> None:
-    readings[channel] = readings[channel] - size * (readings[channel] - readings["ambient"])
-
-
-def _creep(time: Array, readings: Readings, size: float, channel: str) -> None:
-    late = _followed(time, readings["elongation"], 1500.0)
-    readings["elongation"] = readings["elongation"] + size * (late - readings["elongation"])
-
-
-def _bending(time: Array, readings: Readings, size: float, channel: str) -> None:
+def _bent(time: Array, readings: Readings, size: float, channel: str) -> Array:
     gradient = readings["base_temperature"] - readings["tip_temperature"]
-    readings["elongation"] = readings["elongation"] + size * gradient * np.abs(gradient)
+    return readings[channel] + size * gradient * np.abs(gradient)
 
 
-def _jump(time: Array, readings: Readings, size: float, channel: str) -> None:
-    readings[channel] = readings[channel] + size * (time > 0.4 * time[-1])
-
-
-def _stick(time: Array, readings: Readings, size: float, channel: str) -> None:
+def _stuck(time: Array, readings: Readings, size: float, channel: str) -> Array:
     values = readings[channel].copy()
     held = (time > 0.25 * time[-1]) & (time < (0.25 + size) * time[-1])
     values[held] = values[held][0]
-    readings[channel] = values
-
-
-def _curved(time: Array, readings: Readings, size: float, channel: str) -> None:
-    rise = readings[channel] - COLD
-    readings[channel] = readings[channel] + size * rise * (15.0 - rise)
-
-
-EFFECTS: Mapping[str, Effect] = {
-    "radiation": Effect(0.6, _field("emissivity")),
-    "still_air_convection": Effect(1.5, _field("still", True), neutral=1, both_signs=True),
-    "forced_convection": Effect(1.5, _field("per_speed", True), neutral=1, both_signs=True),
-    "mixed_convection": Effect(1.0, _field("mixing")),
-    "conductivity": Effect(0.8, _field("conductivity", True), neutral=1, both_signs=True),
-    "conductivity_temperature_dependence": Effect(0.003, _field("conductivity_slope"), both_signs=True),
-    "heat_capacity": Effect(1.12, _field("capacity", True), neutral=1, both_signs=True),
-    "hub_heat_capacity": Effect(60.0, _field("hub_capacity")),
-    "tip_heat_capacity": Effect(60.0, _field("tip_capacity")),
-    "tip_heat_loss": Effect(0.05, _field("tip_loss")),
-    "expansion_coefficient": Effect(1.05, _field("expansion", True), neutral=1, both_signs=True),
-    "elongation_scale": Effect(1.05, on_readings=_scale, neutral=1, both_signs=True),
-    "joint_resistance": Effect(0.3, _field("joint")),
-    "joint_conductance": Effect(
-        1.3, lambda truth, size, duration: replace(truth, joint=1 / size - 1), neutral=1
-    ),
-    "hub_heat_loss": Effect(0.15, _field("hub_loss")),
-    "copper_loss": Effect(1.15, _field("resistance", True), neutral=1, both_signs=True),
-    "iron_loss": Effect(1.5, _field("iron", True), neutral=1, both_signs=True),
-    "housing_heat_loss": Effect(1.15, _field("housing", True), neutral=1, both_signs=True),
-    "winding_heat_path": Effect(1.15, _field("winding_path", True), neutral=1, both_signs=True),
-    "winding_heat_capacity": Effect(1.3, _field("winding_capacity", True), neutral=1, both_signs=True),
-    "shaft_heat_capacity": Effect(1.15, _field("shaft_capacity", True), neutral=1, both_signs=True),
-    "start_temperature": Effect(
-        3.0, lambda truth, size, duration: replace(truth, start=COLD + size), both_signs=True
-    ),
-    "friction_level": Effect(1.15, _field("friction"), neutral=1, both_signs=True),
-    "free_convection": Effect(0.25, _field("free_exponent")),
-    "coulomb_friction": Effect(1.3, _field("coulomb", True), neutral=1, both_signs=True),
-    "viscous_friction": Effect(1.3, _field("viscous", True), neutral=1, both_signs=True),
-    "friction_temperature_dependence": Effect(0.01, _field("friction_slope"), both_signs=True),
-    "lubricant_thinning": Effect(0.02, _field("thinning")),
-    "standby_heat": Effect(3.0, _field("standby")),
-    "ambient_offset": Effect(1.5, _field("ambient_offset"), both_signs=True),
-    "ambient_drift": Effect(1.5 / 3600, _field("ambient_drift"), both_signs=True),
-    "radiant_heating": Effect(30.0, _field("flux")),
-    "sensor_lag": Effect(60.0, on_readings=_lag, per_channel=True),
-    "sensor_offset": Effect(0.5, on_readings=_offset, per_channel=True, both_signs=True),
-    "sensor_stem_conduction": Effect(0.05, on_readings=_stem, per_channel=True),
-    "camera_drift": Effect(2e-6 / 3600, on_readings=_camera_drift, both_signs=True),
-    "clock_offset": Effect(30.0, both_signs=True),
-    # From here on what no cause of the catalogue can explain.
-    "draught": Effect(2.0, _window("draught", 0.28, 0.5), about="A draught cools the link for a while."),
-    "open_door": Effect(
-        -4.0, _window("room", 0.2, 0.33), about="The room is colder for a while than its thermometer says."
-    ),
-    "air_conditioning": Effect(
-        2.0, _waves, about="The room's temperature goes up and down every 25 minutes beside its thermometer."
-    ),
-    "loosening_joint": Effect(
-        0.5, _window("loosening", 0.35, 2.0), about="The joint conducts less from some moment on."
-    ),
-    "brake_heat": Effect(
-        12.0, _window("shaft_heat", 0.3, 0.42), about="A brake warms the shaft for a while."
-    ),
-    "bracket": Effect(
-        1.5,
-        _window("bracket", 0.25, 0.55),
-        about="Something clamped to the link takes heat from its middle for a while.",
-    ),
-    "churning": Effect(0.25, _field("drag"), about="Grease heats the shaft with the cube of the speed."),
-    "creep": Effect(0.12, on_readings=_creep, about="The elongation follows its cause late."),
-    "bending": Effect(
-        0.08e-6, on_readings=_bending, about="The link bends, and the camera sees it as elongation."
-    ),
-    "slipped_sensor": Effect(
-        -1.0,
-        on_readings=_jump,
-        per_channel=True,
-        about="A thermometer slips and reads otherwise from some moment on.",
-    ),
-    "stuck_sensor": Effect(
-        0.15, on_readings=_stick, per_channel=True, about="A thermometer stands still for a while."
-    ),
-    "curved_sensor": Effect(
-        0.008,
-        on_readings=_curved,
-        per_channel=True,
-        about="A thermometer's error grows and falls with the temperature.",
-    ),
-}
+    return values
 
 
 def _followed(times: Array, signal: Array, lag: float) -> Array:
@@ -214,14 +106,91 @@ def _followed(times: Array, signal: Array, lag: float) -> Array:
     return result
 
 
-def effect_of(name: str) -> Effect:
-    """Look an effect up by name, with or without a channel.
+EFFECTS: Mapping[str, Effect] = {
+    "radiation": _set("emissivity", 0.6),
+    "still_air_convection": _times("still", 1.5),
+    "forced_convection": _times("per_speed", 1.5),
+    "mixed_convection": _set("mixing", 1.0),
+    "conductivity": _times("conductivity", 0.8),
+    "conductivity_temperature_dependence": _set("conductivity_slope", 0.003, both_signs=True),
+    "heat_capacity": _times("capacity", 1.12),
+    "hub_heat_capacity": _set("hub_capacity", 60.0),
+    "tip_heat_capacity": _set("tip_capacity", 60.0),
+    "tip_heat_loss": _set("tip_loss", 0.05),
+    "expansion_coefficient": _times("expansion", 1.05),
+    "elongation_scale": Effect(1.05, None, lambda _, seen, size, at: size * seen[at], True, neutral=1),
+    "joint_resistance": _set("joint", 0.3),
+    "joint_conductance": Effect(1.3, lambda truth, size, _: replace(truth, joint=1 / size - 1), neutral=1),
+    "hub_heat_loss": _set("hub_loss", 0.15),
+    "copper_loss": _times("resistance", 1.15),
+    "iron_loss": _times("iron", 1.5),
+    "housing_heat_loss": _times("housing", 1.15),
+    "winding_heat_path": _times("winding_path", 1.15),
+    "winding_heat_capacity": _times("winding_capacity", 1.3),
+    "shaft_heat_capacity": _times("shaft_capacity", 1.15),
+    "start_temperature": Effect(
+        3.0, lambda truth, size, _: replace(truth, start=COLD + size), both_signs=True
+    ),
+    "friction_level": _times("friction", 1.15),
+    "free_convection": _set("free_exponent", 0.25),
+    "coulomb_friction": _times("coulomb", 1.3),
+    "viscous_friction": _times("viscous", 1.3),
+    "friction_temperature_dependence": _set("friction_slope", 0.01, both_signs=True),
+    "lubricant_thinning": _set("thinning", 0.02),
+    "standby_heat": _set("standby", 3.0),
+    "ambient_offset": _set("ambient_offset", 1.5, both_signs=True),
+    "ambient_drift": _set("ambient_drift", 1.5 / 3600, both_signs=True),
+    "radiant_heating": _set("flux", 30.0),
+    "sensor_lag": _of_thermometer(60.0, lambda time, seen, size, at: _followed(time, seen[at], size)),
+    "sensor_offset": _of_thermometer(
+        0.5,
+        lambda _, seen, size, at: seen[at] + (size * 1e-5 if at == "elongation" else size),
+        both_signs=True,
+    ),
+    "sensor_stem_conduction": _of_thermometer(
+        0.05, lambda _, seen, size, at: seen[at] - size * (seen[at] - seen["ambient"])
+    ),
+    "camera_drift": Effect(2e-6 / 3600, None, lambda time, seen, size, at: seen[at] + size * time, True),
+    "clock_offset": Effect(30.0, both_signs=True),
+    # From here on what no cause of the catalogue can explain.
+    "draught": _while("draught", 0.28, 0.5, 2.0, "A draught cools the link for a while."),
+    "open_door": _while("room", 0.2, 0.33, -4.0, "The room is colder for a while than its thermometer says."),
+    "air_conditioning": Effect(
+        2.0, _waves, about="The room's temperature goes up and down every 25 minutes beside its thermometer."
+    ),
+    "loosening_joint": _while("loosening", 0.35, 2.0, 0.5, "The joint conducts less from some moment on."),
+    "brake_heat": _while("shaft_heat", 0.3, 0.42, 12.0, "A brake warms the shaft for a while."),
+    "bracket": _while(
+        "bracket",
+        0.25,
+        0.55,
+        1.5,
+        "Something clamped to the link takes heat from its middle for a while.",
+    ),
+    "churning": _set("drag", 0.25, about="Grease heats the shaft with the cube of the speed."),
+    "creep": Effect(
+        0.12,
+        None,
+        lambda time, seen, size, at: seen[at] + size * (_followed(time, seen[at], 1500.0) - seen[at]),
+        about="The elongation follows its cause late.",
+    ),
+    "bending": Effect(0.08e-6, None, _bent, about="The link bends, and the camera sees it as elongation."),
+    "slipped_sensor": _of_thermometer(
+        -1.0,
+        lambda time, seen, size, at: seen[at] + size * (time > 0.4 * time[-1]),
+        "A thermometer slips and reads otherwise from some moment on.",
+    ),
+    "stuck_sensor": _of_thermometer(0.15, _stuck, "A thermometer stands still for a while."),
+    "curved_sensor": _of_thermometer(
+        0.008,
+        lambda _, seen, size, at: seen[at] + size * (seen[at] - COLD) * (15.0 - (seen[at] - COLD)),
+        "A thermometer's error grows and falls with the temperature.",
+    ),
+}
 
-    Raises
-    ------
-    InputError
-        There is none, its channel is missing or not known.
-    """
+
+def effect_of(name: str) -> Effect:
+    """Effect by its name; raises InputError where it, or the channel that it needs, is not known."""
     stem, _, channel = name.partition(":")
     if stem not in EFFECTS:
         raise InputError(f"effect: {stem!r} is not known; {instead(stem, EFFECTS)}")

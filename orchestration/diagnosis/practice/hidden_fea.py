@@ -8,31 +8,19 @@ heat that flows through the joint; each step is repeated until both agree on it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.practice import hidden
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
-from warmlink.orchestration.diagnosis.practice.hidden import (
-    BASE,
-    COLD,
-    LENGTH,
-    THICKNESS,
-    TIP,
-    WIDTH,
-    Course,
-    Truth,
-    convection,
-    motor_rates,
-    surroundings,
-)
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
-from warmlink.orchestration.paper.data import Geometry, Materials, load_geometry, load_materials
-from warmlink.orchestration.paper.fea.drive import JUST_BEFORE, Drive
-from warmlink.orchestration.paper.fea.mesh import Body, bare_link
-from warmlink.orchestration.paper.fea.simulate import Fea, HeatStepper
+from warmlink.orchestration.finite_elements.body import Body
+from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
+from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 CARRIED = frozenset(
@@ -90,14 +78,14 @@ def carried(name: str) -> bool:
     effect = EFFECTS[name]
     if effect.on_truth is None:
         return True
-    nominal, changed = Truth(), effect.on_truth(Truth(), effect.size, 1.0)
-    different = {f.name for f in fields(Truth) if getattr(nominal, f.name) != getattr(changed, f.name)}
+    nominal, changed = hidden.Truth(), effect.on_truth(hidden.Truth(), effect.size, 1.0)
+    different = {f.name for f in fields(hidden.Truth) if getattr(nominal, f.name) != getattr(changed, f.name)}
     return different <= CARRIED
 
 
 def simulate(
-    truth: Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
-) -> Course:
+    truth: hidden.Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
+) -> hidden.Course:
     """Integrate the cell through a duty cycle and give its true course at times in s.
 
     Parameters
@@ -121,14 +109,20 @@ def simulate(
             rows.append(cell.seen())
     seen = np.array(rows).T
     shaft, winding, base, middle, tip, elongation = (np.interp(times, clock, row) for row in seen)
-    return Course(times, shaft, winding, base, middle, tip, elongation)
+    return hidden.Course(times, shaft, winding, base, middle, tip, elongation)
 
 
-def _body(truth: Truth, refinement: int) -> Body:
-    geometry: Geometry = replace(
-        load_geometry(), length=LENGTH, width=WIDTH, thickness=THICKNESS, shaft_centre=BASE, diode_centre=TIP
+def _body(truth: hidden.Truth, refinement: int) -> Body:
+    """The link of a cell, on a mesh."""
+    geometry, materials = load_geometry(), load_materials()
+    geometry = replace(
+        geometry,
+        length=hidden.LENGTH,
+        width=hidden.WIDTH,
+        thickness=hidden.THICKNESS,
+        shaft_centre=hidden.BASE,
+        diode_centre=hidden.TIP,
     )
-    materials: Materials = load_materials()
     link = replace(
         materials.link,
         conductivity=truth.conductivity,
@@ -139,43 +133,30 @@ def _body(truth: Truth, refinement: int) -> Body:
     return bare_link(geometry, replace(materials, link=link), refinement)
 
 
-@dataclass
-class _Ramp:
-    """A heat flow in W that runs straight from `first` to `last` over a step, `begin` and `size` in s."""
-
-    begin: float = 0.0
-    size: float = 1.0
-    first: float = 0.0
-    last: float = 0.0
-
-    def __call__(self, time: float) -> float:
-        return self.first + (time - self.begin) / self.size * (self.last - self.first)
-
-
 class _Cell:
     """Link and motor at one time, and how they go on."""
 
     def __init__(self, body: Body) -> None:
         fea = Fea(body, displacement_order=1)
-        self._model = fea.heat_model()
-        probes = [self._model.probe(body.probes[name]) for name in ("base", "middle", "tip")]
+        self._model = fea.heat
+        probes = [body.probes[name] for name in ("base", "middle", "tip")]
         self._observed = np.array([*probes, fea.elasticity.elongation_row])
         self._base = self._observed[0]
-        self._field = np.full(self._model.size, COLD)
-        self._motor = np.full(2, COLD)
-        self._ramp = _Ramp()
+        self._field = np.full(self._model.size, hidden.COLD)
+        self._motor = np.full(2, hidden.COLD)
+        self._begin, self._size, self._first, self._last = 0.0, 1.0, 0.0, 0.0
         # Change of the flow that link and motor call for per change of the flow that is tried, W/W; it hardly
         # differs from step to step.
         self._answer = 0.0
 
-    def enter(self, truth: Truth, segment: Segment) -> None:
+    def enter(self, truth: hidden.Truth, segment: Segment) -> None:
         """Begin a segment of the duty cycle."""
         self._truth, self._segment = truth, segment
-        steady = convection(truth, segment)
+        steady = hidden.convection(truth, segment)
         drive = Drive(
             lambda time: steady * (1 + truth.draught(time)),
-            lambda time: surroundings(truth, segment, time),
-            heat_flow=self._ramp,
+            lambda time: hidden.surroundings(truth, segment, time),
+            heat_flow=self._through_joint,
             radiation=truth.emissivity > 0,
         )
         self._stepper = HeatStepper(self._model, drive)
@@ -183,35 +164,38 @@ class _Cell:
     def seen(self) -> Array:
         """Shaft, winding, base, middle and tip temperature in K, elongation in m, shape (6,)."""
         *temperatures, _ = self._observed @ self._field
-        elongation = self._observed[3] @ (self._field - COLD)
+        elongation = self._observed[3] @ (self._field - hidden.COLD)
         return np.array([self._motor[1], self._motor[0], *temperatures, elongation])
 
     def advance(self, time: float, size: float) -> None:
         """Step by `size` from `time`, both in s."""
         base = float(self._base @ self._field)
-        ramp = self._ramp
-        ramp.begin, ramp.size = time, size
-        ramp.first = self._flow(time, self._motor, base)
+        self._begin, self._size = time, size
+        self._first = self._flow(time, self._motor, base)
         tried: tuple[float, float] | None = None
         for _ in range(30):
-            field, _ = self._stepper.step(self._field, time, size)
+            field = self._stepper.step(self._field, time, size)
             warmed = float(self._base @ field)
             motor = self._motor_after(time, size, base, warmed)
-            surplus = self._flow(time + JUST_BEFORE * size, motor, warmed) - ramp.last
+            surplus = self._flow(time + JUST_BEFORE * size, motor, warmed) - self._last
             if abs(surplus) < SETTLED:
                 break
-            if tried is not None and abs(ramp.last - tried[0]) > 100 * SETTLED:
-                self._answer = 1 + (surplus - tried[1]) / (ramp.last - tried[0])
-            tried = ramp.last, surplus
-            ramp.last += surplus / (1 - self._answer)
+            if tried is not None and abs(self._last - tried[0]) > 100 * SETTLED:
+                self._answer = 1 + (surplus - tried[1]) / (self._last - tried[0])
+            tried = self._last, surplus
+            self._last += surplus / (1 - self._answer)
         else:
             raise InputError(f"joint: link and motor do not agree at {time:g} s; take shorter steps")
         self._field, self._motor = field, motor
 
+    def _through_joint(self, time: float) -> float:
+        """Heat flow in W into the link, which runs straight from first to last over a step."""
+        return self._first + (time - self._begin) / self._size * (self._last - self._first)
+
     def _flow(self, time: float, motor: Array, base: float) -> float:
         """Heat flow in W into the link at its base, what the hub loses there taken off."""
-        air = surroundings(self._truth, self._segment, time)
-        _, through = motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
+        air = hidden.surroundings(self._truth, self._segment, time)
+        _, through = hidden.motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
         return through - self._truth.hub_loss * (base - air)
 
     def _motor_after(self, time: float, size: float, first: float, last: float) -> Array:
@@ -219,9 +203,11 @@ class _Cell:
 
         def rates(fraction: float, state: Array) -> Array:
             now = time + min(fraction, JUST_BEFORE) * size
-            air = surroundings(self._truth, self._segment, now)
+            air = hidden.surroundings(self._truth, self._segment, now)
             base = first + fraction * (last - first)
-            return np.array(motor_rates(self._truth, self._segment, now, state[0], state[1], base, air)[0])
+            return np.array(
+                hidden.motor_rates(self._truth, self._segment, now, state[0], state[1], base, air)[0]
+            )
 
         y = self._motor
         k_1 = rates(0.0, y)

@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.clock import MOST_DAYS
-from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, Readings, effect_of
+from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.scenarios.duties.duty import (
@@ -71,10 +71,8 @@ MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + ZERO_CELSIUS, 3.43, 2
 def duty_of(name: str) -> tuple[Segment, ...]:
     """Duty cycle of a scenario by its name or file, as `warmlink run` takes it, up to its stop time.
 
-    Raises
-    ------
-    InputError
-        There is no such scenario, it is too long to be logged, or it heats by a pad of given power.
+    InputError is raised where there is none, it is too long to be logged, or it heats by a pad of given
+    power.
     """
     duty = load_scenario(name).duty
     if not isinstance(duty, Duty):
@@ -117,25 +115,31 @@ def hide(
         An effect is not known.
     """
     duration = length(duty)
-    truth, late = Truth(), 0.0
+    truth, late = Truth(), effects.get("clock_offset", 0.0)
     for name, size in effects.items():
         effect = effect_of(name)
         if effect.on_truth is not None:
             truth = effect.on_truth(truth, size, duration)
-        late += size if name == "clock_offset" else 0.0
     changes = np.cumsum([segment.duration for segment in duty])[:-1]
     rows = np.unique(np.round([*np.arange(0.0, duration + 1e-6, interval), *changes], 6))
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
     course = solver(truth, list(duty), dense)
-    readings = _true_readings(course, duty)
+    readings = {f"{name}_temperature": getattr(course, name) for name in TEMPERATURES}
+    readings |= {
+        "elongation": course.elongation,
+        "ambient": demands_at(duty, course.time)["ambient_temperature"],
+    }
     for name, size in effects.items():
-        effect, channel = effect_of(name), name.partition(":")[2]
-        if effect.on_readings is not None:
-            effect.on_readings(dense, readings, size, channel)
+        change, channel = effect_of(name).on_readings, name.partition(":")[2] or "elongation"
+        if change is not None:
+            readings[channel] = change(dense, readings, size, channel)
+    del readings["ambient"]
     picked = {channel: values[np.searchsorted(dense, seen)] for channel, values in readings.items()}
-    return _columns(rows, duty, noisy(rows, picked, noise, np.random.default_rng(seed)))
+    found = noisy(rows, picked, noise, np.random.default_rng(seed))
+    measured = {f"{channel} [degC]": found[channel] - ZERO_CELSIUS for channel in CHANNELS}
+    return {**demand_columns(rows, duty), **measured, "elongation [um]": found["elongation"] * 1e6}
 
 
 def write_csv(columns: Mapping[str, Array], path: Path) -> None:
@@ -148,42 +152,29 @@ def write_csv(columns: Mapping[str, Array], path: Path) -> None:
         pd.DataFrame(written).to_csv(scratch, index=False, float_format="%.6g")
 
 
-def _true_readings(course: Course, duty: Sequence[Segment]) -> Readings:
-    true = (course.shaft, course.winding, course.base, course.middle, course.tip)
-    ambient = demands_at(duty, course.time)["ambient_temperature"]
-    return {**dict(zip(CHANNELS, true, strict=True)), "elongation": course.elongation, "ambient": ambient}
-
-
 def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
     """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each."""
-    result = {}
-    step = float(rows[1] - rows[0])
-    for channel, values in readings.items():
-        if channel == "ambient":
-            continue
-        length = channel == "elongation"
-        sigma = noise.elongation if length else noise.temperature
-        added = np.sqrt(1 - noise.correlated) * random.standard_normal(rows.size)
-        added += np.sqrt(noise.correlated) * _correlated(rows.size, np.exp(-step / noise.minute), random)
-        spiky = random.random(rows.size) < noise.spikes
-        added += spiky * random.uniform(10, 30, rows.size) * random.choice([-1, 1], rows.size)
-        noisy = values + sigma * added
-        if noise.quantum:
-            quantum = noise.quantum * (1e-6 if length else 1.0)
-            zero = 0.0 if length else ZERO_CELSIUS
-            noisy = np.round((noisy - zero) / quantum) * quantum + zero
-        result[channel] = noisy
-    return result
-
-
-def _correlated(count: int, decay: float, random: np.random.Generator) -> Array:
     from scipy.linalg import solve_banded
 
-    start = random.standard_normal()
-    drive = np.sqrt(1 - decay**2) * random.standard_normal(count)
-    drive[0] = start
-    # Of the first-order recursion; scipy.signal takes a second to import.
-    return np.asarray(solve_banded((1, 0), [np.ones(count), np.full(count, -decay)], drive))
+    result = {}
+    decay = np.exp(-float(rows[1] - rows[0]) / noise.minute)
+    for channel, values in readings.items():
+        of_camera = channel == "elongation"
+        added = np.sqrt(1 - noise.correlated) * random.standard_normal(rows.size)
+        start = random.standard_normal()
+        drive = np.sqrt(1 - decay**2) * random.standard_normal(rows.size)
+        drive[0] = start
+        # Of the first-order recursion; scipy.signal takes a second to import.
+        recursion = [np.ones(rows.size), np.full(rows.size, -decay)]
+        added += np.sqrt(noise.correlated) * solve_banded((1, 0), recursion, drive)
+        spiky = random.random(rows.size) < noise.spikes
+        added += spiky * random.uniform(10, 30, rows.size) * random.choice([-1, 1], rows.size)
+        read = values + (noise.elongation if of_camera else noise.temperature) * added
+        if noise.quantum:
+            quantum, zero = (noise.quantum * 1e-6, 0.0) if of_camera else (noise.quantum, ZERO_CELSIUS)
+            read = np.round((read - zero) / quantum) * quantum + zero
+        result[channel] = read
+    return result
 
 
 def demand_columns(rows: Array, duty: Sequence[Segment]) -> dict[str, Array]:
@@ -196,8 +187,3 @@ def demand_columns(rows: Array, duty: Sequence[Segment]) -> dict[str, Array]:
         "pad_temperature [degC]": demands["pad_temperature"] - ZERO_CELSIUS,
         "ambient_temperature [degC]": demands["ambient_temperature"] - ZERO_CELSIUS,
     }
-
-
-def _columns(rows: Array, duty: Sequence[Segment], readings: Readings) -> dict[str, Array]:
-    measured = {f"{channel} [degC]": readings[channel] - ZERO_CELSIUS for channel in CHANNELS}
-    return {**demand_columns(rows, duty), **measured, "elongation [um]": readings["elongation"] * 1e6}

@@ -1,1 +1,1 @@
-"""Master algorithms, one in each file; their table; and what several of them share."""
+"""Master algorithms: explicit, iterated, in parts of a step; their table; and what they share."""

@@ -43,7 +43,7 @@ class Stepper(ABC):
 
 @dataclass(frozen=True)
 class Schedule:
-    """Order of work in a communication step, the same in every step: all that the compiled loop needs.
+    """Order of work in a communication step that steps each slave once, with inputs that are known already.
 
     Attributes
     ----------
@@ -65,33 +65,20 @@ class Algorithm(ABC):
 
     Attributes
     ----------
-    explicit : bool
-        Each slave steps once, with inputs that are known already: too long a step may be unstable.
     repeats_steps : bool
         Steps that a slave discards are repeated in smaller parts.
     """
 
-    explicit: ClassVar[bool] = False
     repeats_steps: ClassVar[bool] = False
-
-    @property
-    def compiles(self) -> bool:
-        """Whether every step follows one `schedule`, so that the compiled loop can do it."""
-        return False
 
     @property
     @abstractmethod
     def order(self) -> int:
         """Order of convergence of the coupling error in the communication step size."""
 
-    @property
-    def whole_steps(self) -> Algorithm:
-        """What does the steps that need no repetition: the algorithm itself, or the one within it."""
-        return self
-
-    def schedule(self, network: Network) -> Schedule:
-        """How the slaves are stepped, for an algorithm that `compiles`."""
-        raise NotImplementedError
+    def schedule(self, network: Network) -> Schedule | None:
+        """How the slaves are stepped where that is so; too long a step may then be unstable."""
+        return None
 
     @abstractmethod
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:

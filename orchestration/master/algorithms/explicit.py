@@ -1,10 +1,14 @@
-"""What Jacobi and Gauss-Seidel have in common: every slave steps once, by a schedule, with known inputs."""
+"""Jacobi and Gauss-Seidel: every slave steps once, by a schedule, with inputs that are known already."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
+from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 
@@ -13,11 +17,61 @@ class Explicit(Algorithm):
     """An algorithm that is nothing but its schedule."""
 
     order: ClassVar[int] = 1
-    explicit: ClassVar[bool] = True
+
+    @abstractmethod
+    def schedule(self, network: Network) -> Schedule:
+        """How the slaves are stepped."""
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network."""
         return ScheduledStepper(network, self.schedule(network))
+
+
+@dataclass(frozen=True)
+class Jacobi(Explicit):
+    """Step every slave with held inputs, read all outputs, set all inputs.
+
+    An output with direct feedthrough is thus read with the old inputs at the new time, as libcosim's
+    fixed-step algorithm and Ecos do it.
+
+    Parameters
+    ----------
+    settled : bool
+        After the exchange, read outputs with direct feedthrough again, now with the new inputs, and pass
+        them on: all values then belong to the same communication point. Three times as accurate on a
+        motor and its link; not what libcosim and Ecos do.
+    """
+
+    settled: bool = False
+
+    def schedule(self, network: Network) -> Schedule:
+        """All slaves at once."""
+        again = feedthrough_order(network) if self.settled else ()
+        return Schedule(tuple(range(len(network.slaves))), at_once=True, again=again)
+
+
+@dataclass(frozen=True)
+class GaussSeidel(Explicit):
+    """Set a slave's inputs from the newest outputs, step it, read its outputs; then the next.
+
+    Parameters
+    ----------
+    sequence : tuple of str, optional
+        The slaves' names in the order of stepping; default: by direct feedthrough.
+    """
+
+    sequence: tuple[str, ...] | None = None
+
+    def schedule(self, network: Network) -> Schedule:
+        """One slave after the other; InputError where the sequence does not name each once."""
+        if self.sequence is None:
+            return Schedule(feedthrough_order(network), at_once=False)
+        if sorted(self.sequence) != sorted(network.index):
+            raise InputError(
+                f"order of slaves: {', '.join(self.sequence)} is not an order of {', '.join(network.index)}; "
+                "name each of them once"
+            )
+        return Schedule(tuple(network.index[name] for name in self.sequence), at_once=False)
 
 
 class ScheduledStepper(Stepper):

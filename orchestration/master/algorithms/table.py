@@ -5,11 +5,9 @@ from __future__ import annotations
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
+from warmlink.orchestration.master.algorithms.parts import StepDoubling
 
 FOLLOWING = "error_controlled"
 """Name of the algorithm whose steps follow the error."""

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from typing import Any
+from itertools import accumulate, chain
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.master.algorithms.algorithm import Schedule
+from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Addressed, Names
+from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.model import Value
 
 # By FMI version and base type: the buffer (0 doubles, 1 ints, 2 bytes, 3 long ints).
@@ -26,7 +28,26 @@ _KINDS = {
     ("fmi3", "Int64"): 3,
 }
 Place = tuple[int, int]
-Numbers = NDArray[np.int64]
+"""A buffer and an index in it."""
+
+
+@runtime_checkable
+class Addressed(Protocol):
+    """What compiled code needs to step a slave by itself: the addresses of its functions, as FMI has them.
+
+    They are called in the way of the `prefix`, `fmi2` or `fmi3`, with the `component` as first argument;
+    `stepping` is what `under_way` calls a step.
+    """
+
+    prefix: str
+    component: Any
+    stepping: int
+
+    def function(self, name: str) -> Any:
+        """Find a function by its name without the prefix."""
+
+    def batches(self, names: Names) -> list[Batch]:
+        """Give a set of variables sorted by type."""
 
 
 def obstacle(network: Network, recorder: Recorder) -> str | None:
@@ -44,143 +65,99 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
 
 
 class Layout:
-    """Tables of addresses and indices that the compiled loop runs over.
+    """Tables of addresses and indices that the compiled loop runs over: `tables`, as `Tables` in `loop.c`.
 
     The four buffers hold doubles, ints, bytes and long ints; each batch of a slave's variables has its
     stretch in one of them, so that FMI calls read and write there directly.
     """
 
-    def __init__(self, network: Network, recorder: Recorder) -> None:
+    def __init__(
+        self, network: Network, schedule: Schedule, recorder: Recorder, points: CommunicationPoints
+    ) -> None:
         self.network = network
-        self.slaves = [slave for slave in network.slaves if isinstance(slave, Addressed)]
-        self._sizes = [0, 0, 3, 0]  # the first three bytes are the flags of fmi3DoStep
-        self._keep: list[Batch] = []
-        count = len(network.slaves)
-        plans = [self._plan(k, network.reads[k], "Get") for k in range(count)]
-        writes = [self._plan(k, network.writes[k], "Set") for k in range(count)]
-        late = [self._plan(k, recorder.late[k], "Get") for k in range(count)]
-        self._sizes[0] += 1  # lastSuccessfulTime of fmi3DoStep
-        self.buffers = (
-            np.zeros(self._sizes[0]),
-            np.zeros(max(1, self._sizes[1]), dtype=np.int32),
-            np.zeros(self._sizes[2], dtype=np.uint8),
-            np.zeros(max(1, self._sizes[3]), dtype=np.int64),
-        )
-        self.outputs = [places for _, places in plans]
-        self.inputs = [places for _, places in writes]
-        late_places = {
-            (k, name): place
-            for k in range(count)
-            for name, place in zip(recorder.late[k], late[k][1], strict=True)
-        }
-        self._wires(count)
-        checks = [[self.outputs[k][position][1] for position in network.checked[k]] for k in range(count)]
+        room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
+        self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
+        self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
+        self._kept: list[Batch] = []  # whose value references are in the tables
+        slaves = range(len(network.slaves))
+        reads, self.outputs = self._laid(network.reads, "Get")
+        writes, self.inputs = self._laid(network.writes, "Set")
+        late, late_places = self._laid(recorder.late, "Get")
+        wires = [
+            [(*self.outputs[w.slave][w.position], *target) for w, target in zip(*both, strict=True)]
+            for both in zip(network.wires, self.inputs, strict=True)
+        ]
+        checks = [[self.outputs[k][position][1] for position in network.checked[k]] for k in slaves]
         columns = [
-            late_places[k, name] if position is None else self.outputs[k][position]
+            late_places[k][recorder.late[k].index(name)] if position is None else self.outputs[k][position]
             for k, name, position in recorder.sources
         ]
-        rows = [row for batches, _ in plans for row in batches]
-        late_rows = [row for batches, _ in late for row in batches]
-        write_rows = [row for batches, _ in writes for row in batches]
-        self.tables = (
-            _table([self._row(k) for k in range(count)], 6),
-            self._finish(rows + late_rows),
-            self._finish(write_rows),
-            _table(self.wire_rows, 4),
-            np.array([c for found in checks for c in found], dtype=np.int64),
-            _table(columns, 2),
-        )
-        self.ranges = np.array(
-            [
-                _starts([len(batches) for batches, _ in plans]),
-                _starts([len(batches) for batches, _ in writes]),
-                _starts([len(wires) for wires in network.wires]),
-                _starts([len(found) for found in checks]),
-            ],
-            dtype=np.int64,
-        )
+        factors = [each for w in chain(*network.wires) for each in (w.factor, w.offset)]
+        ranges = [
+            [0, *accumulate(len(of_slave) for of_slave in each)] for each in (reads, writes, wires, checks)
+        ]
+        read_rows = [*chain(*reads), *chain(*late)]
+        self._arrays: list[Any] = [
+            *(_whole(rows) for rows in (schedule.slaves, [self._row(k) for k in slaves], read_rows)),
+            *(_whole(rows) for rows in ([*chain(*writes)], [*chain(*wires)], [*chain(*checks)], columns)),
+            _whole(ranges),
+            np.array(factors),
+            np.array([points.start_time, points.step_size, *points.uneven]),
+            *self.buffers,
+        ]
+        sizes = len(slaves), len(read_rows), len(columns), schedule.at_once, len(points.uneven)
+        self.tables = np.array([*sizes, *(array.ctypes.data for array in self._arrays)], dtype=np.int64)
 
     def load(self) -> None:
         """Take the values last exchanged into the buffers."""
         for places, values in ((self.outputs, self.network.outputs), (self.inputs, self.network.inputs)):
-            for of_slave, values_of_slave in zip(places, values, strict=True):
-                for (kind, index), value in zip(of_slave, values_of_slave, strict=True):
-                    self.buffers[kind][index] = value
+            for (kind, index), value in zip(chain(*places), chain(*values), strict=True):
+                self.buffers[kind][index] = value
 
     def unload(self) -> None:
         """Give the values last exchanged back to the network."""
-        for k in range(len(self.network.slaves)):
-            self.network.outputs[k] = [self._python(k, place) for place in self.outputs[k]]
-            self.network.inputs[k] = [self._python(k, place) for place in self.inputs[k]]
+        self.network.outputs = [[self._value(*place) for place in places] for places in self.outputs]
+        self.network.inputs = [[self._value(*place) for place in places] for places in self.inputs]
 
-    def _python(self, k: int, place: Place) -> Value:
-        kind, index = place
-        value = self.buffers[kind][index].item()
+    def _value(self, kind: int, index: int) -> Value:
+        value: Value = self.buffers[kind][index].item()
         return bool(value) if kind == 2 else value
 
     def _row(self, k: int) -> list[int]:
-        slave = self.slaves[k]
-        assert slave.component.value is not None
-        last = self.buffers[0].ctypes.data + 8 * (len(self.buffers[0]) - 1)
-        return [
-            slave.component.value,
-            _address(slave.function("DoStep")),
-            int(slave.prefix[-1]),
-            self.buffers[2].ctypes.data,
-            last,
-            slave.stepping,
-        ]
+        slave = self._slave(k)
+        bytes_at, doubles_at = self.buffers[2].ctypes.data, self.buffers[0].ctypes.data
+        version = int(slave.prefix[-1])
+        step = _address(slave.function("DoStep"))
+        return [slave.component.value, step, version, bytes_at, doubles_at, slave.stepping]
 
-    def _plan(self, k: int, names: Names, verb: str) -> tuple[list[list[int]], list[Place]]:
-        """Give the rows of the table of batches, and where each variable lies."""
-        slave = self.slaves[k]
-        rows: list[list[int]] = []
-        places: list[Place] = [(0, 0)] * len(names)
-        for batch in slave.batches(names) if names else ():
-            kind = _KINDS[slave.prefix, batch.base]
-            start = self._sizes[kind]
-            self._sizes[kind] += batch.count
-            for i, position in enumerate(batch.positions):
-                places[position] = (kind, start + i)
-            self._keep.append(batch)
-            assert slave.component.value is not None
-            rows.append(
-                [
-                    _address(slave.function(verb + batch.base)),
-                    slave.component.value,
-                    ctypes.addressof(batch.references),
-                    batch.count,
-                    kind << 32 | start,
-                    int(slave.prefix[-1]),
-                ]
-            )
+    def _laid(self, names: Sequence[Names], verb: str) -> tuple[list[list[list[int]]], list[list[Place]]]:
+        """Give for each slave the rows of the table of batches, and where each variable lies."""
+        rows: list[list[list[int]]] = [[] for _ in names]
+        places: list[list[Place]] = [[(0, 0)] * len(each) for each in names]
+        for k, of_slave in enumerate(names):
+            slave = self._slave(k)
+            for batch in slave.batches(of_slave) if of_slave else ():
+                kind = _KINDS[slave.prefix, batch.base]
+                start, buffer = self._used[kind], self.buffers[kind]
+                self._used[kind] += batch.count
+                self._kept.append(batch)
+                for i, position in enumerate(batch.positions):
+                    places[k][position] = (kind, start + i)
+                function, references = slave.function(verb + batch.base), ctypes.addressof(batch.references)
+                values, version = buffer.ctypes.data + start * buffer.itemsize, int(slave.prefix[-1])
+                component = slave.component.value
+                rows[k].append([_address(function), component, references, batch.count, values, version])
         return rows, places
 
-    def _finish(self, rows: list[list[int]]) -> NDArray[np.int64]:
-        """Turn buffer positions into addresses, now that the buffers are there."""
-        for row in rows:
-            kind, start = row[4] >> 32, row[4] & 0xFFFFFFFF
-            row[4] = self.buffers[kind].ctypes.data + start * self.buffers[kind].itemsize
-        return _table(rows, 6)
-
-    def _wires(self, count: int) -> None:
-        self.wire_rows: list[list[int]] = []
-        factors: list[float] = []
-        for k in range(count):
-            for target, wire in zip(self.inputs[k], self.network.wires[k], strict=True):
-                source = self.outputs[wire.slave][wire.position]
-                self.wire_rows.append([*source, *target])
-                factors += [wire.factor, wire.offset]
-        self.factors = np.array(factors)
+    def _slave(self, k: int) -> Addressed:
+        slave = self.network.slaves[k]
+        assert isinstance(slave, Addressed)
+        return slave
 
 
 def _address(function: Any) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
-def _table(rows: Sequence[Sequence[int]], columns: int) -> NDArray[np.int64]:
-    return np.array(rows, dtype=np.int64).reshape(-1, columns)
-
-
-def _starts(lengths: Sequence[int]) -> list[int]:
-    return [0, *np.cumsum(lengths, dtype=np.int64).tolist()]
+def _whole(rows: Any) -> Any:
+    return np.array(rows, dtype=np.int64)

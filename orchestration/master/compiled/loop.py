@@ -1,17 +1,23 @@
-"""Stepping by a compiled loop: when it pays, and what happens between its chunks."""
+"""Stepping by a loop in C, compiled by this machine's compiler once and kept: when, and in which chunks."""
 
 from __future__ import annotations
 
+import ctypes
+import platform
+import sys
 import time
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import kept
+from warmlink.fmus.packaging.native.library import loaded
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled import kernel
 from warmlink.orchestration.master.compiled.layout import Layout
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves import under_way
@@ -25,6 +31,8 @@ Stepping = Literal["auto", "preferred", "plain", "compiled"]
 PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
+_NOTHING, _STEP, _GET, _SET, _NOT_FINITE, _TERMINATE = range(6)
+"""What failed, as the loop notes in the first cell of `under_way`."""
 
 
 def stepping_named(name: str) -> Stepping:
@@ -36,79 +44,66 @@ def stepping_named(name: str) -> Stepping:
     raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
 
 
+@cache
+def library() -> ctypes.CDLL:
+    """The loop; InputError if it is not kept and there is no C compiler."""
+    text = (Path(__file__).parent / "sources" / "loop.c").read_text("utf-8")
+
+    def compiled() -> bytes:
+        from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+
+        (compiler,) = compilers(platforms_named(None))
+        return compiler.library({"loop.c": text}, "loop")
+
+    found = loaded(kept("loops", (sys.platform, platform.machine(), text), compiled))
+    found.advance.restype = ctypes.c_int64
+    return found
+
+
 def prepare() -> None:
     """Compile the loop, or take what was compiled before; InputError where there is no C compiler."""
     try:
-        kernel.library()
+        library()
     except (InputError, OSError) as fault:
         raise InputError(f"compiled stepping: {fault}; choose auto") from None
 
 
-def choose(stepping: Stepping, algorithm: Algorithm, points: CommunicationPoints, slaves: int) -> bool:
+def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, slave_steps: int) -> bool:
     """Decide whether to step by the compiled loop, and prepare it.
 
-    Parameters
-    ----------
-    stepping : str
-        `auto` takes it where it can be had and the run is long enough to pay for laying out its tables,
-        `preferred` wherever it can be had, as one run of many does.
-    algorithm : Algorithm
-        Jacobi with held inputs and Gauss-Seidel can be compiled.
-    points : CommunicationPoints
-        The run's.
-    slaves : int
-        How many there are.
-
-    Raises
-    ------
-    InputError
-        Where `compiled` was asked for and cannot be had.
+    `auto` takes it where it can be had and so many steps of slaves pay for laying out its tables, `preferred`
+    wherever it can be had, as one run of many does; InputError where `compiled` cannot be had.
     """
-    if stepping == "plain":
-        return False
-    if stepping == "compiled":
-        if not algorithm.compiles:
-            raise InputError(
-                f"compiled stepping: {algorithm} cannot be compiled; choose Jacobi with held inputs "
-                "or Gauss-Seidel"
-            )
-        prepare()
-        return True
-    short = stepping == "auto" and points.count * slaves < PAYS_FROM_SLAVE_STEPS
-    if not algorithm.compiles or short:
+    compiles = schedule is not None and not schedule.again
+    if stepping == "compiled" and not compiles:
+        raise InputError(
+            f"compiled stepping: {algorithm} cannot be compiled; choose Jacobi with held inputs "
+            "or Gauss-Seidel"
+        )
+    short = stepping == "auto" and slave_steps < PAYS_FROM_SLAVE_STEPS
+    if stepping == "plain" or short or not compiles:
         return False
     try:
         prepare()
-    except InputError:  # stepping plainly gives the same values
-        return False
+    except InputError:
+        if stepping == "compiled":
+            raise
+        return False  # stepping plainly gives the same values
     return True
 
 
 class CompiledLoop:
-    """Steps a network by the compiled loop, in chunks after which Python may look around.
+    """Steps an initialized network by the compiled loop, in chunks after which Python may look around.
 
-    Parameters
-    ----------
-    network : Network
-        Initialized; without `obstacle`.
-    schedule : Schedule
-        Of an algorithm that compiles.
-    recorder : Recorder
-        Its rows are filled directly.
-    points : CommunicationPoints
-        The run's.
+    The recorder's rows are filled directly.
     """
 
     def __init__(
         self, network: Network, schedule: Schedule, recorder: Recorder, points: CommunicationPoints
     ) -> None:
-        self.network = network
-        self.recorder = recorder
-        self.layout = Layout(network, recorder)
+        self.network, self.recorder = network, recorder
+        self.layout = Layout(network, schedule, recorder, points)
         self.layout.load()
-        self._at_once = schedule.at_once
-        self._order = np.array(schedule.slaves, dtype=np.int64)
-        self._times = np.array([points.start_time, points.step_size, *points.uneven])
         self._points = points
         self._restores = not network.unable_to_restore()
         self._keyframe: Snapshot | None = None
@@ -123,27 +118,24 @@ class CompiledLoop:
         """
         network, recorder = self.network, self.recorder
         first = recorder.rows - 1
-        last = min(last, first + self._chunk, first + recorder.room())
+        row = recorder.left
+        last = min(last, first + self._chunk, first + len(row))
         if self._restores:
             self._keyframe = network.snapshot(reuse=self._keyframe)
         failure = self._cells
         failure[:3] = 0
         began = time.perf_counter()
-        reached = kernel.advance(
-            self._at_once,
-            self._order,
-            first,
-            last,
-            self._times,
-            self.layout,
-            recorder.block,
-            recorder.place(first + 1),
-            failure,
+        assert row.dtype == np.float64
+        assert row.flags.c_contiguous
+        ends = ctypes.c_int64(first), ctypes.c_int64(last)
+        tables, rows, cells = (
+            ctypes.c_void_p(each.ctypes.data) for each in (self.layout.tables, row, failure)
         )
+        reached = int(library().advance(tables, *ends, rows, cells))
         took = time.perf_counter() - began
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.
-        if failure[0] == kernel.STEP and failure[2] == _DISCARD and self._keyframe is not None:
+        if failure[0] == _STEP and failure[2] == _DISCARD and self._keyframe is not None:
             network.rewind(self._keyframe)
             return False
         self.layout.unload()
@@ -159,9 +151,9 @@ class CompiledLoop:
         network = self.network
         slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
-        if what == kernel.NOT_FINITE:
+        if what == _NOT_FINITE:
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
-        if what == kernel.TERMINATE:
-            slave.end("DoStep")
-        slave.fail({kernel.STEP: "DoStep", kernel.GET: "Get"}.get(what, "Set"), detail)
+        if what in (_STEP, _TERMINATE):
+            slave.stop(detail)
+        slave.fail("Get" if what == _GET else "Set", detail)

@@ -9,15 +9,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import stamped, unstamped, whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.recording.stores import Folder, writing
+from warmlink.orchestration.master.recording.recorder import Folder, Recorder, writing
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
@@ -60,22 +58,13 @@ class Checkpoint:
 
 
 class Checkpoints:
-    """Writes and reads the checkpoint of one run.
+    """Writes and reads the checkpoint of one run; the run goes on from the one `found`.
 
-    Attributes
-    ----------
-    found : Checkpoint or None
-        From which the run goes on.
-
-    Raises
-    ------
-    InputError
-        Where a slave cannot serialise its state, or the checkpoint to go on from is damaged or another run's.
+    InputError where a slave cannot serialise its state, or the checkpoint is damaged or another run's.
     """
 
     def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
         self.every = chosen.every
-        self.folder = chosen.folder
         self.path = chosen.folder / FILE
         self._network = network
         self._fingerprint = fingerprint
@@ -89,12 +78,9 @@ class Checkpoints:
             if chosen.every < 1:
                 raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
         self.found = self._load() if chosen.resume else None
-
-    def store(self) -> Folder:
-        """Where the run's values go: behind those that the checkpoint found vouches for."""
-        if self.found is None:
-            return Folder(self.folder)
-        return Folder(self.folder, keep=self.found.rows, digest=self.found.digest)
+        # The run's values go behind those that the checkpoint found vouches for.
+        rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)
+        self.folder = Folder(chosen.folder, keep=rows, digest=digest)
 
     def next_after(self, point: int, last: int) -> int:
         """Give the next point at which a checkpoint is due, or the last of the run."""
@@ -104,26 +90,19 @@ class Checkpoints:
         """Tell whether a checkpoint is due at a point."""
         return self.every is not None and point % self.every == 0
 
-    def save(self, recorder: Recorder, stepper: Stepper, sweeps: int) -> None:
-        """Write a checkpoint of the present communication point, the values first.
-
-        Raises
-        ------
-        StoreError
-            Where it cannot be written; the one before stays.
-        """
+    def save(self, recorder: Recorder, stepper: Stepper) -> None:
+        """Write a checkpoint of the present point, the values first; StoreError where the disk is full."""
         recorder.flush()
-        digest = recorder.store.secure()
         network = self._network
         kept = Checkpoint(
             self._fingerprint,
             recorder.rows,
-            digest,
+            self.folder.secure(),
             [b64encode(slave.serialize()).decode() for slave in network.slaves],
             network.outputs,
             network.inputs,
             stepper.memory(),
-            (network.steps, network.rejected, sweeps),
+            (network.steps, network.rejected, network.sweeps),
         )
         with writing(self.path), whole_file(self.path) as scratch, scratch.open("wb") as file:
             file.write(stamped({"version": _VERSION, **vars(kept)}))
@@ -154,28 +133,20 @@ class Checkpoints:
             )
         return found
 
-    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> int:
-        """Put initialized slaves, network and algorithm where the checkpoint was; give its sweeps."""
+    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> None:
+        """Put initialized slaves, network and algorithm where the checkpoint was."""
         network = self._network
         with self._readable():
-            self._compare(found)
+            for theirs, ours in ((found.outputs, network.outputs), (found.inputs, network.inputs)):
+                if [(type(each), len(each)) for each in theirs] != [(list, len(each)) for each in ours]:
+                    raise ValueError("its values are not those of these FMUs")
             for slave, data in zip(network.slaves, found.states, strict=True):
                 slave.deserialize(b64decode(data))
             network.outputs, network.inputs = found.outputs, found.inputs
-            network.steps, network.rejected, sweeps = found.counts
+            network.steps, network.rejected, network.sweeps = found.counts
             network.time = recorder.points.time(found.rows - 1)
             stepper.recall(found.memory)
             recorder.resume(found.rows)
-        return sweeps
-
-    def _compare(self, found: Checkpoint) -> None:
-        """Raise ValueError where the values in a checkpoint are not as many as the network's."""
-        for theirs, ours in (
-            (found.outputs, self._network.outputs),
-            (found.inputs, self._network.inputs),
-        ):
-            if [(type(each), len(each)) for each in theirs] != [(list, len(each)) for each in ours]:
-                raise ValueError("its values are not those of these FMUs")
 
     @contextmanager
     def _readable(self) -> Iterator[None]:
@@ -202,13 +173,6 @@ def fingerprint(
         (s.name, file_digest(assembly.files[s.name]) if s.name in assembly.files else "")
         for s in assembly.slaves
     ]
-    values = {name: sorted(given.items()) for name, given in assembly.values.items()}
-    parts: Sequence[Any] = (
-        slaves,
-        list(assembly.connections),
-        sorted(values.items()),
-        points,
-        algorithm,
-        tuple(names),
-    )
+    values = sorted((name, sorted(given.items())) for name, given in assembly.values.items())
+    parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names))
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()

@@ -1,26 +1,139 @@
-"""What is kept of a run: chosen variables at every communication point."""
+"""What is kept of a run, and where: in memory, or in a file that is valid at every moment."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.files import fresh_file, write_all
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.stores import Store
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Names, Slave
+from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.description import Variable
 
+VALUES, COLUMNS = "values.npy", "columns.json"
+BLOCK_ROWS = 4096
+MOST_BYTES = 2e9
 
-def outputs_of(slaves: Sequence[Slave]) -> tuple[str, ...]:
-    """Name every scalar output that is a number, as `slave.variable`."""
-    return tuple(
-        f"{slave.name}.{v.name}" for slave in slaves for v in slave.variables.values() if is_recorded(v)
-    )
+
+class StoreError(Exception):
+    """Values can no longer be written; the run ends there, and what was written before is kept."""
+
+    def __init__(self, path: Path, fault: OSError) -> None:
+        super().__init__(f"{path.name} cannot be written any more ({fault.strerror})")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what the disk does not take into a StoreError."""
+    try:
+        yield
+    except OSError as fault:
+        raise StoreError(path, fault) from None
+
+
+class Folder:
+    """Writes `values.npy` and `columns.json` into a folder, block by block.
+
+    The header of `values.npy` counts the rows that were written before it was, so that the file can be read
+    whenever the run ends, be it by a kill. An interrupted run may have left rows there that its checkpoint
+    counts on: so many are kept, and they must have the digest.
+    """
+
+    def __init__(self, folder: Path, *, keep: int = 0, digest: str = "") -> None:
+        self.folder = folder
+        self.path = folder / VALUES
+        self._keep, self._expected = keep, digest
+        self._digest = hashlib.sha256()
+        self._file: BinaryIO | None = None
+        self._columns = 0
+
+    def open(self, header: Table) -> None:
+        """Begin to write; InputError where the folder cannot be written or lacks rows to keep."""
+        about = {
+            "columns": [{"name": name, "unit": header.units[name]} for name in header.names],
+            "start_time_s": header.points.start_time,
+            "step_size_s": header.points.step_size,
+            "steps": header.points.count,
+        }
+        self._columns = len(header.names)
+        if self._keep:
+            self._check()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with fresh_file(self.folder / COLUMNS) as scratch:
+                scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
+            # Without a buffer, which would try to write again on closing what the disk did not take.
+            self._file = self.path.open("r+b" if self._keep else "w+b", buffering=0)
+            if not self._keep:
+                write_all(self._file, self._npy_header(0))
+        except OSError as fault:
+            raise InputError(
+                f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
+            ) from None
+
+    def _check(self) -> None:
+        """Refuse values that are not those which the checkpoint counts on."""
+        begin, end = self._place(0), self._place(self._keep)
+        if not self.path.exists() or self.path.stat().st_size < end:
+            raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
+        self._digest.update(np.memmap(self.path, np.uint8, "r", begin, (end - begin,)).data)
+        if self._digest.hexdigest() != self._expected:
+            raise InputError(
+                f"{self.path}: is damaged, its values are not those that the checkpoint beside it counts on; "
+                "start anew"
+            )
+
+    def put(self, first: int, rows: Array) -> None:
+        """Write rows to their place, then count them; StoreError where the disk does not take them."""
+        assert self._file is not None
+        data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
+        with writing(self.path):
+            self._file.seek(self._place(first))
+            write_all(self._file, data)
+            self._file.seek(0)
+            write_all(self._file, self._npy_header(first + len(rows)))
+        self._digest.update(data)
+
+    def secure(self) -> str:
+        """Have everything written reach the disk; give its digest."""
+        assert self._file is not None
+        with writing(self.path):
+            os.fsync(self._file.fileno())
+        return self._digest.hexdigest()
+
+    def values(self, first: int, rest: Array) -> Array:
+        """Write the last rows, as far as the disk takes them, and map the file."""
+        assert self._file is not None
+        with suppress(StoreError, OSError):
+            self.put(first, rest)
+            self._file.truncate(self._place(first + len(rest)))
+        self._file.close()
+        # An array without rows or columns cannot be mapped.
+        found: Array = np.load(self.path, mmap_mode=None if self.path.stat().st_size <= 128 else "r")
+        return found
+
+    def _place(self, row: int) -> int:
+        """Give where a row begins in the file."""
+        return len(self._npy_header(0)) + row * 8 * self._columns
+
+    def _npy_header(self, rows: int) -> bytes:
+        """Give NumPy's header, which is of one length whatever the number of rows."""
+        stream, shape = BytesIO(), (rows, self._columns)
+        np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": shape})
+        return stream.getvalue()
 
 
 def is_recorded(variable: Variable) -> bool:
@@ -31,26 +144,16 @@ def is_recorded(variable: Variable) -> bool:
 
 
 class Recorder:
-    """Values in rows of a preallocated block, a row for each communication point.
+    """Values in rows of a preallocated block, one for each communication point, in the variables' own units.
 
-    Parameters
-    ----------
-    network : Network
-        Must read the outputs among `names`.
-    names : sequence of str
-        Variables as `slave.variable`; outputs are kept as they were exchanged, all others (inputs,
-        parameters, internals) as they stand when the exchange is done.
-    points : CommunicationPoints
-        The run's.
-    store : Store
-        Takes full blocks and gives everything back at the end.
+    Outputs that the network reads are kept as they were exchanged; all other variables (inputs, parameters,
+    internals) as they stand when the exchange is done. Where they are written to a folder, that is done block
+    by block; else the block is the whole run's, and `memory` gives it, all NaN, where the run is guarded.
 
     Attributes
     ----------
     header : Table
         What is recorded, without values.
-    block : ndarray, shape (rows of a block, names)
-        In the variables' own units; Booleans are 0 and 1.
     rows : int
         Points recorded so far.
     sources : list of (slave, variable, position)
@@ -60,15 +163,19 @@ class Recorder:
     """
 
     def __init__(
-        self, network: Network, names: Sequence[str], points: CommunicationPoints, store: Store
+        self,
+        network: Network,
+        names: Sequence[str],
+        points: CommunicationPoints,
+        folder: Folder | None,
+        memory: Callable[[int, int], Array] | None,
     ) -> None:
         names = tuple(dict.fromkeys(names))
-        self.points = points
-        self.rows = 0
+        self.points, self._network, self._folder = points, network, folder
+        self.rows = self._base = 0
         self._cells = under_way.here.cells
         units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
-        self._network, count = network, len(network.slaves)
         for name in names:
             k, variable = network.locate(name)
             about = network.slaves[k].variables[variable]
@@ -77,48 +184,59 @@ class Recorder:
             units[name] = about.unit
             read = network.reads[k]
             self.sources.append((k, variable, read.index(variable) if variable in read else None))
-        late = [[c for c, (j, _, p) in enumerate(self.sources) if j == k and p is None] for k in range(count)]
+        late = [
+            [c for c, (j, _, position) in enumerate(self.sources) if j == k and position is None]
+            for k in range(len(network.slaves))
+        ]
         self.late: list[Names] = [tuple(self.sources[c][1] for c in columns) for columns in late]
         self._others = [(k, self.late[k], columns) for k, columns in enumerate(late) if columns]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
-        self.store = store
         self.header = Table(names, units, points, np.empty((0, len(names))))
-        self.block = store.open(self.header)
-        self._base = 0
+        shape = points.count + 1, len(names)
+        size = 8 * shape[0] * shape[1]
+        if folder is None and size > MOST_BYTES:
+            raise InputError(
+                f"{shape[0] - 1} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps at "
+                f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
+                "with --checkpoint"
+            )
+        if folder is not None:
+            folder.open(self.header)
+            shape = min(BLOCK_ROWS, shape[0]), shape[1]
+        self._block = np.full(shape, np.nan) if folder or not memory else memory(*shape)
 
-    def take(self, point: int) -> None:
-        """Keep the values of one communication point."""
-        row = self.block[self.place(point)]
+    @property
+    def left(self) -> Array:
+        """Rows of the block that are still free, shape (rows, names); Booleans are 0 and 1 there."""
+        return self._block[self.rows - self._base :]
+
+    def take(self) -> None:
+        """Keep the values of the next communication point."""
+        row = self.left[0]
         outputs = self._network.outputs
         for column, k, position in self._exchanged:
             row[column] = outputs[k][position]
         for k, names, columns in self._others:
             row[columns] = self._network.slaves[k].get(names)
-        self.filled(point)
-
-    def place(self, point: int) -> int:
-        """Give the row of the block for a point."""
-        return point - self._base
-
-    def room(self) -> int:
-        """Tell how many more points fit into the block."""
-        return len(self.block) - self.place(self.rows)
+        self.filled(self.rows)
 
     def filled(self, point: int) -> None:
-        """Note that all rows up to a point are filled; hand a full block to the store."""
+        """Note that all rows up to a point are filled; write a full block to the folder."""
         self.rows = self._cells[under_way.ROWS] = point + 1
-        if self.room() == 0 and self.rows <= self.points.count:
+        if len(self.left) == 0 and self.rows <= self.points.count:
             self.flush()
 
     def flush(self) -> None:
-        """Hand what the block holds to the store and begin it anew."""
-        self.store.put(self._base, self.block[: self.place(self.rows)])
-        self._base = self.rows
+        """Write what the block holds to the folder and begin it anew."""
+        if self._folder is not None:
+            self._folder.put(self._base, self._block[: self.rows - self._base])
+            self._base = self.rows
 
     def resume(self, rows: int) -> None:
-        """Go on behind rows that the store holds already."""
+        """Go on behind rows that the folder holds already."""
         self.rows = self._base = self._cells[under_way.ROWS] = rows
 
     def table(self) -> Table:
         """Give everything recorded."""
-        return self.header.holding(self.store.values(self._base, self.block[: self.place(self.rows)]))
+        rest = self._block[: self.rows - self._base]
+        return self.header.holding(rest if self._folder is None else self._folder.values(self._base, rest))

@@ -1,21 +1,151 @@
-"""The result of a run."""
+"""The result of a run: recorded columns, how heat balances came out, and what it took."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.master.recording.audit import Audit, Balance
-from warmlink.orchestration.master.recording.table import Table
-from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.master.slaves.timed import CALLS, SlaveStatistics
+from warmlink.orchestration.system.model import Connection
 
 if TYPE_CHECKING:
     import pandas
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Values at the first communication points of a run; a file on disk may stand behind them.
+
+    Attributes
+    ----------
+    names : tuple of str
+        As `slave.variable`.
+    units : mapping
+        Unit by name; None where the slave gives none.
+    points : CommunicationPoints
+        The run's.
+    values : ndarray, shape (points, columns)
+        In those units.
+    """
+
+    names: tuple[str, ...]
+    units: Mapping[str, str | None]
+    points: CommunicationPoints
+    values: Array = field(repr=False)
+
+    @cached_property
+    def _column(self) -> dict[str, int]:
+        return {name: column for column, name in enumerate(self.names)}
+
+    @property
+    def times(self) -> Array:
+        """Times in s, shape (points,)."""
+        rows = np.arange(len(self), dtype=np.float64)
+        if self.points.uneven:
+            return np.array(self.points.uneven[: rows.size])
+        return self.points.start_time + rows * self.points.step_size
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._column
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, name: str) -> Array:
+        """Give one column, shape (points,)."""
+        if name not in self._column:
+            raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
+        return self.values[:, self._column[name]]
+
+    def holding(self, values: Array) -> Table:
+        """Give the same columns with other values."""
+        return replace(self, values=values)
+
+    def heading(self, name: str) -> str:
+        """Give a column's heading, as `link.elongation [m]`."""
+        return f"{name} [{self.units[name] or '1'}]"
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Give a data frame whose columns are named `time [s]`, `link.elongation [m]` and so on."""
+        import pandas
+
+        frame = pandas.DataFrame(np.asarray(self.values), columns=[self.heading(name) for name in self.names])
+        frame.insert(0, "time [s]", self.times)
+        return frame
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Two cumulative outputs that should grow alike, both in the same unit.
+
+    Attributes
+    ----------
+    delivered, received : str
+        As `motor.heat_delivered` and `link.heat_received`.
+    """
+
+    delivered: str
+    received: str
+
+
+@dataclass(frozen=True)
+class Audit:
+    """A balance evaluated over a recorded run."""
+
+    balance: Balance
+    table: Table = field(repr=False)
+
+    @property
+    def unit(self) -> str | None:
+        """Unit of both ends."""
+        return self.table.units[self.balance.delivered]
+
+    @property
+    def delivered(self) -> float:
+        """What was delivered over the run, in `unit`."""
+        column = self.table[self.balance.delivered]
+        return float(column[-1] - column[0]) if len(column) else 0.0
+
+    @property
+    def total(self) -> float:
+        """Delivered minus received over the run, in `unit`."""
+        column = self.table[self.balance.received]
+        return self.delivered - (float(column[-1] - column[0]) if len(column) else 0.0)
+
+    @property
+    def per_step(self) -> Array:
+        """Delivered minus received in each communication step, in `unit`, shape (steps,)."""
+        return np.diff(self.table[self.balance.delivered] - self.table[self.balance.received])
+
+    @property
+    def largest_step(self) -> float:
+        """Largest absolute difference within one step, in `unit`."""
+        return float(np.max(np.abs(self.per_step), initial=0.0))
+
+
+def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) -> tuple[Balance, ...]:
+    """Find the heat balances of a system.
+
+    Wherever a slave that counts `heat_delivered` feeds its `heat_flow` to a slave that counts
+    `heat_received`, unconverted and alone, the two counts belong together.
+    """
+    variables = {slave.name: slave.variables for slave in slaves}
+    return tuple(
+        Balance(f"{c.source_component}.heat_delivered", f"{c.target_component}.heat_received")
+        for c in connections
+        if (c.source_variable, c.target_variable) == ("heat_flow", "heat_flow")
+        and (c.factor, c.offset) == (1.0, 0.0)
+        and "heat_delivered" in variables[c.source_component]
+        and "heat_received" in variables[c.target_component]
+    )
 
 
 @dataclass(frozen=True)
@@ -111,7 +241,7 @@ class Result(Answer):
     statistics: Statistics = field(default_factory=Statistics)
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Array:
         """Times of the communication points in s, shape (points,)."""
         return self.table.times
 
@@ -120,7 +250,7 @@ class Result(Answer):
         """How each balance came out."""
         return tuple(Audit(balance, self.table) for balance in self.balances)
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Array:
         """Give a recorded column by its full name, shape (points,)."""
         return self.table[name]
 

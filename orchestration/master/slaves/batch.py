@@ -32,42 +32,21 @@ def held_from_start(variables: Mapping[str, Variable]) -> Held:
 class Batch:
     """Variables of one base type among a set of variables, with the arrays a call needs.
 
-    Parameters
-    ----------
-    base : str
-        The type as the FMI functions name it: `Real`, `Float64` and so on.
-    c_type : type
-        Its ctypes type.
-    positions, variables : list
-        Of those variables, their places in the set.
-    held : dict
-        The slave's values of arrays, of which some elements may be set alone.
-
-    Attributes
-    ----------
-    arrays : bool
-        Whether some of the variables are elements of arrays.
-    get, set : ctypes function
-        Of the FMU.
-    arguments : tuple
-        Of both.
+    `base` is the type as the FMI functions name it, `chosen` the variables by their places in the set, `held`
+    the slave's values of arrays, of which some elements may be set alone. The FMU's functions `get` and `set`
+    take the same `arguments`.
     """
 
-    def __init__(
-        self, base: str, c_type: Any, positions: list[int], variables: Sequence[Variable], held: Held
-    ) -> None:
-        self.base = base
-        self.positions = positions
-        self.count = len(positions)
-        self.arrays = any(variable.elements > 1 for variable in variables)
+    def __init__(self, base: str, c_type: Any, chosen: Mapping[int, Variable], held: Held) -> None:
+        self.base, self.positions, self.count = base, list(chosen), len(chosen)
+        self.arrays = any(variable.elements > 1 for variable in chosen.values())
         self.plain = base in _FLOATS and not self.arrays
-        self._places = [(v.value_reference, v.element) for v in variables]
+        self._places = [(v.value_reference, v.element) for v in chosen.values()]
         self._held = held
-        references = [reference for reference, _ in self._places]
-        size = self.count
+        references, size = [reference for reference, _ in self._places], self.count
         if self.arrays:
             # FMI exchanges all elements of an array at once.
-            sizes = {v.value_reference: v.elements for v in variables}
+            sizes = {v.value_reference: v.elements for v in chosen.values()}
             starts = dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
             self._slots = [starts[reference] + element for reference, element in self._places]
             references, size = list(sizes), sum(sizes.values())
@@ -107,18 +86,13 @@ def sorted_by_type(
     names: Names,
     base_type: Callable[[Variable], tuple[str, Any] | None],
     held: Held | None = None,
-) -> tuple[list[Batch], list[int] | None]:
-    """Sort variables into batches of one base type; also their places among the values of all batches.
+) -> list[Batch]:
+    """Sort variables into batches of one base type; InputError where one is unknown or cannot be exchanged.
 
-    The places are None where the variables follow in that order. `base_type` gives the name and ctypes type
-    by which a variable is exchanged, or None where it cannot be; `held` keeps what arrays were set to.
-
-    Raises
-    ------
-    InputError
-        Where a variable is unknown or cannot be exchanged.
+    `base_type` gives the name and ctypes type by which a variable is exchanged, or None where it cannot be;
+    `held` keeps what arrays were set to.
     """
-    found: dict[str, tuple[Any, list[int], list[Variable]]] = {}
+    found: dict[tuple[str, Any], dict[int, Variable]] = {}
     for position, name in enumerate(names):
         variable = variables.get(name)
         if variable is None:
@@ -129,10 +103,5 @@ def sorted_by_type(
                 f"{slave}.{name}: {variable.type} values of this shape cannot be exchanged; "
                 "choose a scalar number, Boolean or String"
             )
-        _, positions, chosen = found.setdefault(base[0], (base[1], [], []))
-        positions.append(position)
-        chosen.append(variable)
-    batches = [Batch(base, *lists, held or {}) for base, lists in found.items()]
-    by_type = [position for batch in batches for position in batch.positions]
-    places = sorted(range(len(names)), key=by_type.__getitem__)
-    return batches, None if places == list(range(len(names))) else places
+        found.setdefault(base, {})[position] = variable
+    return [Batch(*base, chosen, held or {}) for base, chosen in found.items()]

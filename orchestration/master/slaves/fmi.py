@@ -6,51 +6,66 @@ that are made once for each set of variables.
 
 from __future__ import annotations
 
+import itertools
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Sequence
-from ctypes import byref, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p, create_string_buffer
+from ctypes import byref, c_bool, c_char_p, c_double, c_size_t, c_uint, c_void_p
+from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
+from weakref import WeakValueDictionary
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
-from warmlink.orchestration.master.slaves.fmu_log import FmuLog
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.master.slaves.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo, Variable
 from warmlink.orchestration.system.model import Value
 
-_STATUS: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
+_STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+_FAILURES: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
+_INITIALIZING = ("SetupExperiment", "EnterInitializationMode", "ExitInitializationMode")
 # Not all logging, which may be much: what the standard's categories say of failures.
-_CALLS = {
-    "SetupExperiment": under_way.INITIALIZING,
-    "EnterInitializationMode": under_way.INITIALIZING,
-    "ExitInitializationMode": under_way.INITIALIZING,
-}
 _CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"logStatusFatal")
 
 
-class FmiSlave(ABC):
-    """One instance of an FMU.
+class FmuLog:
+    """The last log lines of one instance, never printed; the FMU was given its key as its environment."""
 
-    Parameters
-    ----------
-    name : str
-        Instance name, as the system names the component.
-    info : ModelInfo
-        The FMU's description.
-    folder : Path
-        Where the FMU was unpacked.
+    _keys = itertools.count(1)
+    open: ClassVar[WeakValueDictionary[int, FmuLog]] = WeakValueDictionary()
+
+    def __init__(self) -> None:
+        self.key = next(self._keys)
+        self.lines: deque[tuple[str, str]] = deque(maxlen=200)
+        self.open[self.key] = self
+
+    def add(self, status: int, message: bytes | str | None) -> None:
+        """Keep a line."""
+        text = message.decode("utf-8", "replace") if isinstance(message, bytes) else message or ""
+        name = _STATUS[status] if 0 <= status < len(_STATUS) else str(status)
+        self.lines.append((name, " ".join(text.split())))
+
+    def tell(self) -> str:
+        """Give the lines that explain a failure: those that are not mere information, else the last few."""
+        telling = [text for status, text in self.lines if status != "ok" and text]
+        chosen = telling[-5:] or [text for _, text in self.lines if text][-3:]
+        return f"; it logged: {' | '.join(dict.fromkeys(chosen))}" if chosen else "; it logged nothing"
+
+
+class FmiSlave(ABC):
+    """One instance of an FMU, which was unpacked into a folder.
 
     Attributes
     ----------
-    functions : ctypes library
-        The FMU's functions, declared.
-    component : ctypes pointer
-        The instance.
-    number : int
-        By which `under_way` names it.
+    functions, component : ctypes library and pointer
+        The FMU's functions, declared, and the instance.
+    answers, wants_to_end : ctypes objects
+        What a step tells beside its status, and of that whether the FMU asks to end the simulation.
+    stepping : int
+        What `under_way` calls a step of it.
     watched : bool
         Whether the process is looked at after each of its steps: after the first, and always where a step
         has changed what FMUs share.
@@ -64,7 +79,9 @@ class FmiSlave(ABC):
     """
 
     prefix: ClassVar[str]
-    spelling: ClassVar[dict[str, str]]
+    library_class: ClassVar[str]  # FMPy's, with its module
+    platform: ClassVar[str]  # what FMPy calls the name of this platform's folder
+    byte: ClassVar[Any]
 
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
@@ -75,35 +92,34 @@ class FmiSlave(ABC):
         self.accepts_nan = info.accepts_nan
         self.time = 0.0
         self.log = FmuLog()
-        self._sorted: dict[Names, tuple[list[Batch], list[int] | None]] = {}
+        self._sorted: dict[Names, list[Batch]] = {}
         self._held = held_from_start(info.variables) if info.arrays else {}
         self._worst = 0
-        self.number = under_way.here.register(name)
+        self._number = 16 * under_way.here.register(name)
         self._under_way = under_way.here.cells
-        self._exchanging = 16 * self.number + under_way.EXCHANGING
-        self.stepping = 16 * self.number + under_way.STEPPING
+        self._exchanging = self._number + under_way.EXCHANGING
+        self.stepping = self._number + under_way.STEPPING
         self.remarks: list[str] = []
         self.watched = True
+        self.wants_to_end = c_bool()
+        self.answers: tuple[Any, ...] = ()
         self._surroundings = Surroundings()
         self._note(under_way.LOADING)
         self._library = self._load(folder)
         try:
             self.instantiate(self._library)
-        except Exception as error:
-            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from error
+        except Exception as fault:
+            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from fault
         self.functions = self._library.dll
         self.component = c_void_p(self._library.component)
+        self._do_step = self.function("DoStep")
         # An FMU may refuse all further calls after one for a category that it does not declare.
-        known = [each for each in _CATEGORIES if each.decode() in info.log_categories]
-        asked = known if info.log_categories else _CATEGORIES
+        declared = info.log_categories
+        asked = [each for each in _CATEGORIES if not declared or each.decode() in declared]
         if asked:
             count = len(asked)
             self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*asked))
-        self._look_around("when it was loaded")
-
-    @abstractmethod
-    def load_class(self) -> tuple[Any, str]:
-        """Give FMPy's class for this FMI version and the name of this platform's folder."""
+        self.look_around("when it was loaded")
 
     @abstractmethod
     def instantiate(self, library: Any) -> None:
@@ -117,45 +133,6 @@ class FmiSlave(ABC):
     def arguments(self, batch: Batch) -> tuple[Any, ...]:
         """Give the arguments by which a batch is got and set."""
 
-    def function(self, name: str) -> Any:
-        """Find one of the FMU's functions by its name without the prefix."""
-        return getattr(self.functions, self.prefix + self.spelling.get(name, name))
-
-    def call(self, name: str, *arguments: Any) -> None:
-        """Call a function and raise unless it answers ok or warning."""
-        self._note(_CALLS.get(name, under_way.COPYING))
-        status = self.function(name)(*arguments)
-        if status > 1:
-            self.fail(name, status)
-
-    def look_around(self) -> None:
-        """After a step, put back what the FMU changed for others."""
-        self.watched = self._look_around("in a step")
-
-    def _look_around(self, when: str) -> bool:
-        changed = self._surroundings.put_back()
-        if changed:
-            told = f"{self.name}: {when} it changed {' and '.join(changed)}, which others share; put back"
-            if told not in self.remarks:
-                self.remarks.append(told)
-        return bool(changed)
-
-    def _note(self, call: int) -> None:
-        self._under_way[under_way.CALL] = 16 * self.number + call
-
-    def fail(self, name: str, status: int, variable: str | None = None) -> NoReturn:
-        """Raise for a bad status, with what the FMU logged."""
-        self._worst = max(self._worst, status)
-        kind = _STATUS.get(status, "error")
-        message = f"{self.prefix}{name} answered {kind}{self.log.tell()}"
-        self.log.clear()
-        raise SlaveError(self.name, kind, self.time, message, variable)
-
-    def end(self, function: str) -> NoReturn:
-        """Raise because the slave asked to end the simulation."""
-        message = f"{self.prefix}{function} asks to end the simulation{self.log.tell()}"
-        raise SlaveError(self.name, "terminated", self.time, message)
-
     @abstractmethod
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Set up the experiment (times in s) and enter initialization mode."""
@@ -164,32 +141,77 @@ class FmiSlave(ABC):
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
         """Set time derivatives of Real inputs for the next step."""
 
-    @abstractmethod
+    def function(self, name: str) -> Any:
+        """Find one of the FMU's functions by its name, as FMI 3.0 spells it, without the prefix."""
+        return getattr(self.functions, self.prefix + name)
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Call a function and raise unless it answers ok or warning."""
+        self._note(under_way.INITIALIZING if name in _INITIALIZING else under_way.COPYING)
+        status = self.function(name)(*arguments)
+        if status > 1:
+            self.fail(name, status)
+
+    def look_around(self, when: str) -> bool:
+        """Put back what the FMU changed for others; tell whether there was anything."""
+        changed = self._surroundings.put_back()
+        told = f"{self.name}: {when} it changed {' and '.join(changed)}, which others share; put back"
+        if changed and told not in self.remarks:
+            self.remarks.append(told)
+        return bool(changed)
+
+    def _note(self, call: int) -> None:
+        self._under_way[under_way.CALL] = self._number + call
+
+    def fail(self, name: str, status: int, variable: str | None = None) -> NoReturn:
+        """Raise for a bad status, with what the FMU logged."""
+        self._worst = max(self._worst, status)
+        kind = _FAILURES.get(status, "error")
+        message = f"{self.prefix}{name} answered {kind}{self.log.tell()}"
+        self.log.lines.clear()
+        raise SlaveError(self.name, kind, self.time, message, variable)
+
+    def end(self, function: str) -> NoReturn:
+        """Raise because the slave asked to end the simulation."""
+        told = f"{self.prefix}{function} asks to end the simulation{self.log.tell()}"
+        raise SlaveError(self.name, "terminated", self.time, told)
+
     def step(self, time: float, step_size: float) -> None:
-        """Advance from `time` to `time + step_size`, both in s."""
+        """Advance by one communication step."""
+        self.time = time
+        self._under_way[under_way.CALL] = self.stepping
+        status = self._do_step(self.component, time, step_size, 0, *self.answers)
+        if status > 1 or self.wants_to_end.value:
+            self.stop(status)
+        if self.watched:
+            self.watched = self.look_around("in a step")
+
+    def stop(self, status: int) -> NoReturn:
+        """Raise for what a step answered."""
+        if status > 1:
+            self.fail("DoStep", status)
+        self.end("DoStep")
 
     def exit_initialization(self) -> None:
         """Leave initialization mode."""
         self.call("ExitInitializationMode", self.component)
-        self._look_around("during initialization")
+        self.look_around("during initialization")
 
     def get(self, names: Names) -> list[Value]:
         """Give the values of variables."""
-        values: list[Value] = []
-        self._under_way[under_way.CALL] = self._exchanging
-        batches, order = self._sorted.get(names) or self._prepare(names)
-        for batch in batches:
+        values: list[Value] = [0.0] * len(names)
+        for batch in self.batches(names):
             status = batch.get(*batch.arguments)
             if status > 1:
                 self.fail("Get" + batch.base, status, self._only(batch))
             if batch.count == len(names):
                 return batch.values[:] if batch.plain else batch.unload()
-            values += batch.unload()
-        return values if order is None else [values[place] for place in order]
+            for position, value in zip(batch.positions, batch.unload(), strict=True):
+                values[position] = value
+        return values
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables."""
-        self._under_way[under_way.CALL] = self._exchanging
         for batch in self.batches(names):
             if batch.plain and batch.count == len(values):
                 batch.values[:] = values
@@ -199,14 +221,31 @@ class FmiSlave(ABC):
             if status > 1:
                 self.fail("Set" + batch.base, status, self._only(batch))
 
+    def batches(self, names: Names) -> list[Batch]:
+        """Give a set of variables sorted by type, which is done once."""
+        self._under_way[under_way.CALL] = self._exchanging
+        batches = self._sorted.get(names)
+        if batches is None:
+            batches = sorted_by_type(self.name, self.variables, names, self.base_type, self._held)
+            for batch in batches:
+                batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
+                batch.arguments = self.arguments(batch)
+            self._sorted[names] = batches
+        return batches
+
+    def _only(self, batch: Batch) -> str | None:
+        """Name the variable of a batch that has but one."""
+        known = (v.name for v in self.variables.values() if v.value_reference == batch.references[0])
+        return next(known) if batch.count == 1 else None
+
     def directional_derivative(self, output: str, known: str) -> float:
         """Get the derivative of an output by an input, the state held fixed."""
         of, by = self.variables[output], self.variables[known]
         seed, found = (c_double * by.elements)(), (c_double * of.elements)()
         seed[by.element] = 1.0
-        sizes = ((by.elements,), (of.elements,)) if self.prefix == "fmi3" else ((), ())
-        ends = (self.references((output,)), 1, self.references((known,)), 1)
-        self.call("GetDirectionalDerivative", self.component, *ends, seed, *sizes[0], found, *sizes[1])
+        arrays = (seed, by.elements, found, of.elements) if self.prefix == "fmi3" else (seed, found)
+        ends = self.references((output,)), 1, self.references((known,)), 1
+        self.call("GetDirectionalDerivative", self.component, *ends, *arrays)
         return found[of.element]
 
     def references(self, names: Names) -> Any:
@@ -225,30 +264,25 @@ class FmiSlave(ABC):
 
     def free(self, state: Any) -> None:
         """Release a copied state; after a fatal error nothing may be called any more."""
-        if self._worst >= 4:
-            return
-        self.call("FreeFMUState", self.component, byref(state))
+        if self._worst < 4:
+            self.call("FreeFMUState", self.component, byref(state))
 
     def serialize(self) -> bytes:
         """Give the present state as bytes."""
         state, size = self.state(), c_size_t()
         self.call("SerializedFMUStateSize", self.component, state, byref(size))
-        data = create_string_buffer(size.value)
-        self.call("SerializeFMUState", self.component, state, self.as_bytes(data), size)
+        data = (self.byte * size.value)()
+        self.call("SerializeFMUState", self.component, state, data, size)
         self.free(state)
-        return data.raw
+        return bytes(data)
 
     def deserialize(self, data: bytes) -> None:
         """Take a serialised state."""
         state = c_void_p()
-        buffer = (c_char * len(data)).from_buffer_copy(data)
-        self.call("DeserializeFMUState", self.component, self.as_bytes(buffer), len(data), byref(state))
+        buffer = (self.byte * len(data)).from_buffer_copy(data)
+        self.call("DeserializeFMUState", self.component, buffer, len(data), byref(state))
         self.restore(state)
         self.free(state)
-
-    def as_bytes(self, buffer: Any) -> Any:
-        """Give a buffer as the pointer type that this FMI version declares."""
-        return buffer
 
     def terminate(self) -> None:
         """End the simulation, free the instance and unload the library."""
@@ -264,8 +298,10 @@ class FmiSlave(ABC):
             library.freeLibrary()
 
     def _load(self, folder: Path) -> Any:
-        slave_class, platform = self.load_class()
-        name, info = self.name, self.info
+        import fmpy
+
+        module, _, of_version = self.library_class.partition(".")
+        name, info, platform = self.name, self.info, getattr(fmpy, self.platform)
         if not (folder / "binaries" / platform).is_dir():
             offered = ", ".join(sorted(p.name for p in (folder / "binaries").glob("*"))) or "none"
             raise InputError(
@@ -273,7 +309,7 @@ class FmiSlave(ABC):
                 "export it for this platform"
             )
         try:
-            return slave_class(
+            return getattr(import_module(f"fmpy.{module}"), of_version)(
                 instanceName=name,
                 guid=info.guid,
                 modelIdentifier=info.model_identifier,
@@ -281,21 +317,3 @@ class FmiSlave(ABC):
             )
         except Exception as error:
             raise InputError(f"{name}: the library of {info.path.name} does not load: {error}") from error
-
-    def batches(self, names: Names) -> list[Batch]:
-        """Give a set of variables sorted by type, which is done once."""
-        return (self._sorted.get(names) or self._prepare(names))[0]
-
-    def _prepare(self, names: Names) -> tuple[list[Batch], list[int] | None]:
-        batches, order = sorted_by_type(self.name, self.variables, names, self.base_type, self._held)
-        for batch in batches:
-            batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
-            batch.arguments = self.arguments(batch)
-        self._sorted[names] = batches, order
-        return batches, order
-
-    def _only(self, batch: Batch) -> str | None:
-        """Name the variable of a batch that has but one."""
-        if batch.count != 1:
-            return None
-        return next(v.name for v in self.variables.values() if v.value_reference == batch.references[0])

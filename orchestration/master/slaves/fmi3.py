@@ -7,10 +7,9 @@ whenever it asks during a step, along the polynomial that the master gave.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import POINTER, byref, c_bool, c_double, c_uint, c_uint8, cast
+from ctypes import byref, c_bool, c_double, c_uint, c_uint8
 from typing import Any, ClassVar
 
-from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.slave import Names
@@ -22,20 +21,14 @@ class Fmi3Slave(FmiSlave):
     """One instance of an FMI 3.0 FMU."""
 
     prefix: ClassVar[str] = "fmi3"
-    spelling: ClassVar[dict[str, str]] = {}
-
-    def load_class(self) -> tuple[Any, str]:
-        """Give FMPy's class and the platform's name in FMI 3.0."""
-        from fmpy import platform_tuple
-        from fmpy.fmi3 import FMU3Slave
-
-        return FMU3Slave, platform_tuple
+    library_class: ClassVar[str] = "fmi3.FMU3Slave"
+    platform: ClassVar[str] = "platform_tuple"
+    byte: ClassVar[Any] = c_uint8
 
     def instantiate(self, library: Any) -> None:
         """Instantiate; FMPy keeps the callbacks alive."""
         self._varying: dict[int, list[float]] = {}
-        self._terminate = c_bool()
-        self._answers = (byref(c_bool()), byref(self._terminate), byref(c_bool()), byref(c_double()))
+        self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
         inputs = [
             v.value_reference
@@ -63,10 +56,8 @@ class Fmi3Slave(FmiSlave):
     def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
         """Enter initialization mode."""
         self.time = start_time
-        stop = 0.0 if stop_time is None else stop_time
-        self.call(
-            "EnterInitializationMode", self.component, False, 0.0, start_time, stop_time is not None, stop
-        )
+        times = start_time, stop_time is not None, stop_time or 0.0
+        self.call("EnterInitializationMode", self.component, False, 0.0, *times)
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables; derivatives that were set for them are dropped."""
@@ -87,40 +78,18 @@ class Fmi3Slave(FmiSlave):
         self._varying.clear()
         super().restore(state)
 
-    def as_bytes(self, buffer: Any) -> Any:
-        """Give a buffer as bytes without sign."""
-        return cast(buffer, POINTER(c_uint8))
-
     def step(self, time: float, step_size: float) -> None:
         """Advance by one communication step."""
-        self.time = time
-        self._under_way[under_way.CALL] = self.stepping
-        status = self.functions.fmi3DoStep(self.component, time, step_size, False, *self._answers)
-        if status > 1:
-            self.fail("DoStep", status)
-        if self._terminate.value:
-            self.end("DoStep")
-        if self.watched:
-            self.look_around()
+        super().step(time, step_size)
         if self._varying:
             status = self._vary(step_size)
             self._varying.clear()
             if status > 1:
                 self.fail("SetFloat64", status)
 
-    def _update(
-        self,
-        environment: Any,
-        time: float,
-        set_requested: bool,
-        get_allowed: bool,
-        finished: bool,
-        may_return: bool,
-        return_requested: Any,
-        return_time: Any,
-    ) -> None:
+    def _update(self, _: Any, time: float, set_requested: bool, *more: Any) -> None:
         """Set the inputs of an intermediate time; called by the slave within its step."""
-        return_requested[0] = False
+        more[3][0] = False  # no early return
         if set_requested and self._varying:
             self._vary(time - self.time)
 

@@ -1,10 +1,15 @@
-"""A slave in a process of its own: its crash or its endless step is an error like any other."""
+"""A process of its own for FMUs: a crash there, or an endless step, is an error like any other."""
 
 from __future__ import annotations
 
+import ctypes
+import importlib
+import multiprocessing
 import os
+import signal
 import sys
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -14,11 +19,15 @@ from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
-from warmlink.orchestration.system.description import Capabilities, Variable
 
 Opener = Callable[[], Slave]
+
+PATIENCE = 1.0
+"""With a call under way when Ctrl-C is pressed, in s."""
+
+START_LIMIT = 60.0
+"""For starting the process, before there is an FMU in it, in s: until its first answer, None."""
 
 
 @dataclass(frozen=True)
@@ -37,36 +46,110 @@ class Isolation:
     memory_limit: float = 4e9
 
 
-def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
-    """Start a process in which a slave is opened, without waiting for it, so that many start at once.
+class ProcessEndedError(Exception):
+    """The other process is gone; `code` is its exit code, below 0 for the signal that ended it."""
 
-    The opener is called there and must be picklable.
+    def __init__(self, code: int | None) -> None:
+        super().__init__(how_it_ended(code))
+        self.killed = (code or 0) < 0
+
+
+def how_it_ended(code: int | None) -> str:
+    """Name the signal or the exit code that a process ended with."""
+    if code is not None and code < 0:
+        return f"signal {signal.Signals(-code).name}"
+    return f"exit code {code}"
+
+
+class OtherProcess:
+    """A process that answers over a pipe.
+
+    The target is called there with its end of the pipe and the arguments; it and they must be picklable.
     """
+
+    def __init__(self, name: str, target: Callable[..., None], *arguments: Any) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(
+            target=_begin, args=(target, other, arguments), daemon=True, name=name
+        )
+        self._process.start()
+        other.close()
+
+    def ask(self, question: object) -> None:
+        """Send something; raises `ProcessEndedError` where nobody is there to take it."""
+        try:
+            self._pipe.send(question)
+        except OSError:
+            raise self._ended() from None
+
+    def answer(self, limit: float, hurried: Callable[[], bool] = lambda: False) -> Any:
+        """Give the next answer; once it is hurried, it is waited for but briefly.
+
+        Raises TimeoutError, and ends the process, where there is none within the limit in s;
+        `ProcessEndedError` where it has ended.
+        """
+        try:
+            end = time.monotonic() + limit
+            while not self._pipe.poll(min(0.1, limit)):
+                if hurried():
+                    end = min(end, time.monotonic() + PATIENCE)
+                if time.monotonic() > end:
+                    self._process.kill()
+                    raise TimeoutError
+            return self._pipe.recv()
+        except (EOFError, ConnectionError):
+            raise self._ended() from None
+
+    def end(self, patience: float = 0.0) -> None:
+        """Wait so many s for the process to end by itself, then end it."""
+        self._process.join(patience)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        self._pipe.close()
+
+    def _ended(self) -> ProcessEndedError:
+        self._process.join(5.0)
+        return ProcessEndedError(self._process.exitcode)
+
+
+def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) -> None:
+    # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    die_with_parent()
+    print_to_standard_error()
+    for module in ("fmpy.fmi2", "fmpy.fmi3"):  # before a time limit begins, which is the FMU's
+        importlib.import_module(module)
+    pipe.send(None)
+    target(pipe, *arguments)
+
+
+def die_with_parent() -> None:
+    """Have the system end this process when the one that started it ends, however that ends."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+
+
+def print_to_standard_error() -> None:
+    """Send to standard error whatever this process prints to standard output, in Python or in C."""
+    with suppress(OSError):
+        os.dup2(2, 1)
+    # New objects: after a fork, a lock of the old ones may be held by a thread that is no more.
+    sys.stdout = sys.stderr = open(2, "w", buffering=1, closefd=False, errors="replace")  # noqa: SIM115
+
+
+def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
+    """Start a process in which a slave is opened (picklable), without waiting, so that many start at once."""
     return OtherProcess(name, _serve, name, opener, isolation.memory_limit)
 
 
 class IsolatedSlave:
-    """Passes every call on to a slave in another process.
+    """Passes every call on to a slave in another process; copied states stay there, here they are numbers.
 
-    Parameters
-    ----------
-    name : str
-        The slave's name, for messages.
-    process : OtherProcess
-        As `start` gives it; waited for.
-    isolation : Isolation
-        Time limits.
-
-    Raises
-    ------
-    SlaveError
-        From every method: status `crash` where the process died, `time limit` where it did not answer.
+    Every method may raise SlaveError: status `crash` where the process died, `time limit` where it did not
+    answer.
     """
-
-    variables: Mapping[str, Variable]
-    capabilities: Capabilities
-    dependencies: Mapping[str, frozenset[str]]
-    accepts_nan: frozenset[str]
 
     def __init__(self, name: str, process: OtherProcess, isolation: Isolation) -> None:
         self.name = name
@@ -75,35 +158,18 @@ class IsolatedSlave:
         self._failure: SlaveError | None = None
         self._process = process
         self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
-        self.exit_initialization = partial(self._ask, "exit_initialization")
-        self.get = partial(self._ask, "get")
-        self.set = partial(self._ask, "set")
-        self.set_input_derivatives = partial(self._ask, "set_input_derivatives")
-        # Copied states stay in the other process; here they are numbers.
-        self.restore, self.free = partial(self._ask, "restore"), partial(self._ask, "free")
-        self.serialize, self.deserialize = partial(self._ask, "serialize"), partial(self._ask, "deserialize")
         self._answer("starting", START_LIMIT)
-        for attribute, value in self._answer("instantiating", isolation.time_limit).items():
-            setattr(self, attribute, value)
+        vars(self).update(self._answer("instantiating", isolation.time_limit))
 
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
-        """Set up the experiment and enter initialization mode."""
-        self._time = start_time
-        self._ask("enter_initialization", start_time, stop_time)
-
-    def state(self, reuse: object = None) -> object:
-        """Copy the complete state; the copy stays in the other process."""
-        return self._ask("state", reuse)
-
-    def step(self, time: float, step_size: float) -> None:
-        """Advance by one communication step."""
-        self._time = time
-        self._ask("step", time, step_size)
+    def __getattr__(self, method: str) -> Callable[..., Any]:
+        if method not in vars(Slave):
+            raise AttributeError(method)
+        return partial(self._ask, method)
 
     def terminate(self) -> None:
         """End the slave and its process."""
         patience = 0.0
-        if self._process.is_alive and self._failure is None:
+        if self._failure is None:
             with suppress(SlaveError):
                 self._ask("terminate")
                 patience = 5.0
@@ -113,6 +179,8 @@ class IsolatedSlave:
     def _ask(self, method: str, *arguments: Any) -> Any:
         if self._failure is not None:
             raise self._failure
+        if method in ("enter_initialization", "step"):
+            self._time = arguments[0]
         try:
             self._process.ask((method, arguments))
         except ProcessEndedError as ended:
@@ -120,8 +188,6 @@ class IsolatedSlave:
         return self._answer(method, self.isolation.time_limit)
 
     def _answer(self, method: str, limit: float) -> Any:
-        if self._failure is not None:
-            raise self._failure
         try:
             answer = self._process.answer(limit, under_way.asked)
         except TimeoutError:
@@ -175,7 +241,7 @@ def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
             method, arguments = pipe.recv()
         except (EOFError, OSError):
             return
-        pipe.send(answer(partial(_perform, slave, states, method, arguments)))
+        pipe.send(answer(partial(_perform, slave, states, method, *arguments)))
 
 
 def _limit_memory(more: float) -> None:
@@ -191,15 +257,14 @@ def _limit_memory(more: float) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
-def _perform(slave: Slave, states: dict[int, object], method: str, arguments: tuple[Any, ...]) -> Any:
+def _perform(slave: Slave, states: dict[int, object], method: str, *given: Any) -> Any:
     """Do one call; copied states are known to the other process by number."""
     if method == "state":
-        (reuse,) = arguments
-        number = len(states) and max(states) + 1 if reuse is None else reuse
+        number = max(states, default=-1) + 1 if given[0] is None else given[0]
         states[number] = slave.state(states.get(number))
         return number
     if method == "restore":
-        return slave.restore(states[arguments[0]])
+        return slave.restore(states[given[0]])
     if method == "free":
-        return slave.free(states.pop(arguments[0]))
-    return getattr(slave, method)(*arguments)
+        return slave.free(states.pop(given[0]))
+    return getattr(slave, method)(*given)

@@ -7,11 +7,14 @@ import math
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import Connection, Value
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.system.description import Variable
 
 
 @dataclass(frozen=True)
@@ -49,10 +52,8 @@ class Network:
 
     Parameters
     ----------
-    slaves : sequence of Slave
-        In the order of the system.
-    connections : sequence of Connection
-        From outputs to inputs; refused where an end is unknown or an input has two sources.
+    slaves, connections : sequence
+        InputError where a connection's end is unknown or an input has two sources.
     watched : collection of str
         Further outputs, as `slave.variable`, that are read at every communication point.
     process : int, optional
@@ -92,9 +93,9 @@ class Network:
             component, variable = self.locate(name)
             reads[component][variable] = None
         self.reads: list[Names] = [tuple(names) for names in reads]
-        self.writes: list[Names] = []
-        self.wires: list[list[Wire]] = []
-        self._lay(connections)
+        laid = self._lay(connections)
+        self.writes: list[Names] = [tuple(wires) for wires in laid]
+        self.wires = [list(wires.values()) for wires in laid]
         # Where nothing is converted, places in `outputs` suffice.
         self._bare = [
             [(wire.slave, wire.position) for wire in wires] if all(map(self._is_bare, wires)) else None
@@ -105,18 +106,11 @@ class Network:
         self.checked = [self._finite_positions(k) for k in range(len(self.slaves))]
         self._process = os.getpid() if process is None else process
         self.time = 0.0
-        self.steps = 0
-        self.rejected = 0
+        self.steps = self.rejected = self.sweeps = 0
         self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:
-        """Give slave index and variable of a full name.
-
-        Raises
-        ------
-        InputError
-            Where no slave has such a variable.
-        """
+        """Give slave index and variable of a full name; InputError where no slave has such a variable."""
         for k, slave in enumerate(self.slaves):
             variable = name.removeprefix(f"{slave.name}.")
             if variable != name and variable in slave.variables:
@@ -137,58 +131,52 @@ class Network:
                     f"{component}.{variable} does not exist; correct the name"
                 )
 
-    def _lay(self, connections: Sequence[Connection]) -> None:
-        sources: list[dict[str, Wire]] = [{} for _ in self.slaves]
+    def _lay(self, connections: Sequence[Connection]) -> list[dict[str, Wire]]:
+        """Give for each slave the sources of its inputs."""
+        laid: list[dict[str, Wire]] = [{} for _ in self.slaves]
         for connection in connections:
             source, target = self.index[connection.source_component], self.index[connection.target_component]
-            if connection.target_variable in sources[target]:
+            name = connection.target_variable
+            if name in laid[target]:
                 raise InputError(
                     f"connection {connection.source} -> {connection.target}: the input has another source "
                     "already; an input takes one"
                 )
-            kind = self.slaves[target].variables[connection.target_variable].kind
-            sources[target][connection.target_variable] = Wire(
-                source,
-                self.reads[source].index(connection.source_variable),
-                connection.factor,
-                connection.offset,
-                kind == "Real",
-            )
-        for named in sources:
-            self.writes.append(tuple(named))
-            self.wires.append(list(named.values()))
+            position = self.reads[source].index(connection.source_variable)
+            real = self.slaves[target].variables[name].kind == "Real"
+            laid[target][name] = Wire(source, position, connection.factor, connection.offset, real)
+        return laid
+
+    def source(self, wire: Wire) -> Variable:
+        """Give the output that a wire begins at."""
+        return self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
 
     def _is_bare(self, wire: Wire) -> bool:
-        source = self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
-        return (wire.factor, wire.offset) == (1.0, 0.0) and (source.kind == "Real" or not wire.real)
+        plain = (wire.factor, wire.offset) == (1.0, 0.0)
+        return plain and (self.source(wire).kind == "Real" or not wire.real)
 
     def _finite_positions(self, k: int) -> tuple[int, ...]:
         """Give the positions of the Real outputs of a slave that must be finite.
 
         An output may be NaN where it says so itself or where everything it feeds accepts that.
         """
-        slave, positions = self.slaves[k], []
-        for position, name in enumerate(self.reads[k]):
-            if slave.variables[name].kind != "Real" or name in slave.accepts_nan:
-                continue
-            takers = [
-                target_name in self.slaves[target].accepts_nan
-                for target, wires in enumerate(self.wires)
-                for target_name, wire in zip(self.writes[target], wires, strict=True)
-                if (wire.slave, wire.position) == (k, position)
-            ]
-            if not takers or not all(takers):
-                positions.append(position)
-        return tuple(positions)
+        slave = self.slaves[k]
+        takers: dict[int, list[bool]] = {}
+        for target, wires in enumerate(self.wires):
+            for name, wire in zip(self.writes[target], wires, strict=True):
+                if wire.slave == k:
+                    accepted = name in self.slaves[target].accepts_nan
+                    takers.setdefault(wire.position, []).append(accepted)
+        return tuple(
+            position
+            for position, name in enumerate(self.reads[k])
+            if slave.variables[name].kind == "Real"
+            and name not in slave.accepts_nan
+            and not all(takers.get(position, [False]))
+        )
 
     def read(self, k: int) -> None:
-        """Read a slave's outputs.
-
-        Raises
-        ------
-        SlaveError
-            Where one is NaN or infinite and must not be.
-        """
+        """Read a slave's outputs; SlaveError where one is NaN or infinite and must not be."""
         names = self.reads[k]
         if names:
             self.outputs[k] = values = self.slaves[k].get(names)
@@ -248,10 +236,7 @@ class Network:
             os._exit(0)
 
     def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:
-        """Copy the states of some slaves (default: all) and all exchanged values.
-
-        A snapshot of the same members that is no longer needed may be given for reuse.
-        """
+        """Copy the states of some slaves (default: all) and all values, over a snapshot given for reuse."""
         chosen = tuple(range(len(self.slaves)) if members is None else members)
         old = (None,) * len(chosen) if reuse is None else reuse.states
         states = tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True))
@@ -281,3 +266,7 @@ class Network:
     def unable_to_restore(self) -> tuple[str, ...]:
         """Name the slaves that cannot be rolled back."""
         return tuple(s.name for s in self.slaves if not s.capabilities.get_set_state)
+
+    def of_one_step(self) -> tuple[str, ...]:
+        """Name the slaves that cannot change their step."""
+        return tuple(s.name for s in self.slaves if not s.capabilities.variable_step)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.master.slaves.batch import Batch
     from warmlink.orchestration.system.description import Capabilities, Variable
     from warmlink.orchestration.system.model import Value
 
@@ -61,11 +60,6 @@ class SlaveError(Exception):
 def nominal(variable: Variable) -> float:
     """Give the size by which a variable's tolerances are scaled; 1 where the slave gives none."""
     return abs(variable.nominal) if variable.nominal else 1.0
-
-
-def takes_input_derivatives(slave: Slave) -> bool:
-    """Tell whether a slave's Real inputs may vary inside a step (FMI 3.0: by intermediate update)."""
-    return slave.capabilities.interpolate_inputs or slave.capabilities.intermediate_update
 
 
 class Slave(Protocol):
@@ -142,28 +136,3 @@ class Slave(Protocol):
 
     def terminate(self) -> None:
         """End the simulation and release everything; harmless when called twice."""
-
-
-@runtime_checkable
-class Addressed(Protocol):
-    """What compiled code needs to step a slave by itself: the addresses of its functions, as FMI has them.
-
-    Attributes
-    ----------
-    prefix : str
-        `fmi2` or `fmi3`, in whose way the functions are called.
-    component : ctypes pointer
-        Their first argument.
-    stepping : int
-        What `under_way` calls a step of it.
-    """
-
-    prefix: str
-    component: Any
-    stepping: int
-
-    def function(self, name: str) -> Any:
-        """Find a function by its name without the prefix."""
-
-    def batches(self, names: Names) -> list[Batch]:
-        """Give a set of variables sorted by type."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 
@@ -47,31 +47,27 @@ class TimedSlave:
     def __init__(self, slave: Slave) -> None:
         self._slave = slave
         self.statistics = SlaveStatistics(slave.name)
-        for name, calls in self.statistics.calls.items():
-            setattr(self, name, _timed(getattr(slave, name), calls))
-        timed = cast(Slave, self).step
-
-        def step(at: float, step_size: float) -> None:
-            sizes, size = self.statistics.step_sizes, float(f"{step_size:.6g}")
-            sizes[size] = sizes.get(size, 0) + 1
-            timed(at, step_size)
-
-        self.step = step
+        for name in CALLS:
+            setattr(self, name, self._timed(name, getattr(slave, name)))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._slave, name)
 
+    def _timed(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        calls, sizes = self.statistics.calls[name], self.statistics.step_sizes
 
-def _timed(call: Callable[..., Any], calls: Calls) -> Callable[..., Any]:
-    def timed(*given: Any, **named: Any) -> Any:
-        calls.count += 1
-        began = time.perf_counter()
-        try:
-            return call(*given, **named)
-        except SlaveError:
-            calls.refused += 1
-            raise
-        finally:
-            calls.seconds += time.perf_counter() - began
+        def timed(*given: Any) -> Any:
+            calls.count += 1
+            if name == "step":
+                size = float(f"{given[1]:.6g}")
+                sizes[size] = sizes.get(size, 0) + 1
+            began = time.perf_counter()
+            try:
+                return call(*given)
+            except SlaveError:
+                calls.refused += 1
+                raise
+            finally:
+                calls.seconds += time.perf_counter() - began
 
-    return timed
+        return timed

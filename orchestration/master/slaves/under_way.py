@@ -19,18 +19,10 @@ LOADING, INITIALIZING, STEPPING, EXCHANGING, COPYING, ENDING = range(1, len(CALL
 
 
 class UnderWay:
-    """What a process is doing.
+    """What a process is doing, in `SIZE` bytes that are zero at first and that another process may share.
 
-    Parameters
-    ----------
-    memory : bytearray or mmap
-        `SIZE` bytes, all zero at first; another process may share them.
-
-    Attributes
-    ----------
-    cells : memoryview of int64
-        At `CALL` the slave's number times 16 plus one of `CALLS`, at `ROWS` the rows recorded, at `ASKED`
-        whether to stop.
+    The cells hold at `CALL` the slave's number times 16 plus one of `CALLS`, at `ROWS` the rows recorded, at
+    `ASKED` whether to stop.
     """
 
     def __init__(self, memory: bytearray | mmap.mmap) -> None:

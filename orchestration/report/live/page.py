@@ -8,10 +8,10 @@ import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
-from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.browser import browser_module
 from warmlink.orchestration.catalogue import Controller, shipped
@@ -40,14 +40,20 @@ _MODULE_LINES = re.compile(r"^(?:import .*\n|export )", re.MULTILINE)
 def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> None:
     """Write the page of a scenario with some controllers beside each other; `asked` is how it was named.
 
+    Each system is compiled once, without start values, for all scenarios that share it.
+
     Raises
     ------
     InputError
         If the system contains foreign FMUs, zig is not installed, or a controller refuses a start value.
     """
-    each = [replace(scenario, controller=law) for law in controllers]
-    systems = [Whole(one, one.joined({})) for one in each]
-    path.write_text(_page(systems, [_module(*one) for one in systems], asked), encoding="utf-8")
+    systems = []
+    for law in controllers:
+        one = replace(scenario, controller=law)
+        whole = one.joined({})
+        module = kept(MODULES, _made_from(one), partial(browser_module, whole))
+        systems.append(Whole(one, whole, module))
+    path.write_text(_page(systems, asked), encoding="utf-8")
 
 
 def kept_live_page(scenario: Scenario, asked: Asked) -> str:
@@ -55,50 +61,36 @@ def kept_live_page(scenario: Scenario, asked: Asked) -> str:
 
     The law beside the scenario's is the one that `warmlink live` adds, where it is compiled too.
     """
-    if scenario.setup.foreign:
-        return ""
     laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}
-    each = [replace(scenario, controller=law) for law in laws.values()]
-    found = [(one, module) for one in each if (module := kept_before(MODULES, _made_from(one))) is not None]
-    if not found or found[0][0].controller.name != scenario.controller.name:
-        return ""
-    systems = [Whole(one, one.joined({})) for one, _ in found]
-    return _page(systems, [module for _, module in found], asked)
+    systems = []
+    for one in (replace(scenario, controller=law) for law in laws.values()):
+        module = None if scenario.setup.foreign else kept_before(MODULES, _made_from(one))
+        if module is not None:
+            systems.append(Whole(one, one.joined({}), module))
+        elif not systems:
+            return ""
+    return _page(systems, asked)
 
 
-def _page(systems: Sequence[Whole], modules: Sequence[bytes], asked: Asked) -> str:
-    scenario, _ = systems[0]
+def _page(systems: Sequence[Whole], asked: Asked) -> str:
     known = content(systems, asked)
-    laws = [one.scenario.controller.name for one in systems]
+    folder = resources.files("warmlink.orchestration.report.live")
+    texts = [(folder / f"{name}.js").read_text("utf-8") for name in SCRIPTS]
     return rendered(
         "live/live.html.j2",
-        title=scenario.title,
+        title=systems[0].scenario.title,
         plots=known["plots"],
         trust=TRUST,
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
-        modules={law: _packed(module) for law, module in zip(laws, modules, strict=True)},
-        script=script(),
+        modules={one.scenario.controller.name: _packed(one.module) for one in systems},
+        # As one script, without what the modules import from each other.
+        script="\n".join(_MODULE_LINES.sub("", text) for text in texts),
     )
 
 
-def _module(scenario: Scenario, whole: Component) -> bytes:
-    """The WebAssembly module of a scenario's system, compiled once for all scenarios that share the system.
-
-    `whole` is the system as one component with the start values that the parts declare; those of the scenario
-    are set when it runs.
-    """
-    return kept(MODULES, _made_from(scenario), lambda: browser_module(whole))
-
-
 def _made_from(scenario: Scenario) -> tuple[object, ...]:
+    """What the module of a system is made from; the scenario's start values are set when it runs."""
     return source_digest(), *scenario.made_from
-
-
-def script() -> str:
-    """The modules as one script, without what they import from each other."""
-    folder = resources.files("warmlink.orchestration.report.live")
-    texts = [(folder / f"{name}.js").read_text("utf-8") for name in SCRIPTS]
-    return "\n".join(_MODULE_LINES.sub("", text) for text in texts)
 
 
 def _packed(content: bytes) -> str:

@@ -14,8 +14,7 @@ from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.closed_loop.outcome import coupling_um
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
 from warmlink.orchestration.studies.case import Case, Outcome, figures, recorded
 

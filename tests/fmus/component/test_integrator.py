@@ -1,13 +1,26 @@
 """The Rosenbrock step: its order, its damping, and the Jacobian it uses."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from warmlink.fmus.component.integrator import ComplexStepJacobian, rosenbrock_step
+from warmlink.fmus.component.integrator import ComplexStepJacobian, ros2, solution_of
+
+
+def rosenbrock_step(
+    rates: Callable[[np.ndarray, float], np.ndarray],
+    jacobian: np.ndarray,
+    x: np.ndarray,
+    time: float,
+    step: float,
+) -> np.ndarray:
+    """State after one step."""
+    solve = solution_of(jacobian, step)
+    return ros2(rates(x, time), solve, lambda ahead: rates(ahead, time + step), x, step)
 
 
 def march(step: float, jacobian_factor: float) -> float:

@@ -14,8 +14,7 @@ from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.documentation import documentation_page
-from warmlink.fmus.packaging.python.bundle import bundle
-from warmlink.fmus.packaging.python.fmu import build_python_fmus
+from warmlink.fmus.packaging.python.fmu import build_python_fmus, bundle
 from warmlink.orchestration.check.validity import validity_problems
 
 ROOT = Path(__file__).parents[3]

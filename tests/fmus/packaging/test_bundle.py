@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from warmlink.fmus.packaging.python.bundle import bundle
+from warmlink.fmus.packaging.python.fmu import bundle
 from warmlink.orchestration.scenarios.expression import Expression
 
 

@@ -6,6 +6,7 @@ import io
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -21,15 +22,17 @@ from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
 from warmlink.fmus.packaging.exchange import opened
 from warmlink.fmus.packaging.model_description import (
-    fmi2_model_description,
-    fmi3_model_description,
     instantiation_token,
+    model_description,
     time_reference,
 )
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 COMPONENTS = [entry.component for entry in catalogue()]
-WRITERS: dict[str, Callable[..., bytes]] = {"fmi2": fmi2_model_description, "fmi3": fmi3_model_description}
+WRITERS: dict[str, Callable[..., bytes]] = {
+    "fmi2": model_description,
+    "fmi3": partial(model_description, fmi_version="3.0"),
+}
 FORMS: tuple[tuple[str, dict[str, bool]], ...] = (
     ("fmi2", {"native": False}),
     ("fmi2", {"native": True}),
@@ -117,7 +120,7 @@ def test_bounds_of_a_choice_are_those_of_its_items(component: Component) -> None
 
 
 def test_fmi3_has_time_after_the_component_s_own() -> None:
-    description = read(fmi3_model_description(LINK))
+    description = read(model_description(LINK, "3.0"))
     (time,) = [v for v in description.modelVariables if v.causality == "independent"]
     assert (time.name, time.valueReference, time.unit) == (TIME, time_reference(LINK), "s")
     (loss,) = [u for u in description.outputs if u.variable.name == "surface_heat_loss"]
@@ -181,12 +184,12 @@ def test_the_token_follows_interface_and_implementation() -> None:
     assert token == instantiation_token(replace(MOTOR, description="other words"))
     assert token != instantiation_token(MOTOR, "another implementation")
     assert token != instantiation_token(replace(MOTOR, outputs=MOTOR.outputs[:-1]))
-    assert token.encode() in fmi2_model_description(MOTOR)
-    assert token.encode() in fmi3_model_description(MOTOR)
+    assert token.encode() in model_description(MOTOR)
+    assert token.encode() in model_description(MOTOR, "3.0")
 
 
 def test_differences_are_marked_and_absolute_temperatures_are_not() -> None:
-    root = ET.fromstring(fmi2_model_description(LINK))
+    root = ET.fromstring(model_description(LINK))
     marked = {
         v.get("name")
         for v in root.iter("ScalarVariable")
@@ -210,7 +213,7 @@ def test_the_date_is_that_of_the_sources(fmi: str, monkeypatch: pytest.MonkeyPat
 
 
 def test_sources_and_capabilities_are_stated() -> None:
-    two = fmi2_model_description(MOTOR, sources=("fmi2.c", "model.c"))
+    two = model_description(MOTOR, sources=("fmi2.c", "model.c"))
     interface = read(two).coSimulation
     assert interface.modelIdentifier == MOTOR.name
     assert [file.get("name") for file in ET.fromstring(two).iterfind("CoSimulation//File")] == [
@@ -221,7 +224,7 @@ def test_sources_and_capabilities_are_stated() -> None:
     assert interface.providesDirectionalDerivative
     assert interface.maxOutputDerivativeOrder == 1
     assert not interface.needsExecutionTool
-    three = fmi3_model_description(MOTOR)
+    three = model_description(MOTOR, "3.0")
     assert b'providesIntermediateUpdate="true"' in three
     assert b'name="pad_mode"' in three
     pad = next(line for line in three.splitlines() if b'name="pad_mode"' in line)

@@ -12,8 +12,8 @@ import pytest
 from lxml import etree
 
 from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.packaging.beside import FOLDER, reference_files
 from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
-from warmlink.fmus.packaging.references import FOLDER, reference_files
 from warmlink.orchestration.system.archive import read_member
 from warmlink.orchestration.system.check import checked_value
 from warmlink.orchestration.system.description import read_description

@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Input, Output, Terminal
-from warmlink.fmus.packaging.terminals import terminals_files
+from warmlink.fmus.packaging.beside import terminals_files
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 

@@ -11,7 +11,7 @@ from tests.referees import Variables, ecos, libcosim
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, without_dots, write_arm
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.description import read_description

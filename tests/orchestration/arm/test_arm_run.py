@@ -22,7 +22,7 @@ from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario

@@ -17,8 +17,7 @@ from warmlink.orchestration.arm.geometry import axes, axis
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.duties.duty import Duty

@@ -10,9 +10,8 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
-from warmlink.orchestration.diagnosis.data.inputs import with_inputs
+from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
-from warmlink.orchestration.diagnosis.data.nominal import with_nominal
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.model.forward import input_table

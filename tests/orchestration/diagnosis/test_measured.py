@@ -8,7 +8,7 @@ from tests.orchestration.diagnosis.loggers import sticking
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
-from warmlink.orchestration.diagnosis.data.numbers import between_jumps, quantum, repeats
+from warmlink.orchestration.diagnosis.data.signals import between_jumps, quantum, repeats
 from warmlink.orchestration.diagnosis.data.thinning import spike_rows
 
 HEAD = (

@@ -10,10 +10,8 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.answer import next_experiment as next_experiment_module
-from warmlink.orchestration.diagnosis.answer.duties import DUTIES, run_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.separation import chances
+from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, indistinguishable, run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.fit.verdict import assess
@@ -175,4 +173,4 @@ def test_what_nothing_tells_apart_is_said_once() -> None:
         (frozenset(one.split("+")), frozenset(other.split("+")))
         for one, other in (("a+x", "b+x"), ("a+y", "b+y"), ("b+z", "a+z"), ("c+x", "d+x"))
     ]
-    assert next_experiment_module._indistinguishable(alike) == " Nothing tells a from b, nor c from d."
+    assert indistinguishable(alike) == " Nothing tells a from b, nor c from d."

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.stores import COLUMNS, VALUES
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.recorder import COLUMNS, VALUES
+from warmlink.orchestration.master.recording.result import Table
 
 
 def read_folder(folder: Path) -> Table:

@@ -14,7 +14,7 @@ import pytest
 from system.ssp_text import component, connection, connector, ssd, system
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, System

@@ -12,11 +12,9 @@ from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
+from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.compiled.loop import Stepping
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate

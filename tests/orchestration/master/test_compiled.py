@@ -10,10 +10,9 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.compiled import kernel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
+from warmlink.orchestration.master.compiled import loop as stepping
 from warmlink.orchestration.master.compiled.loop import PAYS_FROM_SLAVE_STEPS, Stepping
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Result
@@ -162,7 +161,7 @@ def test_auto_steps_plainly_where_nothing_compiles(
     system = loop(trivial2, trivial2, trivial2)
     monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
     monkeypatch.setenv("CC", str(tmp_path / "absent"))
-    monkeypatch.setattr(kernel, "library", kernel.library.__wrapped__)
+    monkeypatch.setattr(stepping, "library", stepping.library.__wrapped__)
     long = float(PAYS_FROM_SLAVE_STEPS)
     assert not simulate(system, long, 1.0, GaussSeidel(), record=["a.y"]).statistics.compiled
     with pytest.raises(InputError, match=r"compiled stepping: .*; choose auto"):

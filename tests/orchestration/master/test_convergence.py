@@ -9,11 +9,9 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
+from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about, algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import Capabilities

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.error_budget import coupling_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate

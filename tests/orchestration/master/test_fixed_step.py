@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.algorithms.ordering import feedthrough_order
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.audit import Balance
+from warmlink.orchestration.master.recording.result import Balance
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, System, Value

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.system.model import Component, System, Value

@@ -21,14 +21,11 @@ import pytest
 from tests.orchestration.master.streamed import read_folder
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.interface_newton import InterfaceNewton
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
-from warmlink.orchestration.master.algorithms.step_doubling import StepDoubling
-from warmlink.orchestration.master.pacing import Pacing
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
+from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.recording.checkpoint import LongRun
-from warmlink.orchestration.master.recording.table import Table
+from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
@@ -114,7 +111,7 @@ KILLED = """
 import sys
 from pathlib import Path
 from warmlink.orchestration.master.recording.checkpoint import LongRun
-from warmlink.orchestration.master.algorithms.fixed_point import FixedPoint
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import Component, Connection, System
 fmu, folder = map(Path, sys.argv[1:3])
@@ -238,6 +235,6 @@ def test_pacing_keeps_to_the_wall_clock(monkeypatch: pytest.MonkeyPatch, hold_up
     wall = HandDrivenTime(hold_up)
     monkeypatch.setattr("warmlink.orchestration.master.pacing.time", wall)
     began = wall.now
-    result = simulate(assembly([counter("x")]), 10.0, 1.0, pacing=Pacing(factor=50.0))
+    result = simulate(assembly([counter("x")]), 10.0, 1.0, pacing=50.0)
     assert wall.now - began >= 0.2 - 1e-9
     assert result.statistics.largest_lag == pytest.approx(lag, abs=1e-9)

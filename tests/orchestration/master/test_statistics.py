@@ -9,7 +9,7 @@ import pytest
 from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import app
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 
 from .test_compiled import loop

@@ -14,8 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.tuned import Change, Tuned
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.paper.results import Reproduction
+    from warmlink.orchestration.paper.reproduce import Reproduction
 
 
 @pytest.fixture(scope="session")
@@ -21,4 +21,4 @@ def result(told: list[float]) -> Reproduction:
     """The reproduction; tests that use it share one process by `xdist_group("reproduction")`."""
     from warmlink.orchestration.paper.reproduce import reproduce
 
-    return reproduce(lambda fraction, what: told.append(fraction))
+    return reproduce(told.append)

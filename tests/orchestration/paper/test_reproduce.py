@@ -18,7 +18,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.paper.cases import Case, fea, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.presentation import readable, terminal, write_report
-from warmlink.orchestration.paper.results import Reproduction
+from warmlink.orchestration.paper.reproduce import Reproduction
 from warmlink.orchestration.paper.tried import implied_by_temperatures
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
@@ -231,6 +231,6 @@ def test_steady_time_is_three_time_constants_of_an_exponential() -> None:
 
 
 def test_a_model_is_made_once() -> None:
-    from warmlink.orchestration.paper.fea.mesh import Assembly
+    from warmlink.orchestration.paper.mesh import Assembly
 
     assert fea(Assembly()) is fea(Assembly())

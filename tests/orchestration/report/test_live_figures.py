@@ -9,7 +9,7 @@ from tests.node import node
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.orchestration.closed_loop.metrics import error_metrics
 from warmlink.orchestration.report.closed_loop import CELL_PLOTS
-from warmlink.orchestration.report.live.files import columns
+from warmlink.orchestration.report.live.content import columns
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at
 from warmlink.orchestration.scenarios.duties.duty_csv import read_csv
 from warmlink.orchestration.scenarios.expression import Expression

@@ -8,7 +8,7 @@ import pytest
 from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.report.sweep import write_report
+from warmlink.orchestration.report.studies import write_sweep
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.fmu_set import FmuSet
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
@@ -64,7 +64,7 @@ def test_the_table_has_a_row_a_run(study: Study, fmus: FmuSet, tmp_path: Path) -
     assert frame["reason"][:4].isna().all()
     assert frame["reason"][4] == "compensator.time_constant: -1 s is not positive; give a value above 0 s"
     assert list(frame["feasible"][4:]) == [False, False]
-    write_report(study, found, tmp_path / "report.html")
+    write_sweep(study, found, tmp_path / "report.html")
     assert "Points without an objective" in (tmp_path / "report.html").read_text()
     drawn = plots(tmp_path / "report.html")
     # Numbers of some 1e-6 m/W are shown in a unit that they are read in, over an axis and in the overview.

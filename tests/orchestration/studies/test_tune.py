@@ -11,7 +11,7 @@ pytest.importorskip("optuna")
 from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.report.tuning import write_report
+from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.cores.workers import Workers
 from warmlink.orchestration.studies.ledger import Ledger
@@ -241,7 +241,7 @@ def test_the_winner_is_a_parameter_set_with_units(study: Study, tmp_path: Path) 
 def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder: Path) -> None:
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
-    write_report(Tuned(study, trials), Storage(study, "fmus", default_url(here)), here / "report.html")
+    write_tuning(Tuned(study, trials), Storage(study, "fmus", default_url(here)), here / "report.html")
     text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
@@ -260,7 +260,7 @@ def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study,
     winner = best(trials)
     assert winner in kept[1:-1]
     assert same(trials, run(two, here, Formula(at_most=0)))
-    write_report(Tuned(two, trials), Storage(two, "fmus", default_url(here)), here / "report.html")
+    write_tuning(Tuned(two, trials), Storage(two, "fmus", default_url(here)), here / "report.html")
     assert "Front" in (here / "report.html").read_text("utf-8")
     frame = Tuned(two, trials).to_frame()
     assert frame["in_front"].sum() == len(kept)

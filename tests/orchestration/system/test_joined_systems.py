@@ -19,7 +19,7 @@ from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.error_budget import coupling_error
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import component

@@ -12,7 +12,7 @@ from lxml import etree
 from warmlink.orchestration.arm.blueprint import arm_blueprint, write_arm
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.jacobi import Jacobi
+from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system

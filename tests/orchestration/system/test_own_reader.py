@@ -8,12 +8,12 @@ import pytest
 from fmpy import read_model_description
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.model_description import fmi2_model_description
+from warmlink.fmus.packaging.model_description import model_description
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.system.description import parse_description
 from warmlink.orchestration.system.xml import parse_xml
 
-SOUND = fmi2_model_description(LINK).decode()
+SOUND = model_description(LINK).decode()
 DAMAGED: tuple[tuple[str, str, str, type[Exception] | None], ...] = (
     ('start="0.3302"', 'start="abc"', "length: 'abc' is not a number", None),
     ('name="width"', 'name="length"', "declares the variable length twice", None),

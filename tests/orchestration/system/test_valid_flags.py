@@ -16,7 +16,7 @@ from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import components, entries
 from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.own_system import is_ours
 from warmlink.orchestration.system.read import read_system

@@ -96,21 +96,34 @@ static int do_step(const Slave *slave, double time, double step)
                                        POINTER(double, slave->last_time));
 }
 
+/* Sizes and tables, as layout.py lays them out: all of eight bytes. */
+typedef struct {
+    int64_t count, all_reads, width, at_once, uneven;
+    const int64_t *sequence;
+    const Slave *slaves;
+    const Batch *reads, *writes;
+    const Wire *wires;
+    const int64_t *checks;
+    const Place *columns;
+    const int64_t *ranges;
+    const double *factors, *times;
+    Buffers held;
+} Tables;
+
 /* Steps from communication point `first` to `last` and gives the point reached. A step is a list of jobs, one
    for each slave: Jacobi (at once) steps all, reads all, writes all; Gauss-Seidel writes, steps and reads one
    after another in the sequence. Each point fills a row, from `row` on. */
 __attribute__((visibility("default"))) int64_t advance(
-    int at_once, const int64_t *sequence, int64_t count, int64_t first, int64_t last, const double *times,
-    int64_t uneven,     const Slave *slaves, const Batch *reads, int64_t all_reads, const Batch *writes, const Wire *wires,
-    const int64_t *checks, const Place *columns, int64_t width, const double *factors, double *doubles,
-    int32_t *ints, uint8_t *octets, int64_t *longs, const int64_t *ranges, double *row, Cells *cells)
+    const Tables *t, int64_t first, int64_t last, double *row, Cells *cells)
 {
-    const Buffers held = {doubles, ints, octets, longs};
+    const int64_t count = t->count, *ranges = t->ranges;
+    const Slave *slaves = t->slaves;
     for (int64_t point = first; point < last; point++) {
-        double time = uneven ? times[2 + point] : times[0] + (double)point * times[1];
-        double length = uneven ? times[3 + point] - times[2 + point] : times[1];
+        double time = t->uneven ? t->times[2 + point] : t->times[0] + (double)point * t->times[1];
+        double length = t->uneven ? t->times[3 + point] - t->times[2 + point] : t->times[1];
         for (int64_t job = 0; job < 3 * count; job++) {
-            int64_t k = at_once ? job % count : sequence[job / 3], deed = at_once ? job / count : (job % 3 + 2) % 3;
+            int64_t k = t->at_once ? job % count : t->sequence[job / 3];
+            int64_t deed = t->at_once ? job / count : (job % 3 + 2) % 3;
             const int64_t *range = ranges + k, size = count + 1;
             int status = 0;
             cells->call = slaves[k].stepping + (deed != 0);
@@ -118,24 +131,24 @@ __attribute__((visibility("default"))) int64_t advance(
             if (deed == 0) {
                 cells->what = STEP;
                 status = do_step(&slaves[k], time, length);
-                if (status <= 1 && slaves[k].version == 3 && octets[1]) {
+                if (status <= 1 && slaves[k].version == 3 && t->held.octets[1]) {
                     cells->what = TERMINATE;
                     cells->detail = status;
                     return point;
                 }
             } else if (deed == 1) {
                 cells->what = GET;
-                status = exchange(reads, range[READS * size], range[READS * size + 1]);
+                status = exchange(t->reads, range[READS * size], range[READS * size + 1]);
                 for (int64_t c = range[CHECKS * size]; status <= 1 && c < range[CHECKS * size + 1]; c++)
-                    if (!isfinite(doubles[checks[c]])) {
+                    if (!isfinite(t->held.doubles[t->checks[c]])) {
                         cells->what = NOT_FINITE;
                         cells->detail = c;
                         return point;
                     }
             } else {
                 cells->what = SET;
-                pass_on(wires, factors, &held, range[WIRES * size], range[WIRES * size + 1]);
-                status = exchange(writes, range[WRITES * size], range[WRITES * size + 1]);
+                pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
+                status = exchange(t->writes, range[WRITES * size], range[WRITES * size + 1]);
             }
             if (status > 1) {
                 cells->detail = status;
@@ -143,12 +156,12 @@ __attribute__((visibility("default"))) int64_t advance(
             }
         }
         cells->what = NOTHING;
-        if (exchange(reads, ranges[count], all_reads) > 1) {
+        if (exchange(t->reads, ranges[count], t->all_reads) > 1) {
             *cells = (Cells){GET, -1, 3, cells->call, cells->rows};
             return point;
         }
-        for (int64_t c = 0; c < width; c++)
-            *row++ = value_at(&held, columns[c]);
+        for (int64_t c = 0; c < t->width; c++)
+            *row++ = value_at(&t->held, t->columns[c]);
         cells->rows = point + 2;
     }
     return last;

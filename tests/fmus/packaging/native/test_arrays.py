@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.check.validity import validity_problems
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.gauss_seidel import GaussSeidel
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.arm.smoothing import over_steps, smoothed
+from warmlink.orchestration.diagnosis.arm.measured import over_steps, smoothed
 
 TIME = np.arange(0.0, 1800.0, 10.0)
 

@@ -1,1 +1,0 @@
-"""Systems of FMUs that anybody made."""

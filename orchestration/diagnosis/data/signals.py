@@ -1,0 +1,253 @@
+"""Columns of cells as signals in SI: numbers, what stands for no reading, sensors that stick."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.component import Scalar
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.columns import Place
+from warmlink.orchestration.diagnosis.data.layout import NUMBER, conversion_to
+from warmlink.orchestration.diagnosis.data.sheet import DECIMALS, Sheet
+from warmlink.orchestration.text_files import shown
+
+Rows = NDArray[np.intp]
+
+MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
+"""Range of a credible temperature or growth by SI unit; beyond it the sensor errs, or the unit is wrong."""
+
+OVERRANGE = 1e30
+"""From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
+
+_MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
+_FAR = 3.0
+"""Numbers that stand for "no reading" where they are so many times larger than all others in the column."""
+
+_FEWEST_CHANGES = 5
+"""Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
+
+_LEAP, _LASTING = 4.0, 3
+"""Change from row to row that is a jump, as a multiple of those that noise makes; rows that make a level."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that was read: its name and unit as people read them, and the variable that it is.
+
+    Its `header` as written, where its unit stands, how many cells have a reading of how many, and the least
+    and largest reading, in its unit.
+    """
+
+    name: str
+    unit: str
+    variable: str
+    header: str = ""
+    source: str = "header"
+    filled: int = 0
+    rows: int = 0
+    low: float = np.nan
+    high: float = np.nan
+
+
+def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, Rows]:
+    """A column's values in SI, NaN where there is no reading, and the rows whose cells hold something else.
+
+    Without a `scalar`, the variable that it is, it is a covariate: a temperature. InputError is raised
+    where nothing says its unit, that is of another quantity, or a cell cannot be understood.
+    """
+    si_unit = "K" if scalar is None else scalar.variable.unit
+    temperature = scalar is None or scalar.is_temperature
+    header = sheet.headers[place.column]
+    if place.unit is None:
+        shorter = place.name if " " not in place.name else header
+        usual = "degC" if temperature else {"m": "um"}.get(si_unit, si_unit)
+        raise InputError(
+            f"{sheet.of(place.column)} has no unit; head it as '{shorter} [{usual}]', or give --unit "
+            f'"{shorter}={usual}"'
+        )
+    conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
+    read, lost = numbers(sheet, place.column)
+    values = conversion.factor * read + conversion.offset
+    if scalar is None or temperature or scalar.variable.display == "um":
+        low, high = MOST_PLAUSIBLE[si_unit]
+        beyond = np.flatnonzero((values < low) | (values > high))
+        if 2 * beyond.size > values.size:
+            raise InputError(
+                f"{sheet.of(place.column)}: half of the values lie about {np.nanmedian(values):.4g} "
+                f"{si_unit}, outside {low:g} to {high:g} {si_unit}; the unit in the header seems wrong"
+            )
+        lost = np.union1d(lost, beyond)
+        values[beyond] = np.nan
+    seen = read[np.isfinite(values)]
+    ends = (float(seen.min()), float(seen.max())) if seen.size else (np.nan, np.nan)
+    column = Column(place.name, unit, place.variable, header, place.source, seen.size, read.size, *ends)
+    return column, values, lost
+
+
+def lost_remark(sheet: Sheet, column: int, lost: Rows) -> list[str]:
+    """Say which cells are taken for missing values."""
+    if not lost.size:
+        return []
+    row = int(lost[0])
+    more = f", as are {lost.size - 1} more in this column" if lost.size > 1 else ""
+    return [f"{sheet.at(row, column)}: {sheet.cell(row, column)} is taken for a missing value{more}"]
+
+
+def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
+    """Values with the last one in each empty cell; those of a pad stay empty, which is off.
+
+    InputError is raised where there is no value at all, or none in the first row.
+    """
+    filled = np.isfinite(values)
+    if place.variable.endswith("pad_temperature"):
+        filled[:] = True
+        for row in lost:
+            filled[row] = str(sheet.cells[place.column].iloc[row]).strip().lower() in ("off", "none")
+    elif not filled.any():
+        raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
+    if not filled[0]:
+        raise InputError(f"{sheet.at(0, place.column)}: an input needs a value in the first row")
+    return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
+
+
+def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
+    """Numbers of a column in its own unit, NaN where a cell is empty or holds none, shape (rows,).
+
+    Beside them the rows of cells that hold words or numbers that stand for "no reading". InputError is
+    raised where a cell may be read in two ways, looks like a number and is none, or most cells are words.
+    """
+    cells: Any = sheet.cells[column]
+    if cells.dtype.kind in "iufb":
+        values, words = cells.to_numpy(dtype=float, na_value=np.nan).copy(), np.flatnonzero([])
+    else:
+        values, words = _of_text(sheet, column)
+    size = np.abs(values)
+    marks = np.isin(size, _MARKS)
+    usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
+    none = np.flatnonzero((size >= OVERRANGE) | (marks & (size > _FAR * usual)))
+    values[none] = np.nan
+    return values, np.union1d(words, none)
+
+
+def _of_text(sheet: Sheet, column: int) -> tuple[Array, Rows]:
+    """Numbers of cells that are text, NaN where there is none, and the rows of words."""
+    import pandas as pd
+
+    cells: Any = sheet.cells[column]
+    text = cells.astype(str).str.strip().where(cells.notna(), "").astype(object)
+    mark = DECIMALS.get(sheet.decimal, "")
+    doubtful = text.str.contains("." if mark == "," else ",", regex=False).to_numpy(dtype=bool)
+    plain = text.str.replace(",", ".", regex=False) if mark == "," else text.copy()
+    for row in np.flatnonzero(doubtful).tolist():
+        plain.iloc[row] = _without_thousands(sheet, row, column, text.iloc[row], mark)
+    parsed = pd.to_numeric(plain, errors="coerce")
+    words = np.flatnonzero((parsed.isna() & (text != "")).to_numpy())
+    for row in words.tolist():
+        cell = text.iloc[row]
+        if re.search(r"\d", cell) and not cell[0].isalpha() and "#" not in cell:
+            raise InputError(
+                f"{sheet.at(row, column)}: {shown(cell)} is not a number; correct it or leave the cell empty"
+            )
+    if 2 * words.size > np.count_nonzero(text != ""):
+        raise InputError(
+            f"{sheet.at(int(words[0]), column)}: {shown(text.iloc[words[0]])} and most cells below are no "
+            f'numbers; correct them, or leave the column out with --map "{sheet.headers[column]}="'
+        )
+    values = np.full(len(text), np.nan)
+    good = parsed.notna().to_numpy()
+    values[good] = plain[good].astype(float)
+    return values, words
+
+
+def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str) -> str:
+    """A number that has another mark than the file's decimal one, as Python writes it; a word as it is."""
+    if not NUMBER.fullmatch(cell):
+        return cell
+    other = "." if mark == "," else ","
+    grouped = rf"[-+]?[1-9]\d{{0,2}}(?:{re.escape(other)}\d{{3}})+(?:{re.escape(mark)}\d*)?"
+    if mark and re.fullmatch(grouped, cell) and (mark in cell or sheet.said):
+        return cell.replace(other, "").replace(mark, ".")
+    raise InputError(
+        f"{sheet.at(row, column)}: {shown(cell)} may have a decimal mark or one for thousands; write all "
+        "numbers alike, and say --decimal comma or --decimal point"
+    )
+
+
+def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list[str]]:
+    """Readings of a column without those that only repeat the one before, and what is to be said of these."""
+    rows = repeats(values)
+    why = "repeat the one before and are left out; the sensor sticks, or the logger writes more often than "
+    why += "it samples"
+    if not rows.size:
+        rows = between_jumps(values)
+        why = "lie between jumps and are left out; the sensor sticks, and is right when it has just jumped"
+    if not rows.size:
+        return values, []
+    kept = values.copy()
+    kept[rows] = np.nan
+    return kept, [f"{sheet.name}: {rows.size} of {values.size} values of {name} {why}"]
+
+
+def quantum(values: Array) -> float:
+    """Step of the lattice that readings lie on, 0 where they lie on none.
+
+    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
+    difference between two of them.
+    """
+    filled = values[np.isfinite(values)]
+    distinct = np.unique(np.round(filled, 9))
+    if distinct.size < 3 or distinct.size > 0.7 * filled.size:
+        return 0.0
+    steps = np.diff(distinct)
+    step = float(np.median(steps))
+    whole = np.round(steps / step)
+    on_lattice = np.abs(steps / step - whole) < 0.02
+    return step if on_lattice.mean() > 0.95 and np.mean(whole == 1) > 0.5 else 0.0
+
+
+def repeats(values: Array) -> Rows:
+    """Rows that repeat the reading before, where most rows do and readings lie on no lattice.
+
+    A sensor that sticks reads so, and a logger that writes a value anew only once it has changed by enough,
+    or more often than it samples.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    again = np.diff(values[rows]) == 0
+    changes = np.count_nonzero(~again)
+    if changes < _FEWEST_CHANGES or changes > again.size / 2 or quantum(values):
+        return rows[:0]
+    return rows[1:][again]
+
+
+def between_jumps(values: Array) -> Rows:
+    """Rows between the jumps of a sensor that sticks; none where the sensor follows its temperature.
+
+    Such a sensor is right when it has just jumped. Between its jumps its readings scatter about one level by
+    no more than from row to row, which those of a sensor that follows do not.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    read = values[rows]
+    steps = np.abs(np.diff(read))
+    if np.count_nonzero(steps) < _FEWEST_CHANGES:
+        return rows[:0]
+    noise = 1.4826 * float(np.median(steps))
+    jumps = steps > _LEAP * noise
+    for _ in range(2):
+        level = np.cumsum(np.append(0, jumps))
+        count = np.bincount(level)
+        mean = np.bincount(level, read) / count
+        apart = np.abs(np.diff(mean))
+        if apart.size < _FEWEST_CHANGES:
+            return rows[:0]
+        jumps[jumps] = apart > np.median(apart) / 2  # what noise made of one level are parts of it
+    scatter = np.sum((read - mean[level]) ** 2) / max(read.size - count.size, 1)
+    lasting = count >= _LASTING
+    moved = np.ptp(mean[lasting]) > 2 * np.median(apart) if lasting.any() else False
+    sticks = moved and count[lasting].sum() > 0.8 * read.size and scatter < 1.5 * noise**2 / 2
+    return rows[1:][~jumps] if sticks else rows[:0]

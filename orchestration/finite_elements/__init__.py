@@ -1,0 +1,1 @@
+"""Heat and quasi-static thermo-elasticity of solids by finite elements, on scikit-fem."""

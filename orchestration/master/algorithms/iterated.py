@@ -1,0 +1,310 @@
+"""Implicit coupling: a macro step is repeated by rollback until inputs and outputs agree at its end.
+
+Fixed points are iterated, accelerated after Anderson, or found by Newton's method.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, cast
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.structure import continuous_inputs, plan
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
+from warmlink.orchestration.system.model import Value
+
+Point = tuple[float, float]
+"""Time in s, from the start of the step, and value."""
+
+Sweep = Callable[[Array], Array]
+"""Goes back to the start of the step, steps a group with torn inputs as given, gives what they should be."""
+
+_REMEMBERED = 3
+"""Past communication points, enough for a parabola."""
+
+DIFFERENCE = 1e-6  # of the nominal value
+
+
+@dataclass(frozen=True)
+class Iterated(Algorithm):
+    """Repeat each step until the inputs at its end are what the slaves answer.
+
+    Parameters
+    ----------
+    interpolation : int
+        Order 0, 1 or 2 of the inputs during a step.
+    tolerance : float
+        On the residual of each iterated input, as a fraction of its nominal value.
+    """
+
+    interpolation: int = 1
+    tolerance: float = 1e-10
+    most: ClassVar[int] = 50
+    """Iterations after which a step has not converged."""
+
+    @property
+    def order(self) -> int:
+        """Order of convergence of the coupling error."""
+        return 1 + self.interpolation
+
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network."""
+        if self.interpolation not in (0, 1, 2):
+            raise InputError(f"interpolation: order {self.interpolation} is not known; choose 0, 1 or 2")
+        return IteratedStepper(network, self)
+
+    @abstractmethod
+    def solve(
+        self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None
+    ) -> tuple[bool, Array | None]:
+        """Find torn values that the slaves confirm; the last sweep made leaves the slaves in their state.
+
+        Begins at `guess`, with `scale` the inputs' nominal values and `kept` what the last step gave to be
+        kept. Gives whether it converged and what is to be kept now.
+        """
+
+
+@dataclass(frozen=True)
+class FixedPoint(Iterated):
+    """Repeat each step with the inputs that the last repetition answered, mixed after Anderson.
+
+    D. G. Anderson, J. ACM 12 (1965) 547; the mixing of H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49
+    (2011) 1715.
+    """
+
+    depth: ClassVar[int] = 5
+    """How many earlier repetitions are mixed."""
+
+    def solve(self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None) -> tuple[bool, None]:
+        """Iterate to the tolerance; nothing is carried from step to step."""
+        x = guess
+        steps: list[Array] = []
+        changes: list[Array] = []
+        previous: tuple[Array, Array] | None = None
+        for _ in range(self.most):
+            residual = sweep(x) - x
+            if not np.all(np.isfinite(residual)):
+                return False, None
+            size = np.maximum(scale, np.abs(x))
+            if np.all(np.abs(residual) <= self.tolerance * size):
+                return True, None
+            if previous is not None:
+                steps = [*steps, x - previous[0]][-self.depth :]
+                changes = [*changes, residual - previous[1]][-self.depth :]
+            previous = (x, residual)
+            x = x + residual
+            if changes:
+                F, X = np.array(changes).T, np.array(steps).T
+                mix = np.linalg.lstsq(F / size[:, None], residual / size, rcond=1e-12)[0]
+                x = x - (X + F) @ mix
+        return False, None
+
+
+@dataclass(frozen=True)
+class InterfaceNewton(Iterated):
+    """Solve each step's interface equations by Newton's method, reusing the Jacobian while it serves.
+
+    It is that of the step, from rollback differences. Directional derivatives hold a slave's state fixed, so
+    through a thermal link they are zero; what counts is how the outputs at the end of a step answer to the
+    inputs during it.
+    """
+
+    most: ClassVar[int] = 20
+
+    def solve(
+        self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None
+    ) -> tuple[bool, Array | None]:
+        """Iterate to the tolerance; a Jacobian that reduces the residual too slowly is made anew."""
+        x, jacobian, last = guess, kept, np.inf
+        for _ in range(self.most):
+            residual = sweep(x) - x
+            if not np.all(np.isfinite(residual)):
+                return False, jacobian
+            size = np.maximum(scale, np.abs(x))
+            error = float(np.max(np.abs(residual) / size))
+            if error <= self.tolerance:
+                return True, jacobian
+            if jacobian is None or error > 0.1 * last:
+                jacobian = _differences(sweep, x, residual, size)
+            last = error
+            x = x - np.linalg.solve(jacobian, residual)
+        return False, jacobian
+
+
+def _differences(sweep: Sweep, x: Array, residual: Array, size: Array) -> Array:
+    columns = []
+    for j in range(len(x)):
+        moved = x.copy()
+        moved[j] += DIFFERENCE * size[j]
+        columns.append((sweep(moved) - moved - residual) / (moved[j] - x[j]))
+    return np.array(columns).T
+
+
+class IteratedStepper(Stepper):
+    """Steps groups of slaves one after the other, each iterated until its torn inputs agree.
+
+    During a step an input follows the polynomial through its value at the end of the step (iterated) and
+    those at past communication points. Order 0 holds the value of the end; a slave that takes no input
+    derivatives gets the mean of the polynomial, held, which is of order two where the step resolves the
+    slave's fastest mode.
+    """
+
+    def __init__(self, network: Network, algorithm: Iterated) -> None:
+        self.network = network
+        self.algorithm = algorithm
+        self.plan = plan(network)
+        self.remarks = self.plan.remarks
+        self._smooth = [continuous_inputs(network, k) for k in range(len(network.slaves))]
+        self._names = [tuple(network.writes[k][p] for p in smooth) for k, smooth in enumerate(self._smooth)]
+        self._past: list[tuple[float, list[list[Value]]]] = []  # times and inputs, newest first
+        self._kept: list[Array | None] = [None] * len(self.plan.groups)
+        self._snapshots: list[Snapshot | None] = [None] * len(self.plan.groups)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance all slaves by one communication step."""
+        network = self.network
+        if not self._past:
+            self._remember(time)
+        started = [list(outputs) for outputs in network.outputs]
+        for index, group in enumerate(self.plan.groups):
+            if group.torn:
+                self._converge(index, time, step_size, started)
+            for k in group.followers if group.torn else (*group.members, *group.followers):
+                self._advance(k, time, step_size, started)
+        for k in self.plan.sampled:
+            network.write(k)
+            network.step(k, time, step_size)
+            network.read(k)
+        # Inputs from sampled slaves change only now: they are held during a step.
+        for group in self.plan.groups:
+            for k in (*group.members, *group.followers):
+                network.write(k)
+        self._remember(time + step_size)
+
+    def memory(self) -> object:
+        """Give past inputs and what the solver carries from step to step."""
+        return [(time, [list(v) for v in values]) for time, values in self._past], [
+            None if each is None else each.tolist() for each in self._kept
+        ]
+
+    def recall(self, memory: object) -> None:
+        """Take what `memory` gave."""
+        past, kept = cast("tuple[list[tuple[float, list[list[Value]]]], list[Array | None]]", memory)
+        self._past, self._kept = list(past), [None if each is None else np.array(each) for each in kept]
+
+    def _remember(self, time: float) -> None:
+        now = (time, [list(inputs) for inputs in self.network.inputs])
+        self._past = [now, *self._past[: _REMEMBERED - 1]]
+
+    def _converge(self, index: int, time: float, step_size: float, started: list[list[Value]]) -> None:
+        group, network = self.plan.groups[index], self.network
+        snapshot = network.snapshot(group.members, self._snapshots[index])
+        self._snapshots[index] = snapshot
+        fresh = True
+
+        def sweep(torn: Array) -> Array:
+            nonlocal fresh
+            if not fresh:
+                for k, state in zip(snapshot.members, snapshot.states, strict=True):
+                    network.slaves[k].restore(state)
+            fresh = False
+            given = dict(zip(group.torn, torn.tolist(), strict=True))
+            for k in group.members:
+                self._advance(k, time, step_size, started, given)
+            return np.array([network.arriving(k, position) for k, position in group.torn], float)
+
+        guess = [
+            value_at(self._points(k, position, time, _REMEMBERED), step_size) for k, position in group.torn
+        ]
+        scale = [
+            nominal(network.slaves[k].variables[network.writes[k][position]]) for k, position in group.torn
+        ]
+        converged, self._kept[index] = self.algorithm.solve(
+            sweep, np.array(guess), np.array(scale), self._kept[index]
+        )
+        if not converged:
+            k, position = group.torn[0]
+            raise SlaveError(
+                network.slaves[k].name,
+                "not converged",
+                time,
+                f"the iteration of {', '.join(network.slaves[m].name for m in group.members)} does not "
+                f"converge within a step of {step_size:g} s; take smaller communication steps",
+                network.writes[k][position],
+            )
+
+    def _advance(
+        self,
+        k: int,
+        time: float,
+        step_size: float,
+        started: list[list[Value]],
+        torn: dict[tuple[int, int], float] | None = None,
+    ) -> None:
+        """Step one slave along its input polynomials, then read it with its inputs of the end."""
+        network, slave, order = self.network, self.network.slaves[k], self.algorithm.interpolation
+        given = torn or {}
+        ends = {p: given[k, p] if (k, p) in given else float(network.arriving(k, p)) for p in self._smooth[k]}
+        # Continuous inputs begin as they were, others as they were sent.
+        values = [
+            self._past[0][1][k][p] if p in ends else wire.convert(started[wire.slave][wire.position])
+            for p, wire in enumerate(network.wires[k])
+        ]
+        if order == 0:
+            values = [ends.get(p, value) for p, value in enumerate(values)]
+        slopes: list[tuple[float, float]] = []
+        # FMI 3.0 has no input derivatives, but a slave may ask for its inputs within a step.
+        varies = slave.capabilities.interpolate_inputs or slave.capabilities.intermediate_update
+        for p, end in ends.items() if order else ():
+            now, *past = self._points(k, p, time, order)
+            first, second = derivatives([now, (step_size, end), *past])
+            if varies:
+                slopes.append((first, second))
+            else:
+                values[p] = now[1] + step_size * (first / 2 + step_size * second / 6)
+        if values:
+            network.put(k, values)
+        for i in range(order if slopes else 0):
+            slave.set_input_derivatives(self._names[k], i + 1, [slope[i] for slope in slopes])
+        network.step(k, time, step_size)
+        if ends:
+            network.put(k, [ends.get(p, value) for p, value in enumerate(values)])
+        network.read(k)
+
+    def _points(self, k: int, position: int, now: float, count: int) -> list[Point]:
+        """Give at most `count` past values of one input, by their offset from `now`."""
+        return [(time - now, float(values[k][position])) for time, values in self._past[:count]]
+
+
+def derivatives(points: Sequence[Point]) -> tuple[float, float]:
+    """Give first and second derivative at offset 0 of the polynomial through one to three points.
+
+    Parameters
+    ----------
+    points : sequence of (offset, value)
+        The first has offset 0 s. Newton's divided differences.
+    """
+    (_, v0), *rest = points
+    if not rest:
+        return 0.0, 0.0
+    (t1, v1), *rest = rest
+    slope1 = (v1 - v0) / t1
+    if not rest:
+        return slope1, 0.0
+    t2, v2 = rest[0]
+    curvature = ((v2 - v0) / t2 - slope1) / (t2 - t1)
+    return slope1 - curvature * t1, 2.0 * curvature
+
+
+def value_at(points: Sequence[Point], offset: float) -> float:
+    """Evaluate the polynomial through one to three points."""
+    first, second = derivatives(points)
+    return points[0][1] + offset * (first + 0.5 * offset * second)

@@ -1,0 +1,107 @@
+"""Places on triangles and in tetrahedra, and the surface of a mesh: parted at its edges, and coarser."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from warmlink.orchestration.arrays import Array
+
+Integers = NDArray[np.int64]
+
+EDGE_ANGLE = 30.0
+"""degrees between the normals of neighbouring facets, above which an edge parts two faces."""
+
+
+class Nearest(NamedTuple):
+    """Number of the simplex nearest to a point, weights of its corners there, distance from it [m]."""
+
+    cell: int
+    weights: Array
+    distance: float
+
+
+def nearest(place: Array, corners: Array) -> Nearest:
+    """Simplex nearest to a point.
+
+    Inside its simplex the place is exact; beside it, weights below 0 are set to 0.
+
+    Parameters
+    ----------
+    place : shape (3,) [m]
+    corners : of triangles or tetrahedra, shape (3, 3 or 4, n) [m]
+    """
+    first = corners[:, 0]
+    edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
+    shares = np.einsum("nij,jn->in", np.linalg.pinv(edges), place[:, None] - first)
+    weights = np.maximum(np.vstack([1 - shares.sum(axis=0), shares]), 0.0)
+    weights /= weights.sum(axis=0)
+    distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
+    index = int(np.argmin(distance))
+    return Nearest(index, weights[:, index], float(distance[index]))
+
+
+def boundary_patches(mesh: Any, facets: Integers) -> list[Integers]:
+    """Boundary facets parted into faces at sharp edges."""
+    if not len(facets):
+        return []
+    corners = mesh.facets[:, facets]
+    normals = facet_normals(mesh.p[:, corners])
+    normals /= np.linalg.norm(normals, axis=0)
+    edges = np.sort(np.hstack([corners[[0, 1]], corners[[1, 2]], corners[[0, 2]]]), axis=0)
+    owner = np.tile(np.arange(len(facets)), 3)
+    order = np.lexsort(edges)
+    edges, owner = edges[:, order], owner[order]
+    shared = np.flatnonzero(np.all(edges[:, 1:] == edges[:, :-1], axis=0))
+    a, b = owner[shared], owner[shared + 1]
+    # Corners are in no particular order, so that normals point either way.
+    smooth = np.abs(np.einsum("kn,kn->n", normals[:, a], normals[:, b])) > np.cos(np.radians(EDGE_ANGLE))
+    patch = connected(a[smooth], b[smooth], len(facets))
+    return [facets[patch == i] for i in range(patch.max() + 1)]
+
+
+def connected(a: Integers, b: Integers, count: int) -> Integers:
+    """Number of the group, from 0 on, of each of so many things, of which a[i] and b[i] are joined."""
+    joined = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1])
+
+
+def facet_normals(corners: Array) -> Array:
+    """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
+
+
+def coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers, Integers]:
+    """Surface with fewer corners: those in one cell of a grid become one.
+
+    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
+    *Modeling in Computer Graphics*, Springer 1993.
+
+    Parameters
+    ----------
+    corners : shape (3, n) [m]
+    triangles : numbers of corners, shape (3, m)
+    most : corners that may stay
+
+    Returns
+    -------
+    kept, triangles
+        Numbers of the corners that stay, and triangles by the number among these.
+    """
+    used = np.unique(triangles)
+    cell = float(np.ptp(corners, axis=1).max()) / 1e4
+    while True:
+        cells = np.round(corners[:, used] / cell).astype(np.int64)
+        _, first, owner = np.unique(cells, axis=1, return_index=True, return_inverse=True)
+        if len(first) <= most:
+            break
+        cell *= 1.2
+    place = np.zeros(corners.shape[1], dtype=np.int64)
+    place[used] = owner.ravel()
+    merged = place[triangles]
+    a, b, c = merged
+    return used[first], merged[:, (a != b) & (b != c) & (a != c)]

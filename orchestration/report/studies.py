@@ -1,0 +1,211 @@
+"""The reports of tuning (how it went, what mattered, the winner) and of sweeps (the objective over all)."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from warmlink.orchestration.report.figures import COLOURS, chart, styled
+from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.studies.axis import Axis
+from warmlink.orchestration.studies.points import Judged, best, front
+from warmlink.orchestration.studies.storage import Storage
+from warmlink.orchestration.studies.study import Study
+from warmlink.orchestration.studies.tune import Tuned
+
+MOST_LINES = 5000
+"""Points that the parallel coordinates of a sweep show; the table holds them all."""
+
+
+def write_tuning(tuned: Tuned, storage: Storage, path: Path) -> None:
+    """Write `report.html` of a tuning study."""
+    study, trials, winner = tuned.study, tuned.trials, tuned.best
+    complete = [trial for trial in trials if trial.reason is None]
+    sections = []
+    lead = f"None of {len(trials)} trials keeps every constraint."
+    if winner is not None:
+        rows = [
+            (axis.name, axis.shown(winner.point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes
+        ]
+        table = Table(("parameter", "winner", "as shipped"), rows)
+        sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
+        lead = f"{study.objective.title}: {winner.objective:.4g} from trial {winner.number} of {len(trials)}"
+        shipped = study.shipped and trials[0].reason is None
+        lead += f"; as shipped {trials[0].objective:.4g}." if shipped else "."
+    if study.second is not None and complete:
+        sections.append(_front(study, trials))
+    sections.append(_history(study, trials))
+    importance = _importance(storage) if len(complete) > 1 and len(study.axes) > 1 else None
+    if importance is not None:
+        text = (
+            "Share of the objective's variation that each parameter explains among the better trials "
+            "(PED-ANOVA)."
+        )
+        sections.append(Section("What matters", text, figure=importance))
+    if complete:
+        text = "Each line is a trial; drag along an axis to pick some."
+        sections.append(_parallel_coordinates(study, complete, text))
+    write_page(path, study.title, lead, [*sections, *_closing(study, trials, "trial")])
+
+
+def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
+    """Write `report.html` of a sweep."""
+    complete = [evaluation for evaluation in found if evaluation.reason is None]
+    sections = []
+    lead = "No point gave an objective."
+    if complete:
+        sections = [_parallel_coordinates(study, complete[:MOST_LINES])]
+        sections += [Section(axis.name, figure=_over(study, axis, complete)) for axis in study.axes]
+        objectives = [evaluation.objective for evaluation in complete]
+        lead = (
+            f"{study.objective.title} from {min(objectives):.4g} to {max(objectives):.4g} "
+            f"over {len(complete)} points."
+        )
+    write_page(path, study.title, lead, [*sections, *_closing(study, found, "point")])
+
+
+def _parallel_coordinates(study: Study, found: Sequence[Judged], text: str = "") -> Section:
+    """Section with an axis for each parameter and one for the objective, a line for each point."""
+    objectives = [each.objective for each in found]
+    values = {
+        _label(axis): [axis.readable[1] * each.point[axis.name] for each in found] for axis in study.axes
+    }
+    values[study.objective.title] = objectives
+    lines = {
+        "type": "parcoords",
+        "dimensions": [{"label": of, "values": each, "tickformat": "~g"} for of, each in values.items()],
+        "line": {"color": objectives, "colorscale": "Viridis", "showscale": True},
+        "labelside": "bottom",
+    }
+    margin = {"l": 70, "r": 60, "t": 60, "b": 60}
+    figure = chart(lines, height=420, least_width=160 * len(values), margin=margin)
+    return Section("Parallel coordinates", text, figure=figure)
+
+
+def _label(axis: Axis) -> str:
+    """A parameter without its instance, with the unit in which it is shown."""
+    return f"{axis.name.rpartition('.')[2]} [{axis.readable[0]}]"
+
+
+def _points(places: Sequence[float], found: Sequence[Judged], word: str) -> list[dict[str, Any]]:
+    """Marks of the objective at each place, in another shape where a constraint is broken."""
+    marks = []
+    for feasible, colour, symbol, name in (
+        (True, COLOURS[0], "circle", word),
+        (False, COLOURS[1], "x", "breaks a constraint"),
+    ):
+        shown = [i for i, each in enumerate(found) if each.reason is None and each.feasible == feasible]
+        mark = {
+            "x": [places[i] for i in shown],
+            "y": [found[i].objective for i in shown],
+            "mode": "markers",
+            "marker": {"color": colour, "symbol": symbol, "size": 7, "opacity": 0.7},
+            "name": name,
+        }
+        marks += [mark] if shown else []
+    return marks
+
+
+def _line(x: Sequence[float], y: Sequence[float], shape: str, name: str) -> dict[str, Any]:
+    line = {"color": COLOURS[2], "shape": shape, "width": 2}
+    return {"x": x, "y": y, "mode": "lines", "line": line, "name": name}
+
+
+def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
+    """The objective over one parameter."""
+    factor = axis.readable[1]
+    x: dict[str, Any] = {"title": _label(axis)}
+    if axis.log:
+        ticks = [float(f"{factor * level:.2g}") for level in axis.levels(5)]
+        x |= {"type": "log", "tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
+    marks = _points([factor * each.point[axis.name] for each in complete], complete, "point")
+    return chart(*marks, x=x, y=study.objective.title, height=300)
+
+
+def _front(study: Study, trials: list[Judged]) -> Section:
+    assert study.second is not None
+    kept, titles = front(trials), (study.objective.title, study.second.title)
+    rows = [
+        (
+            *(str(each.number), f"{each.objective:.4g}", f"{each.second:.4g}"),
+            *(axis.shown(each.point[axis.name]) for axis in study.axes),
+        )
+        for each in kept
+    ]
+    figure = chart(
+        *_points([trial.second or 0.0 for trial in trials], trials, "trial"),
+        _line([each.second or 0.0 for each in kept], [each.objective for each in kept], "vh", "front"),
+        x=titles[1],
+        y=titles[0],
+    )
+    return Section(
+        "Front",
+        "The trials that no other one betters in both objectives; the winner is closest to the least of "
+        "both.",
+        Table(("trial", *titles, *(axis.name for axis in study.axes)), rows),
+        figure,
+    )
+
+
+def _history(study: Study, trials: list[Judged]) -> Section:
+    leaders = [(trial.number, best(trials[: trial.number + 1])) for trial in trials]
+    steps = [(number, leader.objective) for number, leader in leaders if leader is not None]
+    figure = chart(
+        *_points([trial.number for trial in trials], trials, "trial"),
+        _line([number for number, _ in steps], [least for _, least in steps], "hv", "best so far"),
+        x="trial",
+        y=study.objective.title,
+    )
+    text = "Each trial's objective, and the best of those that keep every constraint so far."
+    return Section("Trials", text, figure=figure)
+
+
+def _importance(storage: Storage) -> Any:
+    """Importance of each parameter; None where the trials do not tell."""
+    import optuna
+
+    evaluator = optuna.importance.PedAnovaImportanceEvaluator()
+    # Optuna wants to be told which of two objectives, and warns that it is to be small, as it is.
+    target = None if len(storage.study.directions) == 1 else lambda trial: trial.values[0]
+    warnings.filterwarnings("ignore", message="PedAnovaImportanceEvaluator computes")
+    try:
+        figure = optuna.visualization.plot_param_importances(
+            storage.study, evaluator=evaluator, target=target, target_name="objective"
+        )
+    except (RuntimeError, ValueError):
+        return None
+    figure.update_layout(title=None)
+    figure.update_traces(marker_color=COLOURS[0])
+    figure.update_xaxes(title="share")
+    figure.update_yaxes(title=None, automargin=True)
+    return styled(figure, 260)
+
+
+def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
+    """The last sections of a page: points that gave no objective, what was asked for, versions."""
+    poisoned = [(str(i), each.reason) for i, each in enumerate(found) if each.reason is not None]
+    rows = [
+        ("controller", study.controller.name),
+        ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
+        ("mismatches", ", ".join(mismatch.name for mismatch in study.mismatches)),
+        *(("objective", each.title) for each in (study.objective, study.second) if each is not None),
+        *((f"{c.title}", f"at most {c.at_most:g}") for c in study.constraints),
+        *((axis.name, _range(axis)) for axis in study.axes),
+        ("seed", str(study.seed)),
+    ]
+    sections = [
+        Section("Study", table=Table(("", "as the study file says"), rows)),
+        Section("Versions", table=versions()),
+    ]
+    if poisoned:
+        table = Table((word, "because"), poisoned[:100])
+        sections.insert(0, Section(f"{word.capitalize()}s without an objective", table=table))
+    return sections
+
+
+def _range(axis: Axis) -> str:
+    if axis.choice:
+        return f"one of {', '.join(map(axis.shown, axis.choice))}"
+    return f"{axis.shown(axis.low, axis.high)}{', by its logarithm' if axis.log else ''}"
