@@ -55,7 +55,7 @@ class ScenarioFile(DutyTables, Settings):
     def drive(self, name: str, folder: Path) -> Duty:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
-            return self.laid_out(name, self.stop_time or 0.0)
+            return self.duties(name, self.stop_time or 0.0, (name,))[0]
         beside = folder / self.duty
         found = duty_files.load(str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty)
         return found if self.stop_time is None else found.until(self.stop_time)

@@ -76,7 +76,9 @@ class Scenario:
     @property
     def in_use(self) -> Sensors:
         """Thermometers that the controllers use."""
-        return self.sensors.or_else(self.setup.sensors)
+        own, usual = self.sensors, self.setup.sensors
+        noise = usual.noise if own.noise is None else own.noise
+        return Sensors(noise, usual.used if own.used is None else own.used)
 
     @property
     def design(self) -> StartValues | None:
