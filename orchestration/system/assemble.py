@@ -81,7 +81,7 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
         If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
-    used = {name for link in links for name in (link.source_component, link.target_component)}
+    used = {name for link in links for name, _ in link.ends}
     ends = {name: replace(components[name], connectors=()) for name in components if name in used}
     return tuple(_resolved(System("", ends, tuple(links))))
 

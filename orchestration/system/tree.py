@@ -113,8 +113,7 @@ def _connect(top: Tree, link: Connection, start: list[str], end: list[str]) -> N
     """Lay a connection through the tree: out of the source's systems, across, into the target's."""
     steps = zip(start[:-1], end[:-1], strict=False)
     shared = len(list(takewhile(lambda pair: pair[0] == pair[1], steps)))
-    source = (link.source_component, link.source_variable)
-    giving = Node((start[-1],), link.source_variable)
+    source, giving = link.ends[0], Node((start[-1],), link.source_variable)
     for depth in range(len(start) - 1, shared, -1):
         place = top.at(start[:depth])
         name = place.shows("output", source, "_".join((*start[depth:], link.source_variable)))
@@ -136,12 +135,11 @@ def opened(system: System, ports: Ports) -> tuple[System, Tree]:
     cut = [c for c in system.connections if c.source_component not in kept]
     inner = replace(system, components=kept, connections=links)
     tree = tree_of(inner)
-    given = _names((c.source_component, c.source_variable) for c in cut)
+    given = _names(link.ends[0] for link in cut)
     for link in cut:
-        name = given[link.source_component, link.source_variable]
+        name = given[link.ends[0]]
         if name not in {known.name for known in tree.connectors}:
-            target = (link.target_component, link.target_variable)
-            tree.connectors.append(SystemConnector(name, "input", target))
+            tree.connectors.append(SystemConnector(name, "input", link.ends[1]))
         tree.edges.append(replace(edge_of(link), source=Node((), name)))
     flags = [(name, flag_of(variable)) for name, variable in ports.shown]
     there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
@@ -168,10 +166,7 @@ def with_connectors(system: System) -> System:
         for name, held in system.components.items()
     }
     for link in system.connections:
-        for name, connector in (
-            (link.source_component, link.source_variable),
-            (link.target_component, link.target_variable),
-        ):
+        for name, connector in link.ends:
             if name in parts and connector not in {c.name for c in parts[name].connectors}:
                 raise InputError(
                     f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
