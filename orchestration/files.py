@@ -8,16 +8,19 @@ import json
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.locks import lock, unlock
+from warmlink.fmus.files import WRITING, lock, unlock, whole_file
 
-WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
+ENDING_SECONDS = 1.0
+"""Within which the processes of a command that was killed have ended, and hold no folder any more."""
+
 FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Error numbers that mean a full or broken disk."""
 
@@ -71,19 +74,6 @@ def fresh_file(path: Path) -> Iterator[Path]:
         raise InputError(
             f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
         ) from None
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
-    scratch = path.with_name(f".writing-{path.name}")
-    try:
-        yield scratch
-        scratch.replace(path)
-    except BaseException:
-        with suppress(OSError):
-            scratch.unlink(missing_ok=True)
-        raise
 
 
 def write_all(file: BinaryIO, data: bytes) -> None:
@@ -151,12 +141,15 @@ def locked_folder(folder: Path) -> Iterator[None]:
     InputError
         If another process holds the folder, or it cannot be written.
     """
-    folder = folder.absolute()
+    folder, give_up = folder.absolute(), time.monotonic() + ENDING_SECONDS
     while True:
         handle = None
         try:
             with _made(folder):
                 handle, free = lock(folder)
+                if not free and time.monotonic() < give_up:
+                    time.sleep(0.02)
+                    continue
                 if not free:
                     raise InputError(
                         f"{folder}: another warmlink is writing there; wait until it has ended, or choose "
