@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import noted_progress_bar
+from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, front, latin_hypercube
 from warmlink.orchestration.studies.storage import (
@@ -172,7 +172,7 @@ def tune_study(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with at_work(asked.scenarios, means, out) as work, noted_progress_bar(asked.title) as show:
+    with at_work(asked.scenarios, means, out) as work, progress_bar(asked.title) as show:
         storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(work.folder))
         return tune(
             asked,
