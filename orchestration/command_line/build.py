@@ -176,10 +176,7 @@ def _build_native(components: Sequence[Entry], platforms: str | None, out: Path,
 def _validate(path: Path) -> None:
     """Check a file against the standards' schemas and rules.
 
-    Raises
-    ------
-    InputError
-        If it does not pass, which is a fault of warmlink and not of its user.
+    InputError if it does not pass, which is a fault of warmlink and not of its user.
     """
     from warmlink.orchestration.check.validity import validity_problems
     from warmlink.orchestration.files import temporary_folder

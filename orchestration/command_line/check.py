@@ -17,11 +17,7 @@ if TYPE_CHECKING:
 _SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
 
 
-def check(
-    file: Path,
-    *,
-    json: bool = False,
-) -> None:
+def check(file: Path, *, json: bool = False) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
 
     Parameters

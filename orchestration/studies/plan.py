@@ -54,12 +54,8 @@ class Plan(NamedTuple):
     def cases(self) -> list[Case]:
         """The runs in the order of the rows, every start value checked.
 
-        The error budget of the elongation depends on the plant alone, so `none` finds it for all.
-
-        Raises
-        ------
-        InputError
-            If a scenario or mismatch names what does not exist, or a component refuses a value.
+        The error budget of the elongation depends on the plant alone, so `none` finds it for all. InputError
+        if a scenario or mismatch names what does not exist, or a component refuses a value.
         """
         cases = []
         alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
@@ -112,12 +108,8 @@ def plan_on(
 ) -> Plan:
     """What to compare, by names and files; what is None is all that is usual for the system.
 
-    The system is that of a scenario, with its parameters and sensors, where one is given.
-
-    Raises
-    ------
-    InputError
-        If there is none of a name, or as `plan`.
+    The system is that of a scenario, with its parameters and sensors, where one is given. InputError if there
+    is none of a name, or as `plan`.
     """
     cell = None if scenario is None else load_scenario(str(scenario))
     if cell is not None:

@@ -204,10 +204,7 @@ def names() -> list[str]:
 def load_study(name: str) -> Study:
     """Study from a TOML file, or a shipped one by its name.
 
-    Raises
-    ------
-    InputError
-        If there is none, or it asks for what does not exist or cannot be.
+    InputError if there is none, or it asks for what does not exist or cannot be.
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
     if not is_file(path):
