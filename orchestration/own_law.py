@@ -33,21 +33,11 @@ COMPONENT = component_of(law) if isinstance(law, type) else law
 class OwnLaw(Controller):
     """A law from a user's file; tables show it under its name in the file.
 
-    Attributes
-    ----------
-    place : the file and the name in it, as given
-    module : where its component is declared
-    digest : of the file
+    `place` is the file and the name in it, as given, and `module` where its component is declared.
     """
 
-    place: str
-    module: str
-    digest: str
-
-    @property
-    def written(self) -> str:
-        """Digest of its file."""
-        return self.digest
+    place: str = ""
+    module: str = ""
 
     @property
     def kinds(self) -> set[str]:
@@ -116,7 +106,7 @@ def load_own_law(place: str) -> OwnLaw:
             _import(package, source, attribute, place)
     component = sys.modules[module].COMPONENT
     _check(component, place)
-    return OwnLaw(attribute, component, place, module, digest)
+    return OwnLaw(attribute, component, digest, place, module)
 
 
 def _import(package: str, source: bytes, attribute: str, place: str) -> None:

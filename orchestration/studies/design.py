@@ -111,15 +111,14 @@ class Designed(Answer):
 
     def summary(self) -> str:
         """The design in a few lines."""
-        facts, changed = self.to_dict(), list(self.given)
         lines = [f"{self.law} from {', '.join(self.sensors) or 'the duty alone'}"]
         if self.reduced is not None:
-            elongation, temperature = facts["reduction_error_um"], facts["reduction_error_K"]
+            error = self.reduced.error
             lines.append(
-                f"{facts['modes']} modes; the reduction costs at most {elongation:.2g} µm "
-                f"and {temperature:.2g} K"
+                f"{self.reduced.order} modes; the reduction costs at most "
+                f"{1e6 * error.elongation_step:.2g} µm and {error.temperature_step:.2g} K"
             )
-        known = listed(changed) + " changed from nominal" if changed else "nominal"
+        known = listed(list(self.given)) + " changed from nominal" if self.given else "nominal"
         lines.append(f"plant: {'as in a run of its FMUs' if self.plant is None else known}")
         advice = None if self.reduced is None or self.plant is None else middle_advice(self.plant)
         return "\n".join([*lines, *([advice] if advice else [])])

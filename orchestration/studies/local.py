@@ -80,21 +80,21 @@ class LocalWorkers:
                     self._give(waiting.pop(), cases)
                 for pipe in connection.wait(list(self._busy)):
                     assert isinstance(pipe, Connection)
-                    worker, share = self._busy.pop(pipe)
+                    worker, share = self._busy[pipe]
+                    outcomes: list[Outcome] | InputError | None = None
                     try:
-                        outcomes: list[Outcome] | InputError = pipe.recv()
+                        outcomes = pipe.recv()
+                        self._idle.append(worker)
                     except (EOFError, OSError):
                         _end(worker)
                         deaths[share[0]] += 1
-                        if deaths[share[0]] < ATTEMPTS:
-                            waiting.append(share)
-                            continue
-                        outcomes = [died(cases[place]) for place in share]
-                    else:
-                        self._idle.append(worker)
+                    del self._busy[pipe]
+                    if outcomes is None and deaths[share[0]] < ATTEMPTS:
+                        waiting.append(share)
+                        continue
                     if isinstance(outcomes, InputError):
                         raise outcomes
-                    yield from zip(share, outcomes, strict=True)
+                    yield from zip(share, outcomes or [died(cases[i]) for i in share], strict=True)
         finally:
             self._cut_short()
 
