@@ -1,13 +1,12 @@
 """The motor as a source of heat, as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus.component import Component, Input, Local, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
     PAD_MODE,
     bus,
+    extra,
     heat_port,
     temperature_input,
     temperature_output,
@@ -40,15 +39,8 @@ _PARAMETERS = (
     Parameter("winding_conductance", "W/K", 0.8, "thermal conductance from winding to shaft", minimum=0),
     tunable("housing_conductance", "W/K", 1.0, "thermal conductance from shaft to surroundings", minimum=0),
     Parameter("joint_conductance", "W/K", 1.0, "thermal conductance from shaft to link", minimum=0),
-    tunable(
-        "joint_resistance",
-        "K/W",
-        0,
-        "additional thermal resistance of the joint, in series",
-        minimum=0,
-        nominal=0.1,
-    ),
-    tunable("neighbour_conductance", "W/K", 0, "thermal conductance to the neighbouring joint", minimum=0),
+    extra("joint_resistance", "K/W", "additional thermal resistance of the joint, in series", nominal=0.1),
+    extra("neighbour_conductance", "W/K", "thermal conductance to the neighbouring joint"),
     Parameter(
         "joint_temperature_coefficient",
         "1/K",

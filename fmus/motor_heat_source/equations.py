@@ -9,11 +9,7 @@ as it warms, and viscous friction alone falls with it (A. C. Bittencourt and S. 
 a robot joint, Journal of Dynamic Systems, Measurement, and Control 134(5), 2012).
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, real, where
 
 RESISTANCE_TEMPERATURE = 293.15
@@ -26,29 +22,27 @@ PAD_POWER, PAD_TEMPERATURE = 1, 2
 """Values of `pad_mode` besides 0, no pad."""
 
 
-def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperatures in K/s, heat delivered in W."""
-    winding, shaft = x.winding_temperature, x.shaft_temperature
-    inward = p.winding_conductance * (winding - shaft)
-    to_link = heat_flow(shaft, u, p)
+    flows, to_link = heat_flows(x, u, p, time), heat_flow(x.shaft_temperature, u, p)
+    into_winding = flows["copper_loss"] + flows["iron_loss"] - flows["winding_heat_flow"]
     into_shaft = (
-        inward
-        + friction_loss(shaft, u, p)
-        + pad_heat(shaft, u, p)
+        flows["winding_heat_flow"]
+        + flows["friction_loss"]
+        + flows["pad_heat_flow"]
         + p.standby_power
-        - housing_heat_flow(shaft, u, p, time)
+        - flows["housing_heat_flow"]
         - to_link
-        - neighbour_heat_flow(shaft, u, p)
+        - neighbour_heat_flow(x.shaft_temperature, u, p)
     )
     return {
-        "winding_temperature": (copper_loss(winding, u, p) + iron_loss(u, p) - inward)
-        / p.winding_heat_capacity,
+        "winding_temperature": into_winding / p.winding_heat_capacity,
         "shaft_temperature": into_shaft / p.shaft_heat_capacity,
         "heat_delivered": to_link,
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Heat flows in W, temperatures in K, heat in J."""
     return {
         "heat_flow": heat_flow(x.shaft_temperature, u, p),
@@ -59,7 +53,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     }
 
 
-def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Losses and heat flows in W inside the motor."""
     winding, shaft = x.winding_temperature, x.shaft_temperature
     return {

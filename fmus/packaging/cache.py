@@ -1,11 +1,8 @@
 """Where built FMUs and what they are built from are kept between runs."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import pickle
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -14,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.locks import lock, unlock
+from warmlink.fmus.files import lock, unlock, whole_file
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
@@ -34,20 +31,19 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     made_from : everything that it depends on; its `repr` tells two of them apart
     make : makes it
     """
+    content = kept_before(folder, made_from)
+    if content is not None:
+        return content
     try:
         place = _place(folder, made_from)
     except InputError:
         return make()
-    with suppress(OSError):
-        return place.read_bytes()
     with _alone(place.with_suffix(".lock")):
-        with suppress(OSError):
-            return place.read_bytes()  # which another process has made meanwhile
-        content = make()
-        with suppress(OSError):
-            scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
-            scratch.write_bytes(content)
-            scratch.replace(place)
+        content = kept_before(folder, made_from)  # which another process has made meanwhile
+        if content is None:
+            content = make()
+            with suppress(OSError), whole_file(place) as scratch:
+                scratch.write_bytes(content)
     return content
 
 

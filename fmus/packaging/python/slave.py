@@ -5,8 +5,6 @@ fmi2Discard. Nothing is ever raised: pythonfmu's library frees the slave when an
 the host's next call then crashes. A host that goes on after a refused step reads NaN, not old values.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import ctypes
@@ -27,8 +25,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.snapshot import VECTORS, Snapshot, is_possible
+from warmlink.fmus.component.instance import VECTORS, Instance, Snapshot, is_possible
 from warmlink.fmus.errors import InputError
 
 _TIME_TOLERANCE = 1e-6
@@ -269,7 +266,7 @@ def _finish_at_exit(resources: str) -> None:
                 atexit.register(_finish, loaded.finalizePythonInterpreter)
 
 
-def _finish(release: ctypes._NamedFuncPointer) -> None:
+def _finish(release: Any) -> None:
     # In a host that is not Python the library runs the interpreter in a thread of its own, which ends it
     # here and cannot wait for itself.
     if threading.get_native_id() == os.getpid():
