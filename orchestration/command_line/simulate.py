@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.console import (
-    FAILED,
-    answer,
-    answer_json,
-    print_table,
-    progress_bar,
-    remark,
-)
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, progress_bar, remark
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
