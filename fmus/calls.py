@@ -21,18 +21,30 @@ def kept_whole(function: Called) -> Called:
     function : takes numbers, vectors, and named tuples of them, by position, and returns the same; integers
         among the arguments become constants of the C
     """
+    return _kept(function, idle=False)
 
+
+def idle_at_zero(function: Called) -> Called:
+    """Mark a function, kept whole, that returns its first argument as it is where its last one is 0.
+
+    It must do so by its own arithmetic too; floats and the C skip it there.
+    """
+    return _kept(function, idle=True)
+
+
+def _kept(function: Called, idle: bool) -> Called:
     @wraps(function)
     def called(*given: Any) -> Any:
         first: Any = given  # it decides, since floats must not wait for a search through all
         while isinstance(first, tuple):
             first = first[0]
         if not _is_graph(first):
-            return function(*given)
+            skipped = idle and isinstance(given[-1], float) and given[-1] == 0
+            return given[0] if skipped else function(*given)
         given = _mapped(given, _as_graph)
         # What the call has in common with others: all but the expressions themselves.
         shape = _mapped(given, lambda leaf: _Symbol.of(leaf) if _is_graph(leaf) else leaf)
-        whole, used, result = _whole(function, shape)
+        whole, used, result = _whole(function, shape, idle)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
         results = iter(whole.call([arguments[i] for i in used]))
         return _mapped(result, lambda leaf: next(results))
@@ -55,27 +67,36 @@ class _Symbol:
 
 
 @cache
-def _whole(function: Callable[..., Any], shape: Any) -> tuple[Any, list[int], Any]:
+def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, list[int], Any]:
     """The CasADi function for arguments of a shape, whose symbols stand for expressions; always the same.
 
     Beside it which of the arguments it uses, and a result that shows how its results are put together.
+    What is idle most of the time is made of calls and loops, which are short; all else is written out.
     """
     import casadi
 
+    kind: Any = casadi.MX if idle else casadi.SX
     symbols: list[Any] = []
 
     def filled(leaf: Any) -> Any:
         if isinstance(leaf, _Symbol):
-            symbols.append(casadi.SX.sym("a", casadi.Sparsity(*leaf.size, leaf.columns, leaf.rows)))
+            symbols.append(kind.sym("a", casadi.Sparsity(*leaf.size, leaf.columns, leaf.rows)))
             return symbols[-1]
         return leaf
 
-    result = function(*_mapped(shape, filled))
-    results = casadi.cse([casadi.SX(leaf) for leaf in _leaves(result)])
+    given = _mapped(shape, filled)
+    result = function(*given)
+    results = [kind(leaf) for leaf in _leaves(result)]
     everything = casadi.vertcat(*(casadi.vec(each) for each in results))
-    used = [i for i, symbol in enumerate(symbols) if casadi.depends_on(everything, symbol)]
+    unchanged = len(_leaves(given[0])) if idle else 0
+    used = [i for i, s in enumerate(symbols) if i < unchanged or casadi.depends_on(everything, s)]
+    arguments = [symbols[i] for i in used]
     name = function.__name__.strip("_")
-    return casadi.Function(name, [symbols[i] for i in used], results), used, result
+    if not idle:
+        return casadi.Function(name, arguments, casadi.cse(results)), used, result
+    run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
+    skip = casadi.Function(f"{name}_skip", arguments, arguments[:unchanged])
+    return casadi.Function.if_else(name, run, skip), [len(symbols) - 1, *used], result
 
 
 def _as_graph(value: Any) -> Any:

@@ -54,7 +54,7 @@ def _looked(
     x: Record, u: Record, p: Record, time: Number, step: Number, count: Number, taken: Number
 ) -> Values:
     """States once a picture was taken or not, `count` samples after the last one taken."""
-    number, generator = noise.normal(x.generator)
+    number, generator = noise.normal(x.generator, taken)
     generator = noise.advance(generator)
     shown = picture(u, p, number, time)
     # A stuck picture repeats the last; before any picture there is none to repeat.
