@@ -150,7 +150,7 @@ class Scenario:
     def made_from(self) -> tuple[object, ...]:
         """What its joined system is made of, its start values apart."""
         held = self.setup.blueprint
-        return held.name, dict(held.components), held.wires, self.controller.name, self.controller.written
+        return held.name, dict(held.components), held.wires, self.controller.name, self.controller.digest
 
     def joined(self, values: StartValues | None = None) -> Component:
         """The system joined into one component, with start values: by default those of the scenario.
