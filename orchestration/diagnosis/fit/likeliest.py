@@ -100,9 +100,8 @@ class Integrated:
         near = Neighbours(replace(self.fit, point=point), self.search.items, ())
         least = near.chi2 + self.search.penalty(self.fit.items)
         chosen = [*near.singles(), *near.pairs()]
-        for each, chi2 in zip(chosen, near.expected(chosen), strict=True):
-            items = (*self.fit.items, *(near.candidates[i] for i in each))
-            least = min(least, chi2 + self.search.penalty(items))
+        for each in near.proposals(self.fit.items, chosen):
+            least = min(least, each.chi2 + self.search.penalty(each.items))
         return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
 
     def _point(self, wander: Wander) -> tuple[Point, float]:

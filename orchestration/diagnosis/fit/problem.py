@@ -141,7 +141,7 @@ class Problem(Predictions):
         return tuple(
             Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
             for i, run in enumerate(self.experiment.runs)
-            for name in (*initial_values(self.experiment.rig, run, self.known(i)), *self._camera_offsets)
+            for name in (*initial_values(self.experiment.rig, run, self.known(run)), *self._camera_offsets)
             if name in self.slots and name not in stated
             for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
         )
