@@ -109,7 +109,9 @@ class Equations:
     def by_row(self) -> tuple[tuple[Indices, Indices], ...]:
         """Of the rates' derivatives by state and by slot: where each row begins, and its columns."""
         sparsities = [self.linear.sparsity_out(i) for i in (1, 2)]
-        return tuple((np.array(each.colind()), np.array(each.row(), dtype=int)) for each in sparsities)
+        return tuple(
+            (np.array(each.colind(), np.int64), np.array(each.row(), np.int64)) for each in sparsities
+        )
 
     def library(self) -> ctypes.CDLL | None:
         """`integrator.c` with these equations if it was compiled before or pays by now; None for CasADi."""
