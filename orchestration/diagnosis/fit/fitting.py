@@ -46,6 +46,12 @@ class Point:
     gram: tuple[Array, ...]
     gradient: tuple[Array, ...]
 
+    @classmethod
+    def of(cls, grams: Sequence[Array]) -> Point:
+        """The point of whitened residuals beside their derivatives, from the Gram matrix of each run."""
+        chi2 = sum(float(gram[0, 0]) for gram in grams)
+        return cls(chi2, tuple(gram[1:, 1:] for gram in grams), tuple(gram[1:, 0] for gram in grams))
+
     def moved(self, steps: Sequence[Array]) -> Point:
         """The same after a step so small that the linearisation holds, given by run, shape (slots,) each."""
         curved = [gram @ step for gram, step in zip(self.gram, steps, strict=True)]
@@ -193,14 +199,8 @@ class Fitter:
 
     def at(self, freed: Sequence[Freed], theta: Array) -> Point:
         """Chi-square and its linearisation at given values."""
-        chi2, grams, gradients = 0.0, [], []
-        for channels in self.whitened(freed, theta):
-            joined = np.concatenate(channels)
-            gram = joined.T @ joined
-            chi2 += float(gram[0, 0])
-            grams.append(gram[1:, 1:])
-            gradients.append(gram[1:, 0])
-        return Point(chi2, tuple(grams), tuple(gradients))
+        joined = map(np.concatenate, self.whitened(freed, theta))
+        return Point.of([each.T @ each for each in joined])
 
     def fit(
         self, items: Sequence[Item], start: dict[Freed, float] | None = None, worth: float = np.inf
