@@ -13,12 +13,14 @@ if TYPE_CHECKING:
     from warmlink.fmus.component.join import join as join
     from warmlink.fmus.errors import InputError as InputError
     from warmlink.orchestration.closed_loop.run import run as run
-    from warmlink.orchestration.diagnosis.found import diagnose as diagnose
+    from warmlink.orchestration.command_line.build import build_files as build
+    from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.at_work import Means as Means
     from warmlink.orchestration.studies.compare import compare as compare
     from warmlink.orchestration.studies.design import design as design
+    from warmlink.orchestration.studies.tune import tune_study as tune
     from warmlink.orchestration.system.assemble import assemble as assemble
     from warmlink.orchestration.system.read import read_system as read_system
     from warmlink.orchestration.system.write import write_ssp as write_ssp
@@ -30,7 +32,7 @@ _PLACES = {
     "build": "orchestration.command_line.build:build_files",
     "compare": "orchestration.studies.compare:compare",
     "design": "orchestration.studies.design:design",
-    "diagnose": "orchestration.diagnosis.found:diagnose",
+    "diagnose": "orchestration.diagnosis.diagnose:diagnose",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",

@@ -12,8 +12,8 @@ from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, name_of
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
+from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.problem import Item
-from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
 

@@ -65,7 +65,7 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
     """
     run = problem.fitted_runs[0]
     values = problem.values(run, fit.freed, fit.theta)
-    known = dict(problem.known(run))
+    known = dict(problem.known(problem.experiment.runs[run]))
     for freed in fit.freed:
         if run in freed.runs:
             known |= {problem.slots[i]: float(values[i]) for i in freed.slots}
