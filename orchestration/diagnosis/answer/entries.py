@@ -14,7 +14,6 @@ from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibratio
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.diagnosis.fit.residuals import Wrong
-from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
 
 
@@ -48,7 +47,16 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         if proposed is None
         else {
             **asdict(proposed),
-            "duty": [_stage(segment) for segment in proposed.duty],
+            "duty": [
+                {
+                    "duration_s": segment.duration,
+                    "speed": segment.speed,
+                    "torque": segment.torque,
+                    "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+                    "ambient_temperature": segment.ambient_temperature,
+                }
+                for segment in proposed.duty
+            ],
             "alike": [list(pair) for pair in proposed.alike],
         },
         "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
@@ -102,16 +110,6 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             for each in diagnosis.claims
         ],
         "remarks": list(experiment.remarks),
-    }
-
-
-def _stage(segment: Segment) -> dict[str, float | None]:
-    return {
-        "duration_s": segment.duration,
-        "speed": segment.speed,
-        "torque": segment.torque,
-        "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
-        "ambient_temperature": segment.ambient_temperature,
     }
 
 

@@ -79,10 +79,6 @@ def _of_thermometer(size: float, change: OnReadings, about: str = "", both_signs
     return Effect(size, None, change, both_signs, per_channel=True, about=about)
 
 
-def _waves(truth: Truth, size: float, duration: float) -> Truth:
-    return replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0))
-
-
 def _bent(time: Array, readings: Readings, size: float, channel: str) -> Array:
     gradient = readings["base_temperature"] - readings["tip_temperature"]
     return readings[channel] + size * gradient * np.abs(gradient)
@@ -156,7 +152,9 @@ EFFECTS: Mapping[str, Effect] = {
     "draught": _while("draught", 0.28, 0.5, 2.0, "A draught cools the link for a while."),
     "open_door": _while("room", 0.2, 0.33, -4.0, "The room is colder for a while than its thermometer says."),
     "air_conditioning": Effect(
-        2.0, _waves, about="The room's temperature goes up and down every 25 minutes beside its thermometer."
+        2.0,
+        lambda truth, size, _: replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0)),
+        about="The room's temperature goes up and down every 25 minutes beside its thermometer.",
     ),
     "loosening_joint": _while("loosening", 0.35, 2.0, 0.5, "The joint conducts less from some moment on."),
     "brake_heat": _while("shaft_heat", 0.3, 0.42, 12.0, "A brake warms the shaft for a while."),
