@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warmlink.orchestration.finite_elements.body import Body, Material, Probe, Support
+from warmlink.orchestration.finite_elements.body import Body, Material, Support, mean_at
 from warmlink.orchestration.finite_elements.forms import scikit_fem
 
 
@@ -30,7 +30,7 @@ def bar(
     free = np.setdiff1d(mesh.boundary_facets(), end)
     y, z = np.array([0.0, size[1]]), np.array([0.0, size[2]])
     base, tip = (
-        Probe.mean(np.array([np.full(4, x), np.tile(y, 2), np.repeat(z, 2)])) for x in (0.0, size[0])
+        mean_at(mesh, np.array([np.full(4, x), np.tile(y, 2), np.repeat(z, 2)])) for x in (0.0, size[0])
     )
     return Body(
         mesh=mesh.with_boundaries({"heated": end, "cooled": free}),

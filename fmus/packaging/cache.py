@@ -1,7 +1,5 @@
 """Where built FMUs and what they are built from are kept between runs."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import tempfile
@@ -27,20 +25,21 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     made_from : everything that it depends on; its `repr` tells two of them apart
     make : makes it
     """
+    content = kept_before(folder, made_from)
+    if content is not None:
+        return content
     try:
         place = _place(folder, made_from)
     except InputError:
         return make()
-    with suppress(OSError):
-        return place.read_bytes()
     with _alone(place.with_suffix(".lock")):
-        with suppress(OSError):
-            return place.read_bytes()  # which another process has made meanwhile
-        content = make()
-        with suppress(OSError):
-            scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
-            scratch.write_bytes(content)
-            scratch.replace(place)
+        content = kept_before(folder, made_from)  # which another process has made meanwhile
+        if content is None:
+            content = make()
+            with suppress(OSError):
+                scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
+                scratch.write_bytes(content)
+                scratch.replace(place)
     return content
 
 

@@ -49,25 +49,6 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Probe:
-    """A weighted mean over mesh vertices: `points`, shape (3, n) [m]; `weights`, shape (n,), of sum 1."""
-
-    points: Array
-    weights: Array
-
-    @classmethod
-    def mean(cls, points: Array) -> Probe:
-        """Weigh all points, shape (3, n) [m], alike."""
-        return cls(points, np.full(points.shape[1], 1 / points.shape[1]))
-
-    def row(self, mesh: Any) -> Array:
-        """Row that gives the mean from values at all vertices."""
-        found = np.zeros(mesh.nvertices)
-        np.add.at(found, vertices_at(mesh, self.points), self.weights)
-        return found
-
-
-@dataclass(frozen=True)
 class Support:
     """Holds the displacement along `axes` (0 to 2), on a named boundary or at vertices, shape (3, n) [m]."""
 
@@ -81,15 +62,15 @@ class Body:
 
     `mesh` is an `skfem.MeshHex` in metres, with the boundaries `heated` (temperature or heat flow prescribed;
     facets or a plane inside) and `cooled` (free surfaces). `materials` maps subdomain to material. The mean
-    temperature of each of the `probes` is reported under its name. The elongation is measured along x from
-    `origin` to `target`.
+    temperature by each of the `probes` is reported under its name. The elongation is measured along x from
+    `origin` to `target`; these and the probes are rows of `mean_at`.
     """
 
     mesh: Any
     materials: dict[str, Material]
-    probes: dict[str, Probe]
-    origin: Probe
-    target: Probe
+    probes: dict[str, Array]
+    origin: Array
+    target: Array
     supports: tuple[Support, ...]
 
     def property(self, name: str) -> Array:
@@ -108,6 +89,13 @@ def vertices_at(mesh: Any, points: Array) -> NDArray[np.int64]:
         if gap > 1e-6:
             raise InputError(f"no mesh vertex at {point} m, the nearest is {gap:.3g} m off; choose a vertex")
     return np.asarray(nearest)
+
+
+def mean_at(mesh: Any, points: Array, weights: Array | None = None) -> Array:
+    """Row that gives the mean over vertices at points, shape (3, n) [m], from values at all vertices."""
+    row = np.zeros(mesh.nvertices)
+    np.add.at(row, vertices_at(mesh, points), 1.0 if weights is None else weights)
+    return np.asarray(row / row.sum())
 
 
 class HeatModel:
@@ -189,7 +177,7 @@ class ThermoElasticity:
         heat = basis.with_element(skfem.ElementHex1())
         self._load = thermal_load(heat, basis, *elastic, body.property("expansion_coefficient"))
         wanted = np.zeros(3 * basis.N)
-        wanted[self._vertices] = body.target.row(body.mesh) - body.origin.row(body.mesh)
+        wanted[self._vertices] = body.target - body.origin
         self.elongation_row = np.asarray(self._load.T @ self._solve(wanted))
 
     def displacement(self, rise: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Transient runs of a body: what acts on it, and temperatures, heat balance and elongation over time.
+"""Transient runs of a body: what acts on it, and temperatures and elongation over time.
 
 Time stepping is by a two-stage, singly diagonally implicit Runge-Kutta method of order 2, L-stable and
 stiffly accurate (R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006): both stages share one matrix, factorised
@@ -7,7 +7,7 @@ once for each pair of step size and heat transfer coefficient and kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -84,21 +84,11 @@ def graded(breakpoints: Sequence[float]) -> Array:
 
 @dataclass(frozen=True)
 class History:
-    """What a run recorded at every time of its grid.
-
-    `time` [s]; `temperature` [K] of each probe; `elongation` [m]; cumulative heat [J]: `received` through
-    the heated boundary, `convected` and `radiated` to the ambient, `stored` since the start; `final`
-    temperatures [K] of all nodes.
-    """
+    """A run over `time` [s]: `temperature` [K] of each probe, and `elongation` [m]."""
 
     time: Array
-    temperature: dict[str, Array]
+    temperature: Mapping[str, Array]
     elongation: Array
-    received: Array
-    convected: Array
-    radiated: Array
-    stored: Array
-    final: Array
 
 
 class Fea:
@@ -107,51 +97,33 @@ class Fea:
     def __init__(self, body: Body, displacement_order: int = 2) -> None:
         self.body, self._displacement_order = body, displacement_order
         self.heat = HeatModel(body)
-        self.probes = {name: probe.row(body.mesh) for name, probe in body.probes.items()}
 
     @cached_property
     def elasticity(self) -> ThermoElasticity:
         """The thermo-elastic model, set up when first asked for."""
         return ThermoElasticity(self.body, self._displacement_order)
 
-    def run(self, drive: Drive, times: Array, initial_temperature: float) -> History:
+    def run(self, drive: Drive, times: Array, initial: float) -> History:
         """Simulate from a uniform temperature [K] over the times [s], a step from each to the next."""
-        fields, flows = self._fields(drive, times, initial_temperature)
-        rise = fields - initial_temperature
-        received, convected, radiated = np.cumsum(flows, axis=0).T
-        return History(
-            time=times,
-            temperature={name: fields @ row for name, row in self.probes.items()},
-            elongation=rise @ self.elasticity.elongation_row,
-            received=received,
-            convected=convected,
-            radiated=radiated,
-            stored=rise @ np.asarray(self.heat.capacity.sum(axis=0)).ravel(),
-            final=fields[-1],
-        )
+        return self.history(times, self.fields(drive, times, initial))
 
-    def temperature(self, probe: str, drive: Drive, times: Array, initial_temperature: float) -> Array:
-        """Temperatures [K] of a probe in such a run, without the elongation and its cost."""
-        return np.asarray(self._fields(drive, times, initial_temperature)[0] @ self.probes[probe])
+    def history(self, times: Array, fields: Array) -> History:
+        """What a run from a uniform temperature is seen by, from its temperatures at all nodes."""
+        probed = {name: fields @ row for name, row in self.body.probes.items()}
+        return History(times, probed, (fields - fields[0]) @ self.elasticity.elongation_row)
 
-    def _fields(self, drive: Drive, times: Array, initial_temperature: float) -> tuple[Array, Array]:
-        """Temperatures [K], shape (times, nodes), and the heat moved in every step [J], shape (times, 3)."""
+    def fields(self, drive: Drive, times: Array, initial: float) -> Array:
+        """Temperatures [K] of such a run at all nodes, shape (times, nodes)."""
         stepper = HeatStepper(self.heat, drive)
-        fields = np.full((len(times), self.heat.size), initial_temperature)
-        flows = np.zeros((len(times), 3))
+        fields = np.full((len(times), self.heat.size), initial)
         for i, start in enumerate(times[:-1].tolist()):
             # Rounded, so that steps of one size share a factorisation.
-            size = round(float(times[i + 1]) - start, 9)
-            fields[i + 1], flows[i + 1] = stepper.step(fields[i], start, size)
-        return fields, flows
+            fields[i + 1] = stepper.step(fields[i], start, round(float(times[i + 1]) - start, 9))
+        return fields
 
 
 class HeatStepper:
-    """Advances nodal temperatures [K] under a drive.
-
-    Prescribed temperatures are imposed exactly at both stages; the heat they bring in is the residual of the
-    nodes' own equations, so that it is consistent with the discrete balance.
-    """
+    """Advances nodal temperatures [K] under a drive; prescribed ones are imposed exactly at both stages."""
 
     def __init__(self, model: HeatModel, drive: Drive) -> None:
         self._model, self._drive = model, drive
@@ -159,51 +131,33 @@ class HeatStepper:
         self._free = np.setdiff1d(np.arange(model.size), self._held)
         self._factors: dict[tuple[float, float, float], tuple[Any, csc_matrix]] = {}
 
-    def step(self, temperature: Array, start: float, size: float) -> tuple[Array, Array]:
-        """Step by `size` from `start` [s]; give temperatures [K] and heat received, convected, radiated."""
-        model, drive = self._model, self._drive
+    def step(self, temperature: Array, start: float, size: float) -> Array:
+        """Step by `size` from `start` [s]."""
         old = temperature.copy()
-        jump = 0.0
-        if drive.temperature is not None:
-            # A jump of the prescribed temperature happens at once, and its heat counts.
-            old[self._held] = within(drive.temperature, start, size, 0.0)
-            jump = float((model.capacity @ (old - temperature)).sum())
-        rate_1, flow_1 = self._stage(old, start, size, GAMMA)
-        base = old + (1 - GAMMA) * size * rate_1
-        rate_2, flow_2 = self._stage(base, start, size, 1.0)
-        weights = size * np.array([1 - GAMMA, GAMMA])
-        return base + GAMMA * size * rate_2, weights @ np.array([flow_1, flow_2]) + np.array([jump, 0.0, 0.0])
+        if self._drive.temperature is not None:  # where it jumps it does so at once
+            old[self._held] = within(self._drive.temperature, start, size, 0.0)
+        base = old + (1 - GAMMA) * size * self._rate(old, start, size, GAMMA)
+        return base + GAMMA * size * self._rate(base, start, size, 1.0)
 
-    def _stage(self, base: Array, start: float, size: float, fraction: float) -> tuple[Array, Array]:
-        """Solve one stage; return its rate [K/s] and the heat flows [W] received, convected, radiated."""
+    def _rate(self, base: Array, start: float, size: float, fraction: float) -> Array:
+        """Solve one stage; return its rate [K/s]."""
         model, drive, step = self._model, self._drive, GAMMA * size
-        h, ambient, flow = (
+        h, ambient, flow, held = (
             within(course or 0.0, start, size, fraction)
-            for course in (drive.convection, drive.ambient, drive.heat_flow)
+            for course in (drive.convection, drive.ambient, drive.heat_flow, drive.temperature)
         )
         factor, matrix = self._factor(step, h, ambient)
         load = h * ambient * model.load + flow * model.heated_load
-        stage, radiated = base.copy(), np.zeros(model.size)
-        if drive.temperature is not None:
-            stage[self._held] = within(drive.temperature, start, size, fraction)
+        stage = base.copy()
+        stage[self._held] = held
         for _ in range(50):
-            if drive.radiation:
-                radiated = model.radiant_load(stage, ambient)
-            rate = (stage - base) / step
-            residual = load - radiated - model.capacity @ rate - matrix @ stage
+            loss = model.radiant_load(stage, ambient) if drive.radiation else 0.0
+            residual = load - loss - model.capacity @ ((stage - base) / step) - matrix @ stage
             change = factor.solve(residual[self._free]) if len(self._free) else np.zeros(0)
             stage[self._free] += change
             if not drive.radiation or np.abs(change).max(initial=0.0) < RADIATION_TOLERANCE:
-                break
-        else:
-            raise InputError(
-                f"radiation: no convergence at {start + fraction * size:.6g} s; take a smaller step"
-            )
-        rate = (stage - base) / step
-        if drive.temperature is not None:
-            residual = load - radiated - model.capacity @ rate - matrix @ stage
-            flow = -float(residual[self._held].sum())
-        return rate, np.array([flow, h * (model.load @ (stage - ambient)), radiated.sum()])
+                return (stage - base) / step
+        raise InputError(f"radiation: no convergence at {start + fraction * size:.6g} s; take a smaller step")
 
     def _factor(self, step: float, h: float, ambient: float) -> tuple[Any, csc_matrix]:
         """Factorise C / step + K + h B (+ radiation about the ambient); return it and K + h B."""

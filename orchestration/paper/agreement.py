@@ -16,8 +16,8 @@ from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.transient import Drive, Fea, held
-from warmlink.orchestration.paper.cases import Case, LinkHistory, fea, follow, run_link
+from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, held
+from warmlink.orchestration.paper.cases import Case, fea, follow, run_link
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.mesh import Assembly, bare_link, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -95,17 +95,17 @@ def agreements(progress: Callable[[float], None]) -> list[Agreement]:
     return found
 
 
-def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, LinkHistory]:
+def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, History]:
     """Run motor and 1-D link as one system; give their heat flow as a drive, and the link's course."""
     starts = np.cumsum([0.0, *(phase.duration for phase in phases)])
-    link = follow(plant(), phases, SAMPLE * np.arange(starts[-1] / SAMPLE + 0.5), SAMPLE)
+    link, flow = follow(plant(), phases, SAMPLE * np.arange(starts[-1] / SAMPLE + 0.5), SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
     speeds = [phase.inputs["link.speed"] * load_geometry().span / 2 for phase in phases]
     drive = Drive(
         convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,
-        heat_flow=lambda time: float(np.interp(time, link.time, link.heat_flow)),
+        heat_flow=lambda time: float(np.interp(time, link.time, flow)),
     )
     return drive, link
 

@@ -82,34 +82,27 @@ def fea(assembly: Assembly) -> Fea:
     return Fea(paper_assembly(load_geometry(), load_materials(), assembly))
 
 
-@dataclass(frozen=True)
-class LinkHistory:
-    """What the 1-D link did: `time` [s], `temperature` [K], `elongation` [m], `heat_flow` received [W]."""
-
-    time: Array
-    temperature: Mapping[str, Array]
-    elongation: Array
-    heat_flow: Array
-
-
 def follow(
     joined: Component,
     phases: Sequence[Phase],
     times: Array,
     every: float,
     parameters: Mapping[str, float] | None = None,
-) -> LinkHistory:
-    """Integrate a `link` and, as first instance, what heats it; give some of its times, `every` s apart."""
+) -> tuple[History, Array]:
+    """Integrate a `link` and, as first instance, what heats it; give some of its times, `every` s apart.
+
+    The heat flow [W] that it receives stands beside its history.
+    """
     heat = f"{joined.parameters[0].name.partition('.')[0]}.heat_flow"
     record = [*_PROBES.values(), "link.elongation", heat]
     found = integrate(joined, phases, record, every=every, tolerance=1e-7, parameters=parameters)
     kept = np.searchsorted(found.time, times)
     values = {name: each[kept] for name, each in found.values.items()}
     probes = {name: values[output] for name, output in _PROBES.items()}
-    return LinkHistory(found.time[kept], probes, values["link.elongation"], values[heat])
+    return History(found.time[kept], probes, values["link.elongation"]), values[heat]
 
 
-def run_link(case: Case, convection: float | None = None) -> LinkHistory:
+def run_link(case: Case, convection: float | None = None) -> History:
     """Run a case on the link, its base held at the shaft's temperature; `convection` replaces h."""
     geometry, material = load_geometry(), load_materials().link
     parameters = {
@@ -127,7 +120,7 @@ def run_link(case: Case, convection: float | None = None) -> LinkHistory:
         parameters[f"link.{name}"] = getattr(material, name)
     inputs = {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": case.ambient}
     phase = Phase(case.duration, inputs)
-    return follow(_rod(), [phase], case.times, float(case.times[1]), parameters)
+    return follow(_rod(), [phase], case.times, float(case.times[1]), parameters)[0]
 
 
 @cache
@@ -138,15 +131,16 @@ def _rod() -> Component:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Both models' histories of a case, as described in the paper, with the body and its displacement [m].
+    """Both models' histories of a case, as described in the paper; `corrected` and `printed` are Eq. (4)'s.
 
-    `corrected` and `printed` are the elongation [m] by Eq. (4), at the times of the finite elements.
+    `final` are the temperatures [K] at the end at all vertices of the body, `displacement` [m] that there.
     """
 
     case: Case
     fea: History
-    link: LinkHistory
+    link: History
     body: Body
+    final: Array
     displacement: Array
     corrected: Array
     printed: Array
@@ -155,15 +149,23 @@ class CaseResult:
 def run_case(case: Case) -> CaseResult:
     """Run a case as the paper describes it, on its mesh with every element divided in two each way."""
     model = fea(Assembly(refinement=2))
-    history = model.run(case.drive(), case.times, case.ambient)
+    fields = model.fields(case.drive(), case.times, case.ambient)
     link, span = load_materials().link, load_geometry().span
-    depth = np.sqrt(link.diffusivity * np.maximum(history.time, 1e-9))
+    depth = np.sqrt(link.diffusivity * np.maximum(case.times, 1e-9))
     corrected, printed = (
         np.asarray(equation(case.rise, depth, span, link.expansion_coefficient))
         for equation in (law.corrected, law.printed)
     )
-    displacement = model.elasticity.displacement(history.final - case.ambient)
-    return CaseResult(case, history, run_link(case), model.body, displacement, corrected, printed)
+    return CaseResult(
+        case,
+        fea=model.history(case.times, fields),
+        link=run_link(case),
+        body=model.body,
+        final=fields[-1],
+        displacement=model.elasticity.displacement(fields[-1] - case.ambient),
+        corrected=corrected,
+        printed=printed,
+    )
 
 
 def steady_time(time: Array, values: Array) -> float:

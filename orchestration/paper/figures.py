@@ -77,7 +77,7 @@ def _fringe_plot(moving: CaseResult) -> Any:
     colours = sample_colorscale("Turbo", np.linspace(0.05, 0.95, 10).tolist())
     surface = {
         **{"type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k},
-        "intensity": moving.fea.final - ZERO_CELSIUS,
+        "intensity": moving.final - ZERO_CELSIUS,
         "colorscale": [(edge / 10, colour) for n, colour in enumerate(colours) for edge in (n, n + 1)],
         "flatshading": True,
         "colorbar": {"title": "°C"},

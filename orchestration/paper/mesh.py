@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.body import Body, Probe, Support
+from warmlink.orchestration.finite_elements.body import Body, Support, mean_at
 from warmlink.orchestration.finite_elements.forms import scikit_fem
 from warmlink.orchestration.paper.data import Geometry, Materials
 
@@ -59,7 +59,12 @@ def bare_link(geometry: Geometry, materials: Materials, refinement: int = 1) -> 
     mesh = mesh.with_subdomains({"link": np.arange(mesh.nelements)})
     mesh = mesh.with_boundaries({"heated": plane, "cooled": mesh.boundary_facets()})
     sections = {"base": g.shaft_centre, "middle": g.shaft_centre + g.span / 2, "tip": g.diode_centre}
-    probes = {name: _section(at, y, z) for name, at in sections.items()}
+    yy, zz = (each.ravel() for each in np.meshgrid(y, z, indexing="ij"))
+    weights = np.outer(_trapezoid(y), _trapezoid(z)).ravel()
+    probes = {
+        name: mean_at(mesh, np.stack([np.full(yy.size, at), yy, zz]), weights)
+        for name, at in sections.items()
+    }
     middle, behind = (np.array([[at], [0.0], [0.0]]) for at in (g.shaft_centre, g.diode_centre))
     supports = (Support("heated", (0,)), Support(middle, (1, 2)), Support(behind, (1,)))
     return Body(mesh, {"link": materials.link}, probes, probes["base"], probes["tip"], supports)
@@ -88,25 +93,25 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
     mesh = _hexahedra((name, grid, level) for name, level in levels.items() for grid in grids[name])
     mesh = mesh.with_boundaries(_boundaries(mesh, g, options))
     r_s, r_d = g.shaft_diameter / 2, g.diode_diameter / 2
-    probes = {
-        "base": _point(g.shaft_centre, r_s, g.thickness),
-        "middle": _on_front(mesh, g.shaft_centre + g.span / 2, g.thickness),
-        "tip": _point(g.diode_centre, r_d, g.thickness),
-        "base_ring": _around(g.shaft_centre, r_s, through),
-        "tip_ring": _around(g.diode_centre, r_d, through),
+    front = {
+        "base": (g.shaft_centre, r_s),
+        "tip": (g.diode_centre, r_d),
+        "beside_shaft": (g.shaft_centre + r_s, 0.0),
+        "beside_diode": (g.diode_centre - r_d, 0.0),
     }
+    probes = {name: mean_at(mesh, np.array([[x], [y], [g.thickness]])) for name, (x, y) in front.items()}
+    probes["middle"] = _on_front(mesh, g.shaft_centre + g.span / 2, g.thickness)
+    probes["base_ring"] = _around(mesh, (g.shaft_centre, r_s), through)
+    probes["tip_ring"] = _around(mesh, (g.diode_centre, r_d), through)
     if options.diode:
-        probes["diode"] = _point(g.diode_centre, 0.0, g.diode_length)
+        probes["diode"] = mean_at(mesh, np.array([[g.diode_centre], [0.0], [g.diode_length]]))
     origin, target = {
-        "above": (probes["base_ring"], probes["tip"]),
-        "centre": (probes["base_ring"], probes["tip_ring"]),
-        "clear": (
-            _point(g.shaft_centre + r_s, 0.0, g.thickness),
-            _point(g.diode_centre - r_d, 0.0, g.thickness),
-        ),
+        "above": ("base_ring", "tip"),
+        "centre": ("base_ring", "tip_ring"),
+        "clear": ("beside_shaft", "beside_diode"),
     }[options.elongation_at]
     of = {name: getattr(materials, name) for name in levels}
-    return Body(mesh, of, probes, origin, target, (Support("fixed"),))
+    return Body(mesh, of, probes, probes[origin], probes[target], (Support("fixed"),))
 
 
 def _boundaries(mesh: Any, g: Geometry, options: Assembly) -> dict[str, Any]:
@@ -124,33 +129,21 @@ def _boundaries(mesh: Any, g: Geometry, options: Assembly) -> dict[str, Any]:
     return {"heated": outer[heated], "fixed": outer[far_end], "cooled": outer[cooled]}
 
 
-def _point(x: float, y: float, z: float) -> Probe:
-    return Probe.mean(np.array([[x], [y], [z]]))
-
-
-def _on_front(mesh: Any, x: float, z: float) -> Probe:
-    """The point at x on the middle line of the front, between the two vertices beside it."""
+def _on_front(mesh: Any, x: float, z: float) -> Array:
+    """The mean at x on the middle line of the front, between the two vertices beside it."""
     on_line = np.flatnonzero((np.abs(mesh.p[1]) < MERGE_DISTANCE) & (np.abs(mesh.p[2] - z) < MERGE_DISTANCE))
     on_line = on_line[np.argsort(mesh.p[0, on_line])]
     after = int(np.searchsorted(mesh.p[0, on_line], x))
     pair = mesh.p[:, on_line[after - 1 : after + 1]]
     share = (x - pair[0, 0]) / (pair[0, 1] - pair[0, 0])
-    return Probe(pair, np.array([1 - share, share]))
+    return mean_at(mesh, pair, np.array([1 - share, share]))
 
 
-def _section(x: float, y: Array, z: Array) -> Probe:
-    """The mean over a section at x, by the trapezoidal rule on its grid lines."""
-    yy, zz = np.meshgrid(y, z, indexing="ij")
-    weights = np.outer(_trapezoid(y), _trapezoid(z)).ravel()
-    return Probe(np.stack([np.full(yy.size, x), yy.ravel(), zz.ravel()]), weights / weights.sum())
-
-
-def _around(x: float, radius: float, levels: Array) -> Probe:
+def _around(mesh: Any, hole: Circle, levels: Array) -> Array:
     """The mean over the eight nodes around a hole, by the trapezoidal rule over the levels."""
-    circle = _circle((x, radius))[:-1].T
+    circle = _circle(hole)[:-1].T
     points = np.concatenate([np.vstack([circle, np.full(8, z)]) for z in levels], axis=1)
-    weights = np.repeat(_trapezoid(levels), 8)
-    return Probe(points, weights / weights.sum())
+    return mean_at(mesh, points, np.repeat(_trapezoid(levels), 8))
 
 
 def _trapezoid(x: Array) -> Array:

@@ -12,7 +12,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.transient import History
-from warmlink.orchestration.paper.cases import CaseResult, LinkHistory, run_link, steady_time
+from warmlink.orchestration.paper.cases import CaseResult, run_link, steady_time
 from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
 from warmlink.orchestration.paper.tried import Attempt, Consistency, camera_warming
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -115,7 +115,7 @@ def _row(
     key: str,
     quantity: str,
     unit: str,
-    of: Callable[[LinkHistory | History], float],
+    of: Callable[[History], float],
     note: str,
     **ours: float,
 ) -> Row:
@@ -259,4 +259,4 @@ def front_profile(result: CaseResult) -> tuple[Array, Array]:
     )
     nodes = np.flatnonzero(on_line & between)
     nodes = nodes[np.argsort(p[0, nodes])]
-    return p[0, nodes], result.fea.final[nodes]
+    return p[0, nodes], result.final[nodes]

@@ -132,6 +132,6 @@ def _gap_for_printed_base(radiation: bool) -> float:
     def surplus(gap: float) -> float:
         # Not by `fea`, which would keep a model of each gap tried.
         model = Fea(paper_assembly(load_geometry(), load_materials(), Assembly(pad_gap=gap)))
-        return float(model.temperature("base", drive, case.times, case.ambient)[-1]) - wanted
+        return float(model.fields(drive, case.times, case.ambient)[-1] @ model.body.probes["base"]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))

@@ -57,38 +57,44 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class HeatMatrices:
-    """A part in N temperatures: matrices for a material of unit properties, loads and outputs.
+class Heat:
+    """A part's heat in n temperatures, or n patterns: matrices for a material of unit properties.
 
     Attributes
     ----------
-    mass, conduction : shape (N, N)
-    cooling : one of shape (N, N) for each cooled group
-    loads : of 1 W at base and tip and 1 W/m2 on each group, shape (N, 2 + G)
-    motion : displacement and rotation of the tool for an expansion coefficient of 1, shape (6, N)
-    sensors : shape (8, N)
-    places : of the temperatures, shape (3, N) [m]
+    mass, conduction : shape (n, n)
+    integrals : of each over the part, shape (n,) [m3]
+    cooling : one of shape (n, n) for each cooled group
+    loads : of 1 W at base and tip and 1 W/m2 on each group, shape (n, 2 + G)
+    outputs : displacement and rotation of the tool for an expansion coefficient of 1, the temperatures of
+        the eight sensors, and the mean ones of base and tip, shape (16, n)
     reach : from the middle of the heated face to the tool point, shape (3,) [m]
     """
 
-    mass: csc_matrix
-    conduction: csc_matrix
-    cooling: tuple[csc_matrix, ...]
+    mass: Any
+    conduction: Any
+    integrals: Array
+    cooling: Sequence[Any]
     loads: Array
-    motion: Array
-    sensors: Array
-    places: Array
+    outputs: Array
     reach: Array
 
     @property
     def unknowns(self) -> int:
-        """Number of temperatures N."""
-        return int(self.mass.shape[0])
+        """Number of temperatures n."""
+        return len(self.loads)
 
-    @property
-    def outputs(self) -> Array:
-        """Rows of motion, sensors, and the mean temperatures of base and tip, shape (16, N)."""
-        return np.vstack([self.motion, self.sensors, self.loads[:, :2].T])
+    def onto(self, basis: Any) -> Heat:
+        """The same in amplitudes of the columns of a basis, shape (n, m) (Galerkin's projection)."""
+        return replace(
+            self,
+            mass=basis.T @ (self.mass @ basis),
+            conduction=basis.T @ (self.conduction @ basis),
+            integrals=basis.T @ self.integrals,
+            cooling=[basis.T @ (each @ basis) for each in self.cooling],
+            loads=basis.T @ self.loads,
+            outputs=self.outputs @ basis,
+        )
 
 
 class Elements:
@@ -97,6 +103,7 @@ class Elements:
     Attributes
     ----------
     heat : matrices of its temperatures, and the tool's motion
+    places : of the temperatures, shape (3, N) [m]
     """
 
     def __init__(self, solid: Solid, task: Task) -> None:
@@ -119,14 +126,17 @@ class Elements:
         wanted = motion_of_tip - (motion_of_tip @ self._rigid.T) @ self._motion_of_base
         self._elastic = Equilibrium(stiffness(basis, 1.0, ratio), self._rigid, basis)
         self._forces = thermal_load(basis, basis, 1.0, ratio)
-        self.heat = HeatMatrices(
-            mass=mass(skfem.Basis(mesh, element, intorder=4)),
+        motion = np.asarray(self._elastic.solve(wanted) @ self._forces)
+        sensors = np.array([_temperature_at(place, basis) for place in task.sensors])
+        self.places = places
+        stored = mass(skfem.Basis(mesh, element, intorder=4))
+        self.heat = Heat(
+            mass=stored,
             conduction=conduction(basis),
-            cooling=tuple(groups),
+            integrals=np.asarray(stored.sum(axis=0)).ravel(),
+            cooling=groups,
             loads=loads,
-            motion=np.asarray(self._elastic.solve(wanted) @ self._forces),
-            sensors=np.array([_temperature_at(place, basis) for place in task.sensors]),
-            places=places,
+            outputs=np.vstack([motion, sensors, loads[:, :2].T]),
             reach=task.tool_point - centre,
         )
 
@@ -213,20 +223,11 @@ def linear_to_quadratic(basis: Any) -> csr_matrix:
     return csr_matrix((weights, (rows, columns)), shape=(basis.N, count))
 
 
-def linear_temperatures(heat: HeatMatrices, solid: Solid) -> HeatMatrices:
+def linear_temperatures(heat: Heat, solid: Solid) -> Heat:
     """Matrices for temperatures that are linear in each tetrahedron of the same mesh."""
     import skfem
 
-    spread = linear_to_quadratic(skfem.Basis(solid.mesh, skfem.ElementTetP2(), intorder=1))
-    return replace(
-        heat,
-        mass=csc_matrix(spread.T @ heat.mass @ spread),
-        conduction=csc_matrix(spread.T @ heat.conduction @ spread),
-        cooling=tuple(csc_matrix(spread.T @ each @ spread) for each in heat.cooling),
-        loads=spread.T @ heat.loads,
-        motion=heat.motion @ spread,
-        sensors=heat.sensors @ spread,
-    )
+    return heat.onto(linear_to_quadratic(skfem.Basis(solid.mesh, skfem.ElementTetP2(), intorder=1)))
 
 
 def _rigid_motions(places: Array, centre: Array) -> Array:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.subspace import DenseHeat, Range
+from warmlink.orchestration.reduction.elements import Heat
+from warmlink.orchestration.reduction.subspace import Range
 
 TIMES = (60.0, 600.0, 3600.0)
 """s after a step of heat flow, at which elongations are compared."""
@@ -32,7 +33,7 @@ class MeshError:
     error : estimated error of the finest mesh, shape (times,) [m]
     """
 
-    unknowns: tuple[int, ...]
+    unknowns: Sequence[int]
     elongation: Array
     order: float | None
     error: Array
@@ -67,20 +68,20 @@ class MeshError:
         return ["temperatures", *(f"{time:g} s" for time in TIMES)], rows
 
 
-def mesh_error(meshes: Sequence[DenseHeat], reach: Array, within: Range, ratio: float) -> MeshError:
+def mesh_error(meshes: Sequence[tuple[int, Heat]], within: Range, ratio: float) -> MeshError:
     """Compare elongations on meshes of one part.
 
     With two meshes, or differences that do not fall, the error is taken for the largest difference.
 
     Parameters
     ----------
-    meshes : coarsest first, the last being the one that is used
-    reach : from base to tool point, shape (3,) [m]
+    meshes : number of temperatures, and the part in their span; coarsest first, the last being in use
     within : material and range; convection is its geometric mean
     ratio : of the sizes of elements of the last two meshes
     """
+    reach = meshes[-1][1].reach
     along = within.material["expansion_coefficient"] * reach / np.linalg.norm(reach)
-    found = np.array([along @ each.outputs[:3] @ warmed(each, within) for each in meshes])
+    found = np.array([along @ heat.outputs[:3] @ warmed(heat, within) for _, heat in meshes])
     steps = np.diff(found, axis=0)
     error, order = np.abs(steps).max(axis=0), None
     if len(meshes) > 2:
@@ -88,14 +89,14 @@ def mesh_error(meshes: Sequence[DenseHeat], reach: Array, within: Range, ratio: 
         order = float(np.log(fall) / np.log(ratio)) if fall > 1 else None
         if order is not None and order >= LEAST_ORDER:
             error = np.abs(steps[-1]) / (ratio ** min(order, LARGEST_ORDER) - 1)
-    return MeshError(tuple(len(each.patterns) for each in meshes), found, order, error)
+    return MeshError([n for n, _ in meshes], found, order, error)
 
 
-def warmed(heat: DenseHeat, within: Range) -> Array:
+def warmed(heat: Heat, within: Range) -> Array:
     """Amplitudes at `TIMES` after a step of `HEAT_FLOW` into a cold part, shape (m, times)."""
     material = within.material
     convection = float(np.sqrt(within.convection[0] * within.convection[1]))
-    decay = material["conductivity"] * heat.conduction + convection * heat.cooling.sum(axis=0)
+    decay = material["conductivity"] * heat.conduction + convection * sum(heat.cooling)
     rates, modes = np.linalg.eigh(decay / within.capacity)
     grown = -np.expm1(-np.outer(rates, TIMES)) / rates[:, None]
     return np.asarray(modes @ (grown * (modes.T @ heat.loads[:, :1]))) * HEAT_FLOW / within.capacity

@@ -21,7 +21,8 @@ from scipy.stats.qmc import LatinHypercube
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.subspace import DenseHeat, Range
+from warmlink.orchestration.reduction.elements import Heat
+from warmlink.orchestration.reduction.subspace import Range
 
 SAFETY = 1.5
 """Factor on errors found at sampled parameters, which are not all that there are."""
@@ -86,13 +87,11 @@ class Responses:
     ----------
     heat : the part in its span
     within : the range
-    demand : tolerances and peaks
-    volume : of the part [m3]
-    reach : from base to tool point [m], by which rotation is weighed
+    demand : tolerances and peaks; rotation is weighed by the distance from base to tool point
     """
 
-    def __init__(self, heat: DenseHeat, within: Range, demand: Demand, volume: float, reach: float) -> None:
-        self.heat = heat
+    def __init__(self, heat: Heat, within: Range, demand: Demand) -> None:
+        self.heat, reach = heat, float(np.linalg.norm(heat.reach))
         self.loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
         flux = demand.ambient_change * within.convection[1] / 2
         fluxes = self.loads.shape[1] - 2
@@ -103,7 +102,7 @@ class Responses:
         self._scale = SAFETY * weights[:, None] * self.peaks / within.conductivity[0]
         self._per_second = within.material["conductivity"] / within.capacity
         self._times = self._per_second * np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
-        self.settings = list(_settings(within, len(heat.cooling), volume))
+        self.settings = list(_settings(within, len(heat.cooling), _volume(heat)))
         self._exact = [self.steps(setting) for setting in self.settings]
 
     def modes(self, setting: Setting, basis: Array | None = None) -> tuple[Array, Array]:
@@ -163,14 +162,14 @@ def _settings(within: Range, groups: int, volume: float) -> Iterator[Setting]:
         yield Setting(cooling, (loss * held[0], loss * held[1]), (storage * held[2], storage * held[3]))
 
 
-def _changes_of_cooling(heat: DenseHeat, within: Range) -> Iterator[Array]:
+def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
     """Yield what a change of each surface's convection by 1 W/(m2.K) is to a warm part, shape (m, profiles).
 
     Flux over the surface in the profile of temperatures that heat at the base, or the tip, has brought about,
     from shortly to long after it began, for 1 K at that end.
     """
     ratio = float(np.sqrt(np.prod(within.ratios)))
-    cooled = heat.conduction + ratio * heat.cooling.sum(axis=0)
+    cooled = heat.conduction + ratio * sum(heat.cooling)
     scaled = within.capacity / within.material["conductivity"]
     profiles = [
         np.linalg.solve(cooled + rate * scaled * np.eye(len(cooled)), heat.loads[:, :2]) for rate in WARMING
@@ -220,7 +219,7 @@ def choose_order(responses: Responses, order: int | None = None) -> list[Chosen]
     gramian = responses.gramian(responses.settings[0])
     tried: list[Chosen] = []
     for size in orders:
-        basis = _leading(gramian, responses.heat.uniform, size)
+        basis = _leading(gramian, responses.heat.integrals, size)
         gains, found = responses.errors(basis)
         tried.append(Chosen(basis, gains.max(axis=0), float(found.max())))
         if order is None and tried[-1].error <= 1:
@@ -243,14 +242,13 @@ def _leading(gramian: Array, uniform: Array, order: int) -> Array:
     return np.column_stack([whole, directions])
 
 
-def separated(basis: Array, heat: DenseHeat, volume: float) -> tuple[Array, Array]:
+def separated(basis: Array, heat: Heat) -> tuple[Array, Array]:
     """Basis in which conduction couples no two patterns, and conduction of each.
 
     Parameters
     ----------
     basis : shape (m, n), orthonormal
-    heat : the part in its span
-    volume : of the part [m3]; the mean square of each pattern over it becomes 1
+    heat : the part in its span; the mean square of each pattern over it becomes 1
 
     Returns
     -------
@@ -258,8 +256,14 @@ def separated(basis: Array, heat: DenseHeat, volume: float) -> tuple[Array, Arra
         Shape (m, n), the uniform temperature first, and shape (n,) [m].
     """
     rates, directions = eigh(basis.T @ heat.conduction @ basis)
+    volume = _volume(heat)
     patterns = np.sqrt(volume) * basis @ directions
     conduction = volume * rates
     conduction[0] = 0.0  # of the uniform temperature, which rounding might let grow
-    patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.uniform)
+    patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.integrals)
     return patterns, conduction
+
+
+def _volume(heat: Heat) -> float:
+    """Volume of a part in its span [m3]: there its integrals are also the amplitudes of 1 K everywhere."""
+    return float(heat.integrals @ heat.integrals)

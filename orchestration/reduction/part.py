@@ -13,16 +13,11 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import SENSORS
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.elements import (
-    Elements,
-    HeatMatrices,
-    Task,
-    linear_temperatures,
-)
+from warmlink.orchestration.reduction.elements import Elements, Heat, Task, linear_temperatures
 from warmlink.orchestration.reduction.mesh_error import MeshError, mesh_error
 from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Responses, choose_order, separated
 from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_solid
-from warmlink.orchestration.reduction.subspace import DenseHeat, Range, projected
+from warmlink.orchestration.reduction.subspace import Range, span
 from warmlink.orchestration.scenarios.quantity import in_si
 from warmlink.orchestration.scenarios.settings import materials
 
@@ -72,7 +67,7 @@ class Part:
 
     Attributes
     ----------
-    dense : the part in the span of its responses
+    patterns, dense : the span of its responses, shape (N, m), and the part in it
     search, chosen : bases that were tried, and the best of them
     basis : patterns of the model in that span, shape (m, order)
     """
@@ -82,7 +77,8 @@ class Part:
     elements: Elements
     within: Range
     demand: Demand
-    dense: DenseHeat
+    patterns: Array
+    dense: Heat
     search: Sequence[Chosen]
     chosen: Chosen
     mesh: MeshError
@@ -90,7 +86,7 @@ class Part:
     model: ReducedModel
 
     @property
-    def heat(self) -> HeatMatrices:
+    def heat(self) -> Heat:
         """Matrices of the part in all its temperatures."""
         return self.elements.heat
 
@@ -124,9 +120,9 @@ def reduce_part(
     elements = Elements(solid, task)
     heat = elements.heat
     doing(f"responses of {heat.unknowns} temperatures")
-    dense = projected(heat, within)
-    volume, reach = float(heat.mass.sum()), float(np.linalg.norm(heat.reach))
-    responses = Responses(dense, within, demand, volume, reach)
+    patterns = span(heat, within)
+    dense = heat.onto(patterns)
+    responses = Responses(dense, within, demand)
     doing("choosing the order")
     search = choose_order(responses, wanted.order)
     chosen = min(search, key=lambda tried: tried.error)
@@ -136,29 +132,31 @@ def reduce_part(
         coarse = [Elements(each, task_on(each, wanted)).heat for each in coarser]
     else:
         coarse = [linear_temperatures(heat, solid)]
-    error = mesh_error([*(projected(each, within) for each in coarse), dense], heat.reach, within, COARSER[1])
-    basis, conduction = separated(chosen.basis, dense, volume)
-    rows = dense.outputs @ basis
+    meshes = [(each.unknowns, each.onto(span(each, within))) for each in coarse]
+    error = mesh_error([*meshes, (heat.unknowns, dense)], within, COARSER[1])
+    basis, conduction = separated(chosen.basis, dense)
+    small = dense.onto(basis)
+    volume = float(heat.integrals.sum())
     model = ReducedModel(
         material=within.material,
         volume=volume,
         conduction=conduction,
-        cooling=np.array([basis.T @ each @ basis for each in dense.cooling]),
-        base_row=rows[-2],
-        tip_row=rows[-1],
-        sensor_rows=rows[6:-2],
-        surface_rows=dense.loads[:, 2:].T @ basis,
-        area=np.asarray(heat.loads[:, 2:].sum(axis=0)),
-        displacement_rows=rows[:3],
-        rotation_rows=rows[3:6],
+        cooling=np.array(small.cooling),
+        base_row=small.outputs[-2],
+        tip_row=small.outputs[-1],
+        sensor_rows=small.outputs[6:-2],
+        surface_rows=small.loads[:, 2:].T,
+        area=heat.loads[:, 2:].sum(axis=0),
+        displacement_rows=small.outputs[:3],
+        rotation_rows=small.outputs[3:6],
         reach=heat.reach,
-        initial_rows=basis.T @ dense.patterns.T @ (heat.mass @ _rises(heat, task)) / volume,
+        initial_rows=(patterns @ basis).T @ (heat.mass @ _rises(elements, task)) / volume,
         error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
         discretisation=error.share,
         conductivity_range=within.conductivity,
         convection_range=within.convection,
     )
-    return Part(solid, task, elements, within, demand, dense, search, chosen, error, basis, model)
+    return Part(solid, task, elements, within, demand, patterns, dense, search, chosen, error, basis, model)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:
@@ -221,12 +219,12 @@ def task_on(solid: Solid, wanted: Wanted) -> Task:
     )
 
 
-def _rises(heat: HeatMatrices, task: Task) -> Array:
+def _rises(elements: Elements, task: Task) -> Array:
     """Temperatures for a rise of 1 K at each sensor, linear between them along the link, shape (N, 8)."""
-    along = heat.reach / np.linalg.norm(heat.reach)
-    places, sensors = along @ heat.places, task.sensors @ along
+    along = elements.heat.reach / np.linalg.norm(elements.heat.reach)
+    places, sensors = along @ elements.places, task.sensors @ along
     order = np.argsort(sensors, kind="stable")
-    found = np.zeros((heat.unknowns, SENSORS))
+    found = np.zeros((len(places), SENSORS))
     for i, unit in zip(order, np.eye(SENSORS), strict=True):
         found[:, i] = np.interp(places, sensors[order], unit)
     return found

@@ -16,7 +16,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.forms import symmetric_factor
-from warmlink.orchestration.reduction.elements import HeatMatrices
+from warmlink.orchestration.reduction.elements import Heat
 
 RATES = np.geomspace(2e-5, 16.0, 9)
 """1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""
@@ -64,30 +64,8 @@ class Range:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class DenseHeat:
-    """Matrices of a part in m patterns, for a material of unit properties.
-
-    Attributes
-    ----------
-    conduction : shape (m, m); the mass matrix is the identity
-    cooling : shape (G, m, m)
-    loads : of 1 W at base and tip, and 1 W/m2 on each group, shape (m, 2 + G)
-    outputs : motion, sensors, base and tip for patterns of 1 K, shape (16, m)
-    uniform : amplitudes of a temperature of 1 K everywhere, shape (m,)
-    patterns : shape (N, m)
-    """
-
-    conduction: Array
-    cooling: Array
-    loads: Array
-    outputs: Array
-    uniform: Array
-    patterns: Array
-
-
-def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
-    """Project a part onto the span of its responses in a range."""
+def span(heat: Heat, within: Range) -> Array:
+    """Patterns that span a part's responses in a range, shape (N, m); with them the mass is the identity."""
     from pymor.algorithms.chol_qr import shifted_chol_qr
     from pymor.algorithms.pod import pod
     from pymor.core.logger import set_log_levels
@@ -96,32 +74,20 @@ def projected(heat: HeatMatrices, within: Range) -> DenseHeat:
 
     set_log_levels({"pymor": "WARNING"})
     mass = NumpyMatrixOperator(heat.mass)
-    responses = np.concatenate([np.ones((1, len(heat.loads))), *_responses(heat, within)])
+    responses = np.concatenate([np.ones((1, heat.unknowns)), *_responses(heat, within)])
     vectors = NumpyVectorSpace.from_numpy(responses.T)
     vectors.scal(1 / vectors.norm(mass))
     found, _ = pod(vectors, product=mass, rtol=LEAST_SHARE, orth_tol=np.inf)
-    patterns = np.asarray(shifted_chol_qr(found, product=mass).to_numpy())  # not one by one, as pod would
-    return DenseHeat(
-        conduction=_symmetric(patterns.T @ (heat.conduction @ patterns)),
-        cooling=np.array([_symmetric(patterns.T @ (each @ patterns)) for each in heat.cooling]),
-        loads=patterns.T @ heat.loads,
-        outputs=heat.outputs @ patterns,
-        uniform=np.asarray(heat.mass.sum(axis=0)).ravel() @ patterns,
-        patterns=patterns,
-    )
+    return np.asarray(shifted_chol_qr(found, product=mass).to_numpy())  # not one by one, as pod would
 
 
-def _responses(heat: HeatMatrices, within: Range) -> Iterator[Array]:
+def _responses(heat: Heat, within: Range) -> Iterator[Array]:
     """Yield the responses at each rate and convection, shape (loads and outputs, N)."""
-    driving = np.concatenate([heat.loads.T, heat.motion, heat.sensors])
+    driving = np.column_stack([heat.loads, heat.outputs[:-2].T])  # of base and tip they are loads
     for ratios in within.cooled(len(heat.cooling)):
         for rate in RATES:
             # The equations over the conductivity.
             shift = rate * within.capacity / within.material["conductivity"]
             cooling = sum(ratio * each for ratio, each in zip(ratios, heat.cooling, strict=True))
             factor = symmetric_factor(shift * heat.mass + heat.conduction + cooling)
-            yield factor.solve(driving.T).T
-
-
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray((matrix + matrix.T) / 2)
+            yield factor.solve(driving).T

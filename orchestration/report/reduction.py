@@ -39,7 +39,7 @@ def write_report(part: Part, name: str, path: Path) -> None:
     surface = part.solid.mesh.facets[:, part.solid.mesh.boundary_facets()]
     places, _ = coarsened(part.solid.mesh.p, surface, THERMOMETER_PLACES)
     observer = Observer(part.model)
-    pair, error = best_pair(observer, part.dense.patterns[places] @ part.basis)
+    pair, error = best_pair(observer, part.patterns[places] @ part.basis)
     best = part.solid.mesh.p[:, places[pair]].T
     orders = chart(
         {
@@ -89,7 +89,7 @@ def write_faces(solid: Solid, name: str, path: Path) -> None:
 
 def _warming(part: Part, surface: Integers, best: Array) -> Section:
     """The surface after a step of heat flow, from its elements and its heat in their span."""
-    rises = (part.dense.patterns @ warmed(part.dense, part.within)).T
+    rises = (part.patterns @ warmed(part.dense, part.within)).T
     moved = part.within.material["expansion_coefficient"] * part.elements.displacements(rises)
     # Corners come before the middles of edges.
     kept, triangles = coarsened(part.solid.mesh.p, surface, MOST_CORNERS)

@@ -58,8 +58,7 @@ def read_description(fmu: Path) -> ModelInfo:
 
     Parameters
     ----------
-    fmu
-        Path of the .fmu file.
+    fmu : path of the .fmu file
 
     Raises
     ------

@@ -139,7 +139,7 @@ class _Cell:
     def __init__(self, body: Body) -> None:
         fea = Fea(body, displacement_order=1)
         self._model = fea.heat
-        probes = [fea.probes[name] for name in ("base", "middle", "tip")]
+        probes = [body.probes[name] for name in ("base", "middle", "tip")]
         self._observed = np.array([*probes, fea.elasticity.elongation_row])
         self._base = self._observed[0]
         self._field = np.full(self._model.size, hidden.COLD)
@@ -174,7 +174,7 @@ class _Cell:
         self._first = self._flow(time, self._motor, base)
         tried: tuple[float, float] | None = None
         for _ in range(30):
-            field, _ = self._stepper.step(self._field, time, size)
+            field = self._stepper.step(self._field, time, size)
             warmed = float(self._base @ field)
             motor = self._motor_after(time, size, base, warmed)
             surplus = self._flow(time + JUST_BEFORE * size, motor, warmed) - self._last

@@ -2,10 +2,10 @@
 
 import { choice, element, field } from "./dom.js";
 import { digits } from "./figures.js";
-import { ticks, timeUnit } from "./plot.js";
+import { frame } from "./plot.js";
 
 const TALL = 170;
-const EDGE = { left: 40, right: 14, top: 12, bottom: 24 };
+const EDGE = { left: 40, right: 14, top: 12, bottom: 24, text: 6 };
 const SHORTEST = 10; // s
 const DRAWN = { speed: ["speed [rad/s]", 5], torque: ["torque [N.m]", 4] };
 const ZERO = 273.15;
@@ -87,18 +87,14 @@ export class DutyEditor {
 
   draw(segments) {
     const [label, least] = DRAWN[this.drawn];
-    const width = Math.max(this.figure.clientWidth, 280);
     const length = segments.reduce((sum, { duration }) => sum + duration, 0);
     const span = this.drag?.span ?? (this.model.state.repeat ? length : Math.max(length, this.model.state.stop));
     const top = this.drag?.top ?? Math.max(least, 1.2 * Math.max(...segments.map((each) => this.value(each, this.drawn))));
-    const [unit, seconds] = timeUnit(span);
-    const x = (time) => EDGE.left + (time / span) * (width - EDGE.left - EDGE.right);
-    const y = (value) => EDGE.top + (1 - value / top) * (TALL - EDGE.top - EDGE.bottom);
-    Object.assign(this, { span, top, scale: { time: span / (width - EDGE.left - EDGE.right), value: top / (TALL - EDGE.top - EDGE.bottom) } });
+    const { x, y, unit, scale, svg } = frame(this.figure, TALL, EDGE, span, [0, top, 4]);
+    Object.assign(this, { span, top, scale });
     let time = 0;
     const bars = segments.map((segment, i) => {
-      const value = this.value(segment, this.drawn);
-      const [left, height] = [x(time), y(value)];
+      const [left, height] = [x(time), y(this.value(segment, this.drawn))];
       time += segment.duration;
       return `<rect class="bar" x="${left}" width="${x(time) - left}" y="${height}" height="${TALL - EDGE.bottom - height}"/>` +
         `<rect class="handle" data-kind="${this.drawn}" data-segment="${i}" x="${left}" width="${x(time) - left}" y="${height - 9}" height="18"/>` +
@@ -106,11 +102,7 @@ export class DutyEditor {
         `<line class="edge" x1="${x(time)}" x2="${x(time)}" y1="${EDGE.top}" y2="${TALL - EDGE.bottom}"/>` +
         `<rect class="handle side" data-kind="duration" data-segment="${i}" x="${x(time) - 7}" width="14" y="${EDGE.top}" height="${TALL - EDGE.bottom - EDGE.top}"/>`;
     });
-    const texts = [
-      ...ticks(0, top, 4).map((value) => `<text x="${EDGE.left - 5}" y="${y(value) + 4}" text-anchor="end">${digits(value)}</text>`),
-      ...ticks(0, span / seconds, width > 500 ? 8 : 4).map((at) => `<text x="${x(at * seconds)}" y="${TALL - 6}" text-anchor="middle">${digits(at)}</text>`),
-    ];
-    this.figure.innerHTML = `<svg role="img" viewBox="0 0 ${width} ${TALL}" width="${width}" height="${TALL}" aria-label="${label} over time in ${unit}: ${segments.length} segments, which the table below lists">${texts.join("")}${bars.join("")}</svg>`;
+    svg(`${label} over time in ${unit}: ${segments.length} segments, which the table below lists`, ...bars);
   }
 
   begin(event) {

@@ -15,35 +15,26 @@ export class Engine {
   /**
    * Run from the start: an array for each value reference in `watched`, with one number for each communication point.
    *
-   * `values` are pairs of value reference and start value; `changes` are [communication point, pairs], in order, which
-   * are set during the run. Throws an Error with the component's sentence where it refuses something.
+   * `values` are pairs of value reference and start value. Throws an Error with the component's sentence where it refuses
+   * something.
    */
-  run(watched, steps, step, values, changes = []) {
+  run(watched, steps, step, values) {
     const { exports } = this;
     exports.reset();
-    this.set(values);
+    for (const [reference, value] of values) this.check(exports.set(reference, value));
     this.check(exports.initialize());
     const width = watched.length;
-    const place = exports.room(8 * width * (steps + 1) + 4 * width);
-    const references = place + 8 * width * (steps + 1);
+    const size = width * (steps + 1);
+    const place = exports.room(8 * size + 4 * width);
+    const references = place + 8 * size;
     new Uint32Array(exports.memory.buffer, references, width).set(watched);
-    let first = 0;
-    for (const [point, pairs] of [...changes.filter(([at]) => at < steps), [steps, []]]) {
-      const count = point - first;
-      this.check(exports.run(first, count, step, references, width, place + 8 * width * first) === count);
-      this.set(pairs);
-      first = point;
-    }
-    const rows = new Float64Array(exports.memory.buffer, place, width * (steps + 1));
+    this.check(exports.run(steps, step, references, width, place));
+    const rows = new Float64Array(exports.memory.buffer, place, size);
     return watched.map((_, column) => {
-      const values = new Float64Array(steps + 1);
-      for (let row = 0; row <= steps; row++) values[row] = rows[row * width + column];
-      return values;
+      const found = new Float64Array(steps + 1);
+      for (let row = 0; row <= steps; row++) found[row] = rows[row * width + column];
+      return found;
     });
-  }
-
-  set(pairs) {
-    for (const [reference, value] of pairs) this.check(this.exports.set(reference, value));
   }
 
   check(well) {

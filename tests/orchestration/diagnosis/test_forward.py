@@ -11,7 +11,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward, NotSimulatedError
-from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
 from warmlink.orchestration.scenarios.duties.duty import NO_PAD, Segment

@@ -101,11 +101,8 @@ def test_adjoint_elongation_equals_that_of_the_displacement_field() -> None:
     model = ThermoElasticity(body)
     rise = 14.0 * np.exp(-3 * body.mesh.p[0]) + 100 * body.mesh.p[2]
     displacement = model.displacement(rise)
-    ends = [
-        sum(w * displacement[0, at(body.mesh.p, q)] for q, w in zip(p.points.T, p.weights, strict=True))
-        for p in (body.origin, body.target)
-    ]
-    assert model.elongation_row @ rise == pytest.approx(ends[1] - ends[0], rel=1e-9)
+    expected = (body.target - body.origin) @ displacement[0]
+    assert model.elongation_row @ rise == pytest.approx(expected, rel=1e-9)
 
 
 def test_order_of_the_displacement_hardly_changes_the_elongation_of_the_assembly() -> None:

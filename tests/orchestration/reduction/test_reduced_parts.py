@@ -48,12 +48,14 @@ def test_a_straight_bar_grows_as_thermal_link(part: Part) -> None:
 
 def test_a_bar_that_is_warmer_on_one_side_bends_by_the_closed_form(part: Part) -> None:
     """Temperature g z: no stress, rotation -g L about y, and u_z = -g L^2 / 2 up to the faces' own shape."""
-    length, height = LENGTH / 1e3, part.heat.places[2] - THICKNESS / 2e3
-    found = part.heat.motion @ height
+    length, height = LENGTH / 1e3, part.elements.places[2] - THICKNESS / 2e3
+    found = part.heat.outputs[:6] @ height
     assert found[4] == pytest.approx(length, rel=0.005)
     assert found[2] == pytest.approx(-(length**2) / 2, rel=0.005)
     assert np.abs(found[[0, 1, 3, 5]]).max() < 1e-5
-    assert part.heat.motion @ np.ones_like(height) == pytest.approx([*part.heat.reach, 0, 0, 0], abs=1e-8)
+    assert part.heat.outputs[:6] @ np.ones_like(height) == pytest.approx(
+        [*part.heat.reach, 0, 0, 0], abs=1e-8
+    )
 
 
 def test_the_order_meets_the_tolerance_and_the_search_needed_several(part: Part) -> None:
@@ -78,4 +80,4 @@ def test_a_mesh_is_the_part_that_a_step_file_is(part: Part, suffix: str, tmp_pat
     heated = ["flange"] if named else ["0, 10, 3 mm"]
     heat = Elements(solid, task_on(solid, Wanted(heated, TOOL_POINT))).heat
     assert heat.mass.sum() == pytest.approx(LENGTH * WIDTH * THICKNESS * 1e-9)
-    assert heat.motion @ np.ones(heat.unknowns) == pytest.approx([0.3302, 0, 0, 0, 0, 0], abs=1e-8)
+    assert heat.outputs[:6] @ np.ones(heat.unknowns) == pytest.approx([0.3302, 0, 0, 0, 0, 0], abs=1e-8)

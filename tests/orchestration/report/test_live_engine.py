@@ -27,7 +27,7 @@ import { Engine } from "${page}/engine.js";
 const engine = await Engine.of(Buffer.from(given.module, "base64"));
 let result;
 try {
-  const columns = engine.run(given.watched, given.steps, given.step, given.values, given.changes);
+  const columns = engine.run(given.watched, given.steps, given.step, given.values);
   result = columns.map((each) => [...each]);
 } catch (fault) {
   result = fault.message;
@@ -49,7 +49,6 @@ def job(whole: Component, steps: int, watched: list[str], values: dict[str, floa
         "steps": steps,
         "step": 1.0,
         "values": [(references[name], value) for name, value in values.items()],
-        "changes": [],
     }
 
 
@@ -73,15 +72,6 @@ def test_the_cell_gives_the_native_numbers_at_every_step(tmp_path: Path) -> None
         theirs = native[f"whole.{name}"]
         tolerance = 1e-12 * np.abs(theirs).max() if name.startswith(("sensors.", "camera.")) else 0.0
         np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=tolerance, err_msg=name)
-
-
-def test_what_changes_during_a_run_acts_from_there() -> None:
-    given = job(LINK, 20, ["elongation"], {"heat_flow": 5.0})
-    (heat,) = [s.reference for s in LINK.scalars() if s.name == "heat_flow"]
-    (steady,) = node(RUN, given)
-    (changed,) = node(RUN, {**given, "changes": [(12, [(heat, 50.0)]), (99, [(heat, 0.0)])]})
-    assert changed[:13] == steady[:13]
-    assert changed[13] > 1.5 * steady[13]
 
 
 def test_a_refusal_is_the_components_sentence() -> None:

@@ -48,18 +48,17 @@ static void record(const unsigned *references, int count, double *values)
         model_get(&model, references[i], WL(variables)[references[i]].kind, &values[i]);
 }
 
-/* Steps from the communication point `first` on; `values` takes one row for it and one for each step.
-   Returns how many steps were done. */
-int EXPORTED(run)(int first, int steps, double step, const unsigned *references, int count, double *values)
+/* `values` takes one row for the start and one for each step. Returns whether all steps were done. */
+int EXPORTED(run)(int steps, double step, const unsigned *references, int count, double *values)
 {
     double reached;
     record(references, count, values);
     for (int i = 0; i < steps; i++) {
-        if (model_step(&model, (first + i) * step, step, NULL, &reached) != DONE)
-            return i;
+        if (model_step(&model, i * step, step, NULL, &reached) != DONE)
+            return 0;
         record(references, count, values + (size_t)(i + 1) * (size_t)count);
     }
-    return steps;
+    return 1;
 }
 
 /* Room for what the page exchanges; the one given before is gone. */
