@@ -25,16 +25,12 @@ OnReadings = Callable[[Array, Readings, float, str], Array]
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect that a run may hide.
+    """An effect that a run may hide, of an ordinary size in SI; 1 stands for nothing where `neutral` is 1.
 
-    Attributes
-    ----------
-    size : an ordinary strength, in SI; 1 stands for nothing where `neutral` is 1
-    on_truth : the changed cell, of the cell, the strength and the duration of the run in s
-    on_readings : what a channel records, of time, readings, strength and channel
-    both_signs : whether it may act either way
-    per_channel : whether it is one thermometer's or the camera's; else `on_readings` is of the elongation
-    about : what it is, where no cause of the catalogue explains it
+    `on_truth` gives the changed cell, of the cell, the strength and the duration of the run in s;
+    `on_readings` what a channel records, of time, readings, strength and channel: that of one thermometer
+    or the camera where it acts per channel, else the elongation. `about` is what it is, where no cause of
+    the catalogue explains it.
     """
 
     size: float
