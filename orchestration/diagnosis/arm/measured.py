@@ -29,8 +29,7 @@ from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"
 DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
-TEMPERATURES = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED}
-ELONGATIONS = {"elongation [um]": ELONGATION}
+MEASURED = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED} | {"elongation [um]": ELONGATION}
 """Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
 
 HALF_WIDTH = 60.0
@@ -73,7 +72,7 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
 
 def _channels(number: int) -> dict[str, str]:
     """Variable by header for one axis, its neighbours' temperatures among its inputs."""
-    own = {**DEMANDS, **TEMPERATURES, **ELONGATIONS}
+    own = {**DEMANDS, **MEASURED}
     channels = {AMBIENT: "motor.ambient_temperature"}
     channels |= {header_of(number, header): name for header, name in own.items()}
     if number > 1:
