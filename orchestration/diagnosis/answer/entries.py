@@ -242,9 +242,6 @@ def _gain(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _in_um(before: Compensated, after: Compensated) -> dict[str, Any]:
-    return {
-        "before": 1e6 * before.largest,
-        "after": 1e6 * after.largest,
-        "before_95": [1e6 * before.low95, 1e6 * before.high95],
-        "after_95": [1e6 * after.low95, 1e6 * after.high95],
-    }
+    pair = {"before": before, "after": after}
+    largest = {name: 1e6 * each.largest for name, each in pair.items()}
+    return largest | {f"{name}_95": [1e6 * each.low95, 1e6 * each.high95] for name, each in pair.items()}

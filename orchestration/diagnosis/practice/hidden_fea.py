@@ -98,9 +98,7 @@ def simulate(
             cell.advance(begin + i * size, size)
             clock.append(begin + (i + 1) * size)
             rows.append(cell.seen())
-    seen = np.array(rows).T
-    shaft, winding, base, middle, tip, elongation = (np.interp(times, clock, row) for row in seen)
-    return hidden.Course(times, shaft, winding, base, middle, tip, elongation)
+    return hidden.Course(times, *(np.interp(times, clock, row) for row in np.array(rows).T))
 
 
 def _body(truth: hidden.Truth, refinement: int) -> Body:
