@@ -11,7 +11,7 @@ import numpy as np
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
@@ -95,7 +95,7 @@ def system(
     """A system of shipped components."""
     files = FmuStore("native").files(kinds.values())
     parts = {each: component(each, files[kind], (values or {}).get(each)) for each, kind in kinds.items()}
-    found = tuple(connect(parts, *wire) for wire in wires)
+    found = connected(parts, wires)
     return System(name, parts, found, DefaultExperiment(0.0, 4500.0, 5.0))
 
 
@@ -133,7 +133,7 @@ def machine(fmu: Path) -> System:
         ("spindle.heat", "column.heat_flow"),
         ("column.base_temperature", "spindle.column"),
     )
-    found = tuple(connect(parts, *wire) for wire in wires)
+    found = connected(parts, wires)
     return System("Machine", parts, found, DefaultExperiment(0.0, 3600.0, 5.0))
 
 

@@ -19,12 +19,9 @@ from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.mismatch import draw
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.cores.agreement import agreeing
-from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
-from warmlink.orchestration.studies.cores.joined import joined_systems
-from warmlink.orchestration.studies.cores.local import LocalWorkers
-from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.cluster import ClusterWorkers
+from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place_medium")

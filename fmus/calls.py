@@ -1,7 +1,5 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, wraps
 from typing import Any, NamedTuple, TypeVar, cast

@@ -1,7 +1,5 @@
 """The components that exist: every folder with a file `component.py` is one."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import pkgutil

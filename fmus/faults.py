@@ -3,8 +3,6 @@
 From the time of a fault on, a reading sticks, jumps, drifts away, or drops out as NaN.
 """
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Locks of files and folders that end with the process that holds them, however it ends."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

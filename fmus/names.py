@@ -1,7 +1,5 @@
 """Remedies for a name that does not exist: the most similar names, or a choice that fits on a line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 

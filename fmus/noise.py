@@ -5,8 +5,6 @@ number generators", Communications of the ACM 31 (1988) 742-774. Every product s
 carry it exactly: the Python and the native form, and every restored state, draw the same numbers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

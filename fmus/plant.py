@@ -1,7 +1,5 @@
 """Motor and link joined: the plant whose growth is to be compensated."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from warmlink.fmus.component import Component

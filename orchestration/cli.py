@@ -7,36 +7,29 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from inspect import cleandoc
-from typing import Annotated
+from typing import TYPE_CHECKING
 
-import typer
+if TYPE_CHECKING:
+    import typer
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.cache import remembered
+from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
 from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 COMMANDS = {
-    "run": "run:run",
-    "live": "live:live",
-    "build": "build:build",
-    "save": "save:save",
-    "plot": "plot:plot",
-    "simulate": "simulate:simulate",
-    "compare": "studies.compare:compare",
-    "tune": "studies.tune:tune",
-    "sweep": "studies.sweep:sweep",
-    "design": "laws.design:design",
-    "export": "laws.export:export",
-    "check": "check:check",
-    "diagnose": "diagnose:diagnose",
-    "hide": "hide:hide",
-    "reduce": "reduce:reduce",
-    "reproduce": "reproduce:reproduce",
-    "init": "init:init",
-    "schema": "schema:schema",
-    "list": "list:list_",
+    **{"run": "run", "live": "pages", "build": "build", "save": "build", "plot": "pages"},
+    **{"simulate": "simulate", "compare": "studies", "tune": "studies", "sweep": "studies"},
+    **{"design": "laws", "export": "laws", "check": "check", "diagnose": "diagnose", "hide": "hide"},
+    **{"reduce": "reduce", "reproduce": "pages", "init": "init", "schema": "init", "list": "init"},
 }
-"""Module and function of each command."""
+"""Module of each command; a function of the same name, or with a `_` after it, is the command."""
+
+HELP = "How far off a robot's tool point is while a link warms up, and how well a controller corrects it."
+
+COMPLETES = "_WARMLINK_COMPLETE"
+"""Environment variable with which the shell asks for completions."""
 
 _HELP: tuple[list[str], ...] = (["--help"], [])
 """Arguments to which the answer is the list of commands."""
@@ -45,6 +38,12 @@ _HELP: tuple[list[str], ...] = (["--help"], [])
 def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> None:
     """Run the command that the arguments name; by default those of the process."""
     given = sys.argv[1:] if arguments is None else [*arguments]
+    if given and given[0] in COMMANDS and COMPLETES not in os.environ:
+        command = command_named(given[0])
+        values = plain_values(command, given[1:])
+        if values is not None:
+            command(**values)
+            raise SystemExit(0)  # as typer does
     application(given)(given, prog_name=prog_name)
 
 
@@ -53,26 +52,37 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
 
     Reading what every command takes, and drawing frames around it, is half of the time that help takes.
     """
-    listed = list(arguments) in _HELP and "_WARMLINK_COMPLETE" not in os.environ
+    import typer
+
+    listed = list(arguments) in _HELP and COMPLETES not in os.environ
     found = typer.Typer(
         name="warmlink",
-        help="How far off a robot's tool point is while a link warms up, and how well a controller corrects "
-        "it.",
         epilog="Begin with: warmlink run",
         no_args_is_help=True,
         rich_markup_mode=None if listed else "markdown",
         pretty_exceptions_enable=False,
     )
-    found.callback()(_before_any_command)
+    found.callback(invoke_without_command=True, help=HELP)(for_typer(_before_any_command))
     named = [name for name in COMMANDS if [name] == list(arguments[:1])]
+    if listed:
+        for name, sentence in remembered("outlines", (), _outlines).items():
+            found.command(name, short_help=sentence)(_outline)
+        return found
     for name in named or COMMANDS:
-        module, _, function = COMMANDS[name].partition(":")
-        command = getattr(import_module(f"warmlink.orchestration.command_line.{module}"), function)
-        if listed:
-            sentence = cleandoc(command.__doc__ or "").partition("\n\n")[0]
-            found.command(name, short_help=sentence.replace("\n", " "))(_outline)
-        else:
-            found.command(name)(command)
+        found.command(name)(for_typer(command_named(name)))
+    return found
+
+
+def _outlines() -> dict[str, str]:
+    """First sentence of each command."""
+    texts = {name: cleandoc(command_named(name).__doc__ or "") for name in COMMANDS}
+    return {name: text.partition("\n\n")[0].replace("\n", " ") for name, text in texts.items()}
+
+
+def command_named(name: str) -> Command:
+    """Function of a command."""
+    module = import_module(f"warmlink.orchestration.command_line.{COMMANDS[name]}")
+    found: Command = getattr(module, f"{name}_", None) or getattr(module, name)
     return found
 
 
@@ -80,20 +90,18 @@ def _outline() -> None:
     """Stand for a command in the list of commands."""
 
 
-def _say_version(asked: bool) -> None:
-    if asked:
-        from warmlink.fmus.packaging.release import version
+def _before_any_command(*, version: bool = False) -> None:
+    """Do what is asked before any command.
 
-        print(f"warmlink {version()}")
-        raise typer.Exit
+    Parameters
+    ----------
+    version : Print the version.
+    """
+    if version:
+        from warmlink.fmus.packaging.release import version as released
 
-
-def _before_any_command(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version."),
-    ] = False,
-) -> None: ...
+        print(f"warmlink {released()}")
+        raise SystemExit
 
 
 def main() -> None:
@@ -116,11 +124,9 @@ def guarded(command: Callable[[], None]) -> None:
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
-    except SystemExit as ended:
-        # Commands that end in order on Ctrl-C print their own remark, and raise SystemExit `from None`.
-        if ended.code == INTERRUPTED and ended.__context__ is not None and not ended.__suppress_context__:
-            print("warmlink: interrupted; there are no results", file=sys.stderr)
-        raise
+    except KeyboardInterrupt:
+        print("warmlink: interrupted; there are no results", file=sys.stderr)
+        raise SystemExit(INTERRUPTED) from None
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import sys
 import time
@@ -28,6 +27,8 @@ class Answer:
         return self.summary()
 
     def _repr_html_(self) -> str:
+        import html
+
         return f"<pre>{html.escape(self.summary())}</pre>"
 
 

@@ -8,6 +8,7 @@ import json
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -18,6 +19,9 @@ from warmlink.fmus.locks import lock, unlock
 
 WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
+ENDING_SECONDS = 1.0
+"""Within which the processes of a command that was killed have ended, and hold no folder any more."""
+
 FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Error numbers that mean a full or broken disk."""
 
@@ -151,12 +155,15 @@ def locked_folder(folder: Path) -> Iterator[None]:
     InputError
         If another process holds the folder, or it cannot be written.
     """
-    folder = folder.absolute()
+    folder, give_up = folder.absolute(), time.monotonic() + ENDING_SECONDS
     while True:
         handle = None
         try:
             with _made(folder):
                 handle, free = lock(folder)
+                if not free and time.monotonic() < give_up:
+                    time.sleep(0.02)
+                    continue
                 if not free:
                     raise InputError(
                         f"{folder}: another warmlink is writing there; wait until it has ended, or choose "

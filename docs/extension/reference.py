@@ -42,8 +42,7 @@ def commands() -> str:
 
 def formats() -> dict[str, str]:
     """A page for each kind of file that people write, from its JSON Schema."""
-    from warmlink.orchestration.command_line.init import KINDS, TEMPLATES
-    from warmlink.orchestration.command_line.schema import kinds
+    from warmlink.orchestration.command_line.init import KINDS, TEMPLATES, kinds
     from warmlink.orchestration.scenarios.written import json_schema
 
     found = {}
@@ -205,7 +204,7 @@ def causes() -> str:
 
 def names() -> str:
     """What `warmlink list` prints."""
-    from warmlink.orchestration.command_line.list import _descriptions
+    from warmlink.orchestration.command_line.init import _descriptions
 
     text = ["# Names\n", "The names that the commands accept, as `warmlink list` prints them.\n"]
     for kind, entries in _descriptions().items():

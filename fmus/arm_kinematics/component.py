@@ -1,7 +1,5 @@
 """The arm's kinematics as a component."""
 
-from __future__ import annotations
-
 from math import pi
 
 from warmlink.fmus.arm_kinematics import equations

@@ -7,12 +7,9 @@ Mech. 22 (1955) 215-221, in the form of R. P. Paul, *Robot Manipulators*, MIT Pr
 moves everything beyond it along a direction that is fixed in frame i, and turns nothing.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from typing import NamedTuple
 
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, cos, maximum, sin, sqrt, stack, total, where
 
 AXES = 6
@@ -37,12 +34,12 @@ class Frame(NamedTuple):
 BASE = Frame((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 
 
-def derive(p: Record) -> Mapping[str, Number]:
+def derive(p: Record) -> Values:
     """Cosines and sines of the twists, which do not change in a run."""
     return {"twist_cosine": cos(p.link_twist), "twist_sine": sin(p.link_twist)}
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Tool point, its error and its sensitivities to the elongations, in m and 1."""
     frames = chain(u.angle, p)
     directions = [growth_direction(frame, p, i) for i, frame in enumerate(frames)]

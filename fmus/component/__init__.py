@@ -28,6 +28,7 @@ from warmlink.fmus.component.variables import (
     Scalar,
     State,
     Terminal,
+    Values,
     Variable,
     VariableType,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "Scalar",
     "State",
     "Terminal",
+    "Values",
     "Variable",
     "VariableType",
 ]
@@ -94,7 +96,7 @@ class Clock:
 
     sample_time: str
     states: tuple[State, ...]
-    update: Callable[[Record, Record, Record, Number, Number], Mapping[str, Number]]
+    update: Callable[[Record, Record, Record, Number, Number], Values]
 
     @cached_property
     def layout(self) -> Layout:
@@ -131,22 +133,22 @@ class Component:
 
     name: str
     description: str
-    observe: Callable[[Record, Record, Record, Number], Mapping[str, Number]]
+    observe: Callable[[Record, Record, Record, Number], Values]
     inputs: tuple[Input, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     derived: tuple[Derived, ...] = ()
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
-    rates: Callable[[Record, Record, Record, Number], Mapping[str, Number]] | None = None
-    update: Callable[[Record, Record, Record, Number, Number], Mapping[str, Number]] | None = None
-    solve: Callable[[Record, Record, Number], Mapping[str, Number]] | None = None
-    derive: Callable[[Record], Mapping[str, Number]] | None = None
-    begin: Callable[[Record, Record], Mapping[str, Number]] | None = None
+    rates: Callable[[Record, Record, Record, Number], Values] | None = None
+    update: Callable[[Record, Record, Record, Number, Number], Values] | None = None
+    solve: Callable[[Record, Record, Number], Values] | None = None
+    derive: Callable[[Record], Values] | None = None
+    begin: Callable[[Record, Record], Values] | None = None
     clocks: tuple[Clock, ...] = ()
     joint: Joint | None = None
     terminals: tuple[Terminal, ...] = ()
     local: tuple[Local, ...] = ()
-    look_inside: Callable[[Record, Record, Record, Number], Mapping[str, Number]] | None = None
+    look_inside: Callable[[Record, Record, Record, Number], Values] | None = None
     checks: tuple[Check, ...] = ()
     micro_step: float = 1.0
     default_stop_time: float = 3600.0
@@ -187,20 +189,17 @@ class Component:
         """Name in lower case with underscores, as `thermal_link`."""
         return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", self.name).lower()
 
-    @cached_property
-    def x(self) -> Layout:
-        """Layout of the states."""
-        return Layout(self.states)
+    x = cached_property(lambda self: Layout(self.states))
+    """Layout of the states."""
 
-    @cached_property
-    def u(self) -> Layout:
-        """Layout of the inputs."""
-        return Layout(self.inputs)
+    u = cached_property(lambda self: Layout(self.inputs))
+    """Layout of the inputs."""
 
-    @cached_property
-    def p(self) -> Layout:
-        """Layout of the parameters."""
-        return Layout(self.parameters)
+    p = cached_property(lambda self: Layout(self.parameters))
+    """Layout of the parameters."""
+
+    y = cached_property(lambda self: Layout(self.outputs))
+    """Layout of the outputs."""
 
     @cached_property
     def d(self) -> Layout:
@@ -208,11 +207,6 @@ class Component:
         named = (*self.parameters, *self.derived)
         parts = list(dict.fromkeys(v.name.rpartition(".")[0] for v in named))
         return Layout(sorted(named, key=lambda v: parts.index(v.name.rpartition(".")[0])))
-
-    @cached_property
-    def y(self) -> Layout:
-        """Layout of the outputs."""
-        return Layout(self.outputs)
 
     @property
     def output_count(self) -> int:
@@ -264,7 +258,7 @@ class Component:
         """Flat vector of start values of the states, shape (x.size,), for flat inputs and parameters."""
         return self.x.flat(self.started(self.u.read(u), self.d.read(p)))
 
-    def started(self, u: Record, p: Record) -> Mapping[str, Number]:
+    def started(self, u: Record, p: Record) -> Values:
         """Start values of the states by name."""
         if self.begin is not None:
             return self.begin(u, p)

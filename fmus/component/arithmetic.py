@@ -5,8 +5,6 @@ the native FMU (CasADi, hence C). Comparisons and clips look at the real part al
 carried in the imaginary part passes through them unchanged.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any

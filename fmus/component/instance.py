@@ -1,7 +1,5 @@
 """A component running in Python, as it does in a Python FMU and in tests."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from functools import partial

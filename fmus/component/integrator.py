@@ -6,8 +6,6 @@ L-stable for gamma = 1 - 1/sqrt(2), and of order 2 whatever matrix stands in for
 inputs may vary within a step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -9,14 +9,12 @@ master holds them from one communication point to the next. Sampled parts are sa
 the order of stepping, each with the newest values, as a Gauss-Seidel master does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, reduce
 from typing import Any, TypeVar
 
-from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal
+from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.dependencies import dependencies
 from warmlink.fmus.component.order import evaluation_order, sampling_order
@@ -26,7 +24,6 @@ from warmlink.fmus.errors import InputError
 Wire = tuple[str, str]
 """Source and target of a connection between scalars, as `("motor.heat_flow", "link.heat_flow")`."""
 
-Values = Mapping[str, Number]
 Observe = Callable[[str, Record], Values]
 
 Variable = TypeVar("Variable", bound=Named)

@@ -1,7 +1,5 @@
 """What a component's parameters and inputs may be, and the sentence for what they may not."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

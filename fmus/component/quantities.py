@@ -1,7 +1,5 @@
 """Variables of kinds that occur in many components, so that unit, display and nominal stand once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from typing import Any

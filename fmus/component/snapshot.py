@@ -1,7 +1,5 @@
 """All that a component remembers in Python, and whether it is something that it could have remembered."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

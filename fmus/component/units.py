@@ -4,8 +4,6 @@
 where it has several factors (Modelica specification 3.6, section 19.1).
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass, field

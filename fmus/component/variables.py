@@ -1,7 +1,5 @@
 """The kinds of variables that a component declares, and how they lie in one flat vector."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +13,9 @@ VariableType = Literal["Real", "Integer", "Boolean"]
 
 Record = Any
 """Named values, one attribute a variable: a number, or a vector where the variable has a size."""
+
+Values = Mapping[str, Number]
+"""The same by name."""
 
 
 @dataclass(frozen=True)
@@ -244,11 +245,11 @@ class Layout:
             start = end
         return found
 
-    def record(self, values: Mapping[str, Number]) -> Record:
+    def record(self, values: Values) -> Record:
         """Record of named values, each a number or a vector, for a layout whose names have no dots."""
         return SimpleNamespace(**values) if self._record is None else self._record(**values)
 
-    def flat(self, values: Mapping[str, Number]) -> Number:
+    def flat(self, values: Values) -> Number:
         """Flat vector of named values, shape (size,).
 
         Raises

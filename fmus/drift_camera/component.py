@@ -1,7 +1,5 @@
 """The camera as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus import faults
 from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import minimum

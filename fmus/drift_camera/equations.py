@@ -6,12 +6,8 @@ After P. Poonyapak, M. J. D. Hayes and J. M. J. McDill, "Temperature-Induced Def
 System", sections II and III: a picture each 30 s while the link moves and each 120 s while it is still.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
 from warmlink.fmus import faults, noise
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, where
 
 _GENERATOR = 1000
@@ -21,13 +17,13 @@ _EARLY = 1e-6
 """Share of a sample time by which rounding may put a sample too early."""
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start, where the first picture is taken."""
     empty = _Film(p)
     return _looked(empty, u, p, 0.0, p.sample_time, 0.0, 1.0)
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: a picture is taken when it is due, and read when its delay is over."""
     count = x.count + 1
     interval = where(absolute(u.speed) > p.still_speed, p.moving_interval, p.still_interval)
@@ -35,7 +31,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     return _looked(x, u, p, time, step, where(taken > 0, 0.0, count), taken)
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Drift in m, whether it is good, and its age in s."""
     return {
         "measured_drift": x.measured_drift,
@@ -63,7 +59,7 @@ class _Film:
 
 def _looked(
     x: Record, u: Record, p: Record, time: Number, step: Number, count: Number, taken: Number
-) -> Mapping[str, Number]:
+) -> Values:
     """States once a picture was taken or not, `count` samples after the last one taken."""
     number, generator = noise.normal(x.generator)
     generator = noise.advance(generator)

@@ -1,7 +1,5 @@
 """The duty cycle as a component."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

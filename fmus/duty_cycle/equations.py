@@ -1,10 +1,6 @@
 """A duty cycle: constant demands over segments of time, a function of time alone."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import LARGEST, Number, floor, maximum, stack, total, where
 
 SEGMENTS = 32
@@ -19,7 +15,7 @@ DEMANDS = ("speed", "torque", "ambient_temperature", "pad_mode", "pad_temperatur
 """What a segment holds; the parameter of each bears `segment_` before its name."""
 
 
-def derive(p: Record) -> Mapping[str, Number]:
+def derive(p: Record) -> Values:
     """Times in s at which each segment begins; those after the last one in use never do."""
     begins: list[Number] = [0.0]
     for i in range(SEGMENTS):
@@ -31,7 +27,7 @@ def derive(p: Record) -> Mapping[str, Number]:
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Demands at a time: of the segment that has begun by then."""
     active = active_segment(p, time)
     return {name: total(active * getattr(p, f"segment_{name}")) for name in DEMANDS}

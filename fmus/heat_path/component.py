@@ -1,7 +1,5 @@
 """The heat path as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus.component import Component, Input, Output, Parameter
 from warmlink.fmus.component.quantities import temperature_input
 from warmlink.fmus.heat_path import equations

@@ -5,15 +5,11 @@ into the receiving place:  what arrives already + Q + P + r t + s |speed|
 into the giving place:     what arrives already - Q
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Heat flows in W."""
     conducted = p.conductance * (u.from_temperature - u.to_temperature)
     made = p.heat + p.heat_rate * time + p.heat_per_speed * absolute(u.speed)

@@ -5,11 +5,7 @@
 and, where C = 0, on power enters the link as it is and T_h = T_b + R on power.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, where
 
 LEAST_HEAT_CAPACITY = 1e-6
@@ -19,14 +15,14 @@ LEAST_RESISTANCE = 1e-4
 """K/W; through a much smaller one the flow would be the rounding of the temperatures."""
 
 
-def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperature in K/s, heat delivered in W."""
     given = heat_flow(x, u, p)
     stored = (u.on * p.power - given) / where(p.heat_capacity > 0, p.heat_capacity, 1.0)
     return {"temperature": stored, "heat_delivered": given}
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Heat flow in W, temperature in K, heat in J."""
     without_capacity = u.link_base_temperature + p.contact_resistance * (u.on * p.power)
     return {

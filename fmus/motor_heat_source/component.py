@@ -1,7 +1,5 @@
 """The motor as a source of heat, as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus.component import Component, Input, Local, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,

@@ -9,11 +9,7 @@ as it warms, and viscous friction alone falls with it (A. C. Bittencourt and S. 
 a robot joint, Journal of Dynamic Systems, Measurement, and Control 134(5), 2012).
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, real, where
 
 RESISTANCE_TEMPERATURE = 293.15
@@ -26,7 +22,7 @@ PAD_POWER, PAD_TEMPERATURE = 1, 2
 """Values of `pad_mode` besides 0, no pad."""
 
 
-def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperatures in K/s, heat delivered in W."""
     winding, shaft = x.winding_temperature, x.shaft_temperature
     inward = p.winding_conductance * (winding - shaft)
@@ -48,7 +44,7 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Heat flows in W, temperatures in K, heat in J."""
     return {
         "heat_flow": heat_flow(x.shaft_temperature, u, p),
@@ -59,7 +55,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     }
 
 
-def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Losses and heat flows in W inside the motor."""
     winding, shaft = x.winding_temperature, x.shaft_temperature
     return {

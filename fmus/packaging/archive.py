@@ -1,7 +1,5 @@
 """Archives whose bytes depend on their contents alone."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 import zipfile

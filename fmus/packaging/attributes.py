@@ -1,7 +1,5 @@
 """What a modelDescription.xml says of single variables, of their units and of their types."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any

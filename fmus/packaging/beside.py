@@ -6,8 +6,6 @@ with its results. The smoke test is written as that standard's drafts had it bef
 MA-HS-Experiments.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import lru_cache

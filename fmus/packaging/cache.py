@@ -1,21 +1,26 @@
 """Where built FMUs and what they are built from are kept between runs."""
 
-from __future__ import annotations
-
 import hashlib
 import os
-import tempfile
+import pickle
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from importlib import metadata, resources
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.locks import lock, unlock
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
+
+ROOMS = Path(__file__).parents[2]
+"""Where the folders of the source are."""
+
+Made = TypeVar("Made")
 
 
 def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
@@ -27,21 +32,28 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     made_from : everything that it depends on; its `repr` tells two of them apart
     make : makes it
     """
+    content = kept_before(folder, made_from)
+    if content is not None:
+        return content
     try:
         place = _place(folder, made_from)
     except InputError:
         return make()
-    with suppress(OSError):
-        return place.read_bytes()
     with _alone(place.with_suffix(".lock")):
-        with suppress(OSError):
-            return place.read_bytes()  # which another process has made meanwhile
-        content = make()
-        with suppress(OSError):
-            scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
-            scratch.write_bytes(content)
-            scratch.replace(place)
+        content = kept_before(folder, made_from)  # which another process has made meanwhile
+        if content is None:
+            content = make()
+            with suppress(OSError):
+                scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
+                scratch.write_bytes(content)
+                scratch.replace(place)
     return content
+
+
+def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made:
+    """As `kept`, of an object that can be pickled, which this state of the source makes from the same."""
+    made: Made = pickle.loads(kept(folder, (source_state(), made_from), lambda: pickle.dumps(make())))
+    return made
 
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
@@ -81,8 +93,10 @@ def cache_folder() -> Path:
     with suppress(OSError):
         wanted.mkdir(parents=True, exist_ok=True)
     # A cache that was filled before may be read-only.
-    if os.access(wanted, os.W_OK) or (wanted / source_digest()).is_dir():
+    if os.access(wanted, os.W_OK) or (wanted / _source_digest().decode()).is_dir():
         return wanted
+    import tempfile
+
     own = os.getuid() if hasattr(os, "getuid") else 0
     other = Path(tempfile.gettempdir()) / f"warmlink-cache-{own}"
     with suppress(OSError):
@@ -101,15 +115,39 @@ def wanted_cache_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "warmlink"
 
 
-def source_digest() -> str:
-    """Digest of everything that FMUs are built from, so that a changed equation is never run stale."""
+@cache
+def source_state() -> str:
+    """Digest of the sizes and times of the source's files, found sooner than one of what they hold."""
     digest = hashlib.sha256()
     for package in ("casadi", "pythonfmu"):
-        digest.update(f"{package} {metadata.version(package)}\n".encode())
-    for package in ("warmlink.fmus", "warmlink.controllers"):
-        root = Path(str(resources.files(package)))
+        spec = find_spec(package)
+        if spec is not None and spec.origin is not None:
+            digest.update(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}\n".encode())
+    folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
+    while folders:
+        for entry in sorted(os.scandir(folders.pop()), key=lambda entry: entry.name):
+            if entry.is_dir():
+                folders.append(entry.path)
+            elif not entry.name.endswith(".pyc"):
+                facts = entry.stat()
+                digest.update(f"{entry.path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
+    return digest.hexdigest()
+
+
+def source_digest() -> str:
+    """Digest of everything that FMUs are built from, so that a changed equation is never run stale."""
+    return kept("digests", source_state(), _source_digest).decode()
+
+
+def _source_digest() -> bytes:
+    from importlib.metadata import version
+
+    digest = hashlib.sha256()
+    for package in ("casadi", "pythonfmu"):
+        digest.update(f"{package} {version(package)}\n".encode())
+    for root in (ROOMS / "fmus", ROOMS / "controllers"):
         for path in sorted(root.rglob("*")):
             if path.is_file() and path.suffix != ".pyc":
                 digest.update(path.relative_to(root).as_posix().encode())
                 digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()[:16].encode()

@@ -1,9 +1,8 @@
 """The page inside an FMU: the component's README with a table of its variables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from html import escape
+from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import MOST_IN_A_STEP, Component, Input, Output, Parameter
@@ -12,22 +11,6 @@ from warmlink.fmus.packaging import release
 
 MARK = "<!-- variables -->"
 """Line of a README at which the tables of variables stand."""
-
-_STYLE = """
-body { font: 16px/1.55 system-ui, sans-serif; color: #222; }
-body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
-h1, h2, h3 { line-height: 1.25; color: #7a2f18; }
-code, pre { font-family: ui-monospace, Consolas, monospace; font-size: 0.92em; background: #f6f3f0; }
-code { padding: 0.1em 0.25em; border-radius: 3px; }
-pre { padding: 0.8em 1em; overflow-x: auto; border-left: 3px solid #d9a58f; }
-pre code { padding: 0; background: none; }
-table { border-collapse: collapse; width: 100%; margin: 0.6rem 0 1.4rem; font-size: 0.92em; }
-th, td { text-align: left; padding: 0.3em 0.7em; border-bottom: 1px solid #e4ddd8; vertical-align: top; }
-th { background: #f6f3f0; }
-td.number { text-align: right; white-space: nowrap; }
-footer { margin-top: 3rem; padding-top: 0.6rem; border-top: 1px solid #e4ddd8; }
-footer { font-size: 0.85em; color: #666; }
-"""
 
 
 def documentation_page(entry: Entry) -> bytes:
@@ -44,10 +27,11 @@ def documentation_page(entry: Entry) -> bytes:
         text += f"\n\n## Variables\n\n{MARK}\n"
     body = MarkdownIt("commonmark").enable("table").render(text)
     body = body.replace(MARK, variable_tables(component) + _longest_step(component))
+    style = Path(__file__).with_suffix(".css").read_text("utf-8")
     release_of = f"{component.name}, warmlink {release.version()}. {release.COPYRIGHT}, {release.LICENSE}."
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f"<title>{escape(component.name)}</title>\n<style>{_STYLE}</style>\n</head>\n"
+        f"<title>{escape(component.name)}</title>\n<style>\n{style}</style>\n</head>\n"
         f"<body>\n{body}<footer>{escape(release_of)}</footer>\n</body>\n</html>\n"
     ).encode()
 
@@ -85,35 +69,26 @@ def _longest_step(component: Component) -> str:
 
 def _cells(variable: Input | Parameter | Output) -> Iterator[str]:
     size = "" if variable.size is None else f"[1..{variable.size}]"
+    unit = variable.display or ("" if variable.unit == "1" else variable.unit)
+    unit = unit if variable.type == "Real" else variable.type
     yield f"<td><code>{escape(variable.name)}{size}</code></td>"
-    yield f"<td>{escape(_unit(variable))}</td>"
+    yield f"<td>{escape(unit)}</td>"
+    remark = ""
     if not isinstance(variable, Output):
-        yield f'<td class="number">{escape(_starts(variable))}</td>'
-        yield f'<td class="number">{escape(_range(variable))}</td>'
-    remark = "; may be NaN" if isinstance(variable, Input) and variable.accepts_nan else ""
-    if isinstance(variable, Parameter) and variable.tunable:
-        remark = "; tunable"
+        starts: tuple[float, ...] = (variable.start,)
+        least = (variable.minimum, "≥")
+        if isinstance(variable, Parameter):
+            starts = variable.starts or starts
+            least = (0.0, ">") if variable.positive else least
+            remark = "; tunable" if variable.tunable else ""
+        elif variable.accepts_nan:
+            remark = "; may be NaN"
+        bounds = [
+            f"{sign} {_shown(variable, b)}" for b, sign in (least, (variable.maximum, "≤")) if b is not None
+        ]
+        yield f'<td class="number">{", ".join(_shown(variable, start) for start in starts)}</td>'
+        yield f'<td class="number">{escape(", ".join(bounds))}</td>'
     yield f"<td>{escape(variable.description)}{remark}</td>"
-
-
-def _unit(variable: Input | Parameter | Output) -> str:
-    if variable.type != "Real":
-        return variable.type
-    return variable.display or ("" if variable.unit == "1" else variable.unit)
-
-
-def _starts(variable: Input | Parameter) -> str:
-    if isinstance(variable, Parameter) and variable.starts is not None:
-        return ", ".join(_shown(variable, value) for value in variable.starts)
-    return _shown(variable, variable.start)
-
-
-def _range(variable: Input | Parameter) -> str:
-    if isinstance(variable, Parameter) and variable.positive:
-        above = f"> {_shown(variable, 0.0)}"
-        return above if variable.maximum is None else f"{above}, ≤ {_shown(variable, variable.maximum)}"
-    bounds = ((variable.minimum, "≥"), (variable.maximum, "≤"))
-    return ", ".join(f"{sign} {_shown(variable, bound)}" for bound, sign in bounds if bound is not None)
 
 
 def _shown(variable: Input | Parameter | Output, value: float) -> str:

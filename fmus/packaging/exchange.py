@@ -1,12 +1,9 @@
 """What hosts see of a component's inside: local variables; states and rates, which they may integrate."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
-from warmlink.fmus.component import Component, Record
+from warmlink.fmus.component import Component, Record, Values
 from warmlink.fmus.component.arithmetic import Number
 
 
@@ -17,7 +14,7 @@ def opened(component: Component) -> Component:
     if look_inside is None:
         return component
 
-    def observe_all(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+    def observe_all(x: Record, u: Record, p: Record, time: Number) -> Values:
         return {**observe(x, u, p, time), **look_inside(x, u, p, time)}
 
     return replace(

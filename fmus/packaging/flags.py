@@ -1,16 +1,12 @@
 """Readings beside flags that say whether they are valid, for hosts in which NaN is not allowed."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from warmlink.fmus.component import Component, Input, Output, Record, State, Terminal
+from warmlink.fmus.component import Component, Input, Output, Record, State, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, finite, where
-
-Values = Mapping[str, Number]
 
 
 def flag_of(name: str) -> str:

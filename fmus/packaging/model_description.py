@@ -1,7 +1,5 @@
 """modelDescription.xml of FMI 2.0 and FMI 3.0 from a component's declaration."""
 
-from __future__ import annotations
-
 import json
 import uuid
 from collections.abc import Sequence

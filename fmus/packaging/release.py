@@ -1,7 +1,5 @@
 """Who made this release of warmlink and under which terms, as every FMU states it."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from contextlib import suppress
@@ -36,12 +34,10 @@ def generated() -> datetime:
     return DATE
 
 
-def license_text() -> str:
-    """Text of the licence, from the source tree or from the installed distribution."""
+def license_text(distribution: str = "warmlink") -> str:
+    """Text of a distribution's licence, as it is installed; ours also from the source tree."""
     source = Path(__file__).parents[2] / "LICENSE"
-    if source.is_file():
+    if distribution == "warmlink" and source.is_file():
         return source.read_text(encoding="utf-8")
-    for file in metadata.files("warmlink") or []:
-        if file.name == "LICENSE":
-            return file.read_text("utf-8")
-    return LICENSE
+    texts = (file for file in metadata.files(distribution) or [] if file.name.startswith("LICENSE"))
+    return next((file.read_text("utf-8") for file in texts), LICENSE)

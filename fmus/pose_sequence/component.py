@@ -1,7 +1,5 @@
 """The sequence of poses as a component."""
 
-from __future__ import annotations
-
 from warmlink.fmus.component import Component, Output, Parameter
 from warmlink.fmus.duty_cycle.component import TIMES, durations, lasting
 from warmlink.fmus.pose_sequence import equations

@@ -1,7 +1,5 @@
 """A reduced link as a component, with the connectors of ThermalLink."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

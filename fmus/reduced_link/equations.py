@@ -6,13 +6,11 @@ from finite elements by projection (A. C. Antoulas, *Approximation of Large-Scal
 2005). Matrices without parameters are data; `ReducedModel` says what each is.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.equations import (
@@ -25,12 +23,12 @@ PEAK_TIME = 1.0
 """s in which a peak follows what exceeds it."""
 
 
-def derive(p: Record, model: ReducedModel) -> Mapping[str, Number]:
+def derive(p: Record, model: ReducedModel) -> Values:
     """Heat capacity of each pattern in J/K: that of the whole part."""
     return {"pattern_heat_capacity": p.density * p.specific_heat * model.volume * np.ones(model.order)}
 
 
-def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Mapping[str, Number]:
+def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Values:
     """Time derivatives of the states: patterns in K/s, heat received in W, peaks in units of theirs."""
     z = x.pattern_temperature
     inflow = _inflow(u, p, time, model)
@@ -47,7 +45,7 @@ def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) ->
     }
 
 
-def solve(right: Record, p: Record, step: Number, model: ReducedModel) -> Mapping[str, Number]:
+def solve(right: Record, p: Record, step: Number, model: ReducedModel) -> Values:
     """Solve (I - step J) y = right with conduction, hub and tip in J; cooling and the peaks are not stiff."""
     carried, z = _carried(p), right.pattern_temperature
     stored = p.pattern_heat_capacity * z
@@ -79,7 +77,7 @@ def _solved(diagonal: Number, weights: Sequence[Number], right: Number, model: R
     return plain - columns[0] * first - columns[1] * second
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Values:
     """Temperatures in K, displacement in m, rotation in rad, heat in W and J, bounds of their errors."""
     start, rise = p.initial_temperature, x.pattern_temperature
     reference = where(p.reference_temperature > 0, p.reference_temperature, start)
@@ -110,7 +108,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) 
     }
 
 
-def begin(u: Record, p: Record, model: ReducedModel) -> Mapping[str, Number]:
+def begin(u: Record, p: Record, model: ReducedModel) -> Values:
     """States at the start: the initial temperature plus the initial rises given at the sensors."""
     return {
         "pattern_temperature": model.initial_rows @ p.initial_temperature_rise,

@@ -1,7 +1,5 @@
 """What a reduced link is made of: the numbers that finite elements and their reduction give."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from typing import Any

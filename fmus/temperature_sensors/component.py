@@ -1,7 +1,5 @@
 """The thermometers as a component."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -7,12 +7,8 @@
 Stem conduction and lag are the usual first-order models of contact thermometers.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
 from warmlink.fmus import faults, noise
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, where
 
 CHANNELS = 8
@@ -27,12 +23,12 @@ _ZERO_CELSIUS = 273.15
 """K, from which instruments count their quanta."""
 
 
-def derive(p: Record) -> Mapping[str, Number]:
+def derive(p: Record) -> Values:
     """Share of a temperature difference that is left after a sample time."""
     return {"kept": exp(-p.sample_time / maximum(p.lag, _SHORTEST_LAG))}
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start: in equilibrium with the input temperatures."""
     a, b = noise.starts(p.seed, range(CHANNELS))
     settled = attained(u, p)
@@ -46,7 +42,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     }
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: temperatures in K, and states of the random generators."""
     target = attained(u, p)
     sensed = target + (x.sensed - target) * p.kept
@@ -60,7 +56,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Readings in K; NaN where a channel dropped out."""
     return {"reading": x.reading}
 

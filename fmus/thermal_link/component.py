@@ -1,7 +1,5 @@
 """The thermal link as a component."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, State

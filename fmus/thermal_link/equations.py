@@ -6,12 +6,9 @@ by finite volumes centred on nodes, two of which lie at base and tip position. E
 J. P. Holman, *Heat Transfer*, 9th ed., McGraw-Hill 2002, chapters 2 and 4 (fins, transient conduction).
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from itertools import pairwise
 
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
@@ -46,7 +43,7 @@ TINY = 1e-30
 """(W/(m2.K))2 in place of 0, where a root has no slope."""
 
 
-def derive(p: Record, cells: int) -> Mapping[str, Number]:
+def derive(p: Record, cells: int) -> Values:
     """Values that follow from the parameters alone: conductances in W/K, capacities in J/K, areas in m2."""
     step = spacings(p, cells)
     places = positions(p, step)
@@ -67,7 +64,7 @@ def derive(p: Record, cells: int) -> Mapping[str, Number]:
     }
 
 
-def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperatures in K/s, heat received in W."""
     temperature = x.temperature
     cells = temperature.shape[0]
@@ -88,7 +85,7 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]
     return {"temperature": gain * p.rise_per_heat, "heat_received": u.heat_flow}
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Temperatures in K, elongation in m, heat in W and J."""
     temperature = x.temperature
     cells = temperature.shape[0]
@@ -106,7 +103,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     }
 
 
-def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Heat flows in W inside the link and out of it."""
     temperature = x.temperature
     parts = stretches(temperature.shape[0])
@@ -119,7 +116,7 @@ def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Nu
     }
 
 
-def begin(u: Record, p: Record, cells: int) -> Mapping[str, Number]:
+def begin(u: Record, p: Record, cells: int) -> Values:
     """States at the start: the initial temperature plus the initial rises given at the sensors."""
     rise = initial_rise(p, positions(p, spacings(p, cells)))
     return {

@@ -1,7 +1,5 @@
 """The link's finite-volume grid: nodes that lie on the base and tip positions whatever these are."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from warmlink.fmus.component import Record

@@ -7,6 +7,7 @@ the link's tip. Instances are `axis1.motor`, `axis1.link` and so on, beside `pos
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.arm_kinematics.equations import AXES
@@ -102,17 +103,13 @@ def _ports(arm: System) -> Ports:
 
 def without_dots(system: System) -> System:
     """Give the same system with underscores for the dots in its components' names."""
-    from dataclasses import replace
-
-    components = {
-        name.replace(".", "_"): replace(held, name=name.replace(".", "_"))
-        for name, held in system.components.items()
-    }
+    called = {name: name.replace(".", "_") for name in system.components}
+    components = {called[name]: replace(held, name=called[name]) for name, held in system.components.items()}
     connections = tuple(
         replace(
             link,
-            source_component=link.source_component.replace(".", "_"),
-            target_component=link.target_component.replace(".", "_"),
+            source_component=called[link.source_component],
+            target_component=called[link.target_component],
         )
         for link in system.connections
     )

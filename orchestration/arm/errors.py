@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,20 +20,15 @@ from warmlink.orchestration.system.shipped import COMPENSATOR
 DOWN = -np.pi / 2
 
 
-@cache
-def _dimensions() -> Array:
-    starts = [scalar.start for scalar in KINEMATICS.scalars()][: KINEMATICS.p.size]
-    return np.asarray(KINEMATICS.settled(np.array(starts, dtype=float)))
-
-
 def sensitivities(angles: Array) -> Array:
     """Derivative of the tool point by each elongation, shape (n, 3, 6), at angles in rad, shape (n, 6)."""
+    parameters, u = KINEMATICS.start_values()
+    dimensions = KINEMATICS.settled(parameters)
     poses, which = np.unique(angles, axis=0, return_inverse=True)
     found = np.empty((len(poses), len(COORDINATES), AXES))
     for k, pose in enumerate(poses):
-        u = np.zeros(KINEMATICS.u.size)
         u[:AXES] = pose
-        y = KINEMATICS.y.read(KINEMATICS.outputs_of(np.zeros(0), u, _dimensions(), 0.0))
+        y = KINEMATICS.y.read(KINEMATICS.outputs_of(np.zeros(0), u, dimensions, 0.0))
         found[k] = [getattr(y, f"sensitivity_{name}") for name in COORDINATES]
     return found[which.reshape(-1)]
 
@@ -75,16 +70,15 @@ class ArmErrors:
 
     def to_dict(self) -> dict[str, Any]:
         """What `metrics.json` has for the arm besides, without compensation and with it."""
-        return {
-            name: {
-                "max_abs_um_by_coordinate": dict(
-                    zip(COORDINATES, (1e6 * np.abs(self.tool_error(each)).max(axis=0)).tolist(), strict=True)
-                ),
+        found = {}
+        for name, each in (("uncompensated", self.growth), ("compensated", self.left)):
+            largest = 1e6 * np.abs(self.tool_error(each)).max(axis=0)
+            found[name] = {
+                "max_abs_um_by_coordinate": dict(zip(COORDINATES, largest.tolist(), strict=True)),
                 "largest_error_by_axis_um": by_name(1e6 * self.by_axis(each)),
                 "max_abs_elongation_error_um_by_axis": by_name(1e6 * np.abs(each).max(axis=0)),
             }
-            for name, each in (("uncompensated", self.growth), ("compensated", self.left))
-        }
+        return found
 
 
 def columns(result: Result, variable: str) -> Array:

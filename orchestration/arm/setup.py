@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.design.gains import Design, design_controller
+from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.lag.component import COMPONENT as LAW
 from warmlink.controllers.lag.fit import first_order
@@ -51,8 +51,7 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
     for i in range(1, count + 1):
         number, compensator = (i - 1) % AXES + 1, f"{axis_name(i)}.{COMPENSATOR}"
         if law == OBSERVER:
-            design = _observer(number, sensors.used or (), sensors.noise or 0.0)
-            values[compensator] = dict(by_scalar(design.parameters))
+            values[compensator] = dict(_observer(number, sensors.used or (), sensors.noise or 0.0))
         elif law == LAG:
             values[compensator] = dict(_lag(number))
     return values
@@ -79,9 +78,9 @@ def _detail(result: Result) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=64)
-def _observer(number: int, used: tuple[str, ...], noise: float) -> Design:
+def _observer(number: int, used: tuple[str, ...], noise: float) -> dict[str, float]:
     """Observer of one axis by itself: what comes from its neighbours is unknown heat."""
-    return design_controller(OBSERVER, used, noise, plant=plant(number))
+    return by_scalar(design_controller(OBSERVER, used, noise, plant=plant(number)).parameters)
 
 
 @lru_cache(maxsize=AXES)

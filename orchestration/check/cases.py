@@ -1,16 +1,18 @@
 """The checks that load the FMU's library; each gives a verdict and a detail, or raises what it met."""
 
-from __future__ import annotations
-
+import itertools
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from warmlink.orchestration.check.subject import Row, Subject, get, put, same, scale_of, start_of, within
-from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.system.model import Variable
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.master.assembly import open_slave
+from warmlink.orchestration.system.model import ModelInfo, Variable
 
 Outcome = tuple[str, str]
 """Verdict ("pass", "fail" or "skip") and detail."""
@@ -28,18 +30,98 @@ _POINTS = 4
 """Operating points at which outputs are perturbed."""
 
 
+class Subject:
+    """The FMU that is checked.
+
+    Attributes
+    ----------
+    info : what it says of itself
+    folder : into which it is unpacked
+    inputs : those that are one number each
+    outputs : names of those that are one number each
+    start_time, stop_time, step_size : the experiment that it proposes in s, else a hundredth of 1 s
+    """
+
+    def __init__(self, info: ModelInfo, folder: Path) -> None:
+        self.info, self.folder = info, folder
+        self.inputs = self._numbers("input")
+        self.outputs = tuple(variable.name for variable in self._numbers("output"))
+        proposed = info.default_experiment
+        self.start_time = proposed.start_time
+        self.stop_time = self.start_time + 1.0 if proposed.stop_time is None else proposed.stop_time
+        self.step_size = proposed.step_size or (self.stop_time - self.start_time) / 100
+
+    def time(self, index: int) -> float:
+        """Time in s at which a step begins."""
+        return self.start_time + index * self.step_size
+
+    def excitation(self, index: int) -> dict[str, float]:
+        """Values of the real inputs in a step: about their start values, never twice the same."""
+        return {
+            v.name: _within(v, float(v.start or 0) + 0.05 * _scale(v) * (1.5 + math.sin(0.7 * index + i)))
+            for i, v in enumerate(self.inputs)
+            if v.kind == "Real"
+        }
+
+    def _numbers(self, causality: str) -> list[Variable]:
+        found = [v for v in self.info.variables.values() if v.causality == causality]
+        numbers = [v for v in found if v.kind not in (None, "String") and not v.dimensions]
+        if self.info.fmi_version == "2.0":
+            return numbers
+        # In FMI 3.0 an alias is another name of the same variable.
+        return list({(v.value_reference, v.element): v for v in reversed(numbers)}.values())[::-1]
+
+
+class Instance:
+    """A fresh instance of the FMU, initialized with the inputs of step 0."""
+
+    def __init__(self, subject: Subject, name: str = "checked") -> None:
+        self.subject = subject
+        self.slave = open_slave(name, subject.info, subject.folder)
+        self.slave.enter_initialization(subject.start_time, None)
+        self.put(subject.excitation(0))
+        self.slave.exit_initialization()
+
+    def put(self, values: Mapping[str, float]) -> None:
+        """Set variables by name."""
+        self.slave.set(tuple(values), list(values.values()))
+
+    def outputs(self) -> NDArray[np.float64]:
+        """Values of the outputs as numbers."""
+        return np.array([float(value) for value in self.slave.get(self.subject.outputs)])
+
+    def step(self, index: int) -> None:
+        """Take a step."""
+        self.slave.step(self.subject.time(index), self.subject.step_size)
+
+    def run(self, first: int, count: int) -> NDArray[np.float64]:
+        """Outputs after each of so many steps, each with inputs of its own."""
+        rows = []
+        for index in range(first, first + count):
+            self.put(self.subject.excitation(index))
+            self.step(index)
+            rows.append(self.outputs())
+        return np.array(rows)
+
+    def arrive(self, point: int) -> dict[str, float]:
+        """Run to an operating point, and give the inputs set there."""
+        self.run(5 * point, 5)
+        values = self.subject.excitation(5 * point + 4)
+        self.put(values)
+        return values
+
+
 def default_experiment(subject: Subject) -> Outcome:
     """Every status is good and every output finite over the experiment that the FMU proposes."""
     planned = max(1, round((subject.stop_time - subject.start_time) / subject.step_size))
     count = min(planned, _LONGEST_EXPERIMENT)
-    slave = subject.open()
+    instance = Instance(subject)
     for index in range(count):
-        slave.step(subject.start_time + index * subject.step_size, subject.step_size)
-        for name, value in zip(subject.outputs, get(slave, subject.outputs), strict=True):
+        instance.step(index)
+        for name, value in zip(subject.outputs, instance.outputs().tolist(), strict=True):
             if not math.isfinite(value):
-                reached = subject.start_time + (index + 1) * subject.step_size
-                return "fail", f"{name} is {value} at {reached:g} s"
-    slave.terminate()
+                return "fail", f"{name} is {value} at {subject.time(index + 1):g} s"
+    instance.slave.terminate()
     part = "" if count == planned else f", the first {count} of {planned}"
     return "pass", f"{count * subject.step_size:g} s in steps of {subject.step_size:g} s{part}"
 
@@ -48,112 +130,96 @@ def state_restore(subject: Subject) -> Outcome:
     """What follows a restored state is bit for bit what followed it before, in a second instance too."""
     if not subject.info.capabilities.get_set_state:
         return "skip", "the FMU does not declare that it gets and sets its state"
-    slave = subject.open()
-    subject.run(slave, 0, 7)
+    instance = Instance(subject)
+    instance.run(0, 7)
     serializes = subject.info.capabilities.serialize_state
-    state, copy = slave.state(), slave.serialize() if serializes else b""
-    expected = subject.run(slave, 7, 20)
-    slave.restore(state)
-    if not _all_same(subject.run(slave, 7, 20), expected):
+    state, copy = instance.slave.state(), instance.slave.serialize() if serializes else b""
+    expected = instance.run(7, 20)
+    instance.slave.restore(state)
+    if not _same(instance.run(7, 20), expected):
         return "fail", "20 steps after the restored state differ from those before"
-    slave.free(state)
+    instance.slave.free(state)
     if not serializes:
         return "pass", "20 steps after the restored state; serialisation is not declared"
-    other = subject.open("restored")
-    other.deserialize(copy)
-    if not _all_same(subject.run(other, 7, 20), expected):
+    other = Instance(subject, "restored")
+    other.slave.deserialize(copy)
+    if not _same(other.run(7, 20), expected):
         return "fail", "20 steps of another instance, from the serialised state, differ"
     return "pass", "20 steps, also in another instance from the serialised state"
 
 
 def dependencies(subject: Subject) -> Outcome:
     """No output moves with an input that it is not declared to depend on."""
-    declared = _declared(subject)
     seen: set[tuple[str, str]] = set()
-    slave = subject.open()
+    instance = Instance(subject)
     for point in range(_POINTS):
-        subject.run(slave, 5 * point, 5)
-        values = subject.excitation(5 * point + 4)
-        put(slave, values)
-        before = get(slave, subject.outputs)
+        values = instance.arrive(point)
+        before = instance.outputs()
         for variable in subject.inputs:
-            value = values.get(variable.name, start_of(variable))
+            value = values.get(variable.name, float(variable.start or 0))
             for moved in _moved(variable, value):
-                put(slave, {variable.name: moved})
-                after = get(slave, subject.outputs)
-                seen |= {
-                    (name, variable.name)
-                    for name, a, b in zip(subject.outputs, before, after, strict=True)
-                    if not same([a], [b])
-                }
-            put(slave, {variable.name: value})
-    slave.terminate()
-    open_to_all = [name for name, known in declared.items() if known is None]
-    listed = {(name, each) for name, known in declared.items() for each in known or ()}
-    hidden = sorted(pair for pair in seen - listed if pair[0] not in open_to_all)
+                instance.put({variable.name: moved})
+                pairs = zip(subject.outputs, before, instance.outputs(), strict=True)
+                seen |= {(name, variable.name) for name, a, b in pairs if not _same(a, b)}
+            instance.put({variable.name: value})
+    instance.slave.terminate()
+    open_to_all = [name for name in subject.outputs if subject.info.dependencies.get(name) is None]
+    limited = {name: subject.info.feedthrough(name) for name in subject.outputs if name not in open_to_all}
+    listed = {(name, v.name) for name, known in limited.items() for v in subject.inputs if v.name in known}
+    hidden = sorted(pair for pair in seen - listed if pair[0] in limited)
     if hidden:
-        output, known = hidden[0]
-        return "fail", f"{output} moves with {known}, which it does not declare"
-    text = f"{len(seen & listed)} of {len(listed)} declared pairs seen, none besides"
-    if open_to_all:
-        text += f"; {len(open_to_all)} outputs declare nothing, which means all"
-    return "pass", text
+        return "fail", "{} moves with {}, which it does not declare".format(*hidden[0])
+    more = f"; {len(open_to_all)} outputs declare nothing, which means all" if open_to_all else ""
+    return "pass", f"{len(seen & listed)} of {len(listed)} declared pairs seen, none besides{more}"
 
 
 def directional_derivatives(subject: Subject) -> Outcome:
     """Directional derivatives equal differences."""
     if not subject.info.capabilities.directional_derivatives:
         return "skip", "the FMU does not declare directional derivatives"
-    declared = _declared(subject)
-    slave = subject.open()
-    compared, worst = 0, 0.0
+    instance = Instance(subject)
+    errors: list[float] = []
+    pairs = [
+        (variable, output)
+        for variable in subject.inputs
+        for output in subject.outputs
+        if variable.kind == subject.info.variables[output].kind == "Real"
+        and variable.name in subject.info.feedthrough(output)
+    ]
     for point in range(_POINTS):
-        subject.run(slave, 5 * point, 5)
-        values = subject.excitation(5 * point + 4)
-        put(slave, values)
-        for variable in subject.inputs:
-            if variable.name not in values:
-                continue
-            for output in subject.outputs:
-                known = declared[output]
-                if subject.info.variables[output].kind != "Real" or (
-                    known is not None and variable.name not in known
-                ):
-                    continue
-                given = slave.directional_derivative(output, variable.name)
-                for reach in _REACHES:
-                    slopes = _differences(slave, output, variable, values[variable.name], reach)
-                    error = min(abs(given - slope) / max(abs(given), abs(slope), 1e-12) for slope in slopes)
-                    if error <= _DERIVATIVE_TOLERANCE:
-                        break
-                if not error <= _DERIVATIVE_TOLERANCE:
-                    what = f"d {output} / d {variable.name}"
-                    return "fail", f"{what}: {given:g}, by differences {slopes[0]:g}"
-                compared, worst = compared + 1, max(worst, error)
-    slave.terminate()
-    if not compared:
+        values = instance.arrive(point)
+        for variable, output in pairs:
+            given = instance.slave.directional_derivative(output, variable.name)
+            for reach in _REACHES:
+                slopes = _differences(instance, output, variable, values[variable.name], reach)
+                error = min(abs(given - slope) / max(abs(given), abs(slope), 1e-12) for slope in slopes)
+                if error <= _DERIVATIVE_TOLERANCE:
+                    break
+            else:
+                return "fail", f"d {output} / d {variable.name}: {given:g}, by differences {slopes[0]:g}"
+            errors.append(error)
+    instance.slave.terminate()
+    if not errors:
         return "pass", "no output depends directly on a real input"
-    return "pass", f"{compared} compared with differences, to {worst:.1e}"
+    return "pass", f"{len(errors)} compared with differences, to {max(errors):.1e}"
 
 
 def second_instance(subject: Subject) -> Outcome:
     """An instance gives the same whether or not another runs beside it."""
     if subject.info.capabilities.once_per_process:
         return "skip", "the FMU declares that a process holds one instance"
-    alone = subject.open("alone")
-    expected = subject.run(alone, 0, 20)
-    alone.terminate()
-    first, second = subject.open("first"), subject.open("second")
-    rows = []
-    for index in range(20):
-        rows += subject.run(first, index, 1)
+    alone = Instance(subject, "alone")
+    expected = alone.run(0, 20)
+    alone.slave.terminate()
+    first, second = Instance(subject, "first"), Instance(subject, "second")
+    for index, row in enumerate(expected):
+        if not _same(first.run(index, 1)[0], row):
+            return "fail", "an instance differs when another runs beside it"
         # The other one moves along other inputs.
-        put(second, subject.excitation(index + 100))
-        second.step(subject.start_time + index * subject.step_size, subject.step_size)
-    second.terminate()
-    if not _all_same(rows, expected):
-        return "fail", "an instance differs when another runs beside it"
-    first.terminate()
+        second.put(subject.excitation(index + 100))
+        second.step(index)
+    second.slave.terminate()
+    first.slave.terminate()
     return "pass", "20 steps beside another instance equal those alone"
 
 
@@ -161,18 +227,17 @@ def memory_growth(subject: Subject) -> Outcome:
     """Memory does not grow with the number of steps."""
     if not sys.platform.startswith("linux"):
         return "skip", "the process's memory is read where Linux shows it"
-    slave = subject.open()
-    size, start = subject.step_size, subject.start_time
-    warm = 2000
-    for index in range(warm):
-        slave.step(start + index * size, size)
+    instance = Instance(subject)
+    steps = itertools.count()
+    for _ in range(2000):
+        instance.step(next(steps))
     before, began, count = _resident(), time.process_time(), 0
     while count < _GROWTH_STEPS and time.process_time() - began < _GROWTH_SECONDS:
-        for index in range(warm + count, warm + count + 1000):
-            slave.step(start + index * size, size)
+        for _ in range(1000):
+            instance.step(next(steps))
         count += 1000
     grown = _resident() - before
-    slave.terminate()
+    instance.slave.terminate()
     short = "" if count == _GROWTH_STEPS else f", as many as {_GROWTH_SECONDS:g} s of the processor allowed"
     detail = f"{grown / 1024:.0f} KiB over {count} steps{short}"
     return ("pass" if grown <= _GROWTH_ALLOWED else "fail"), detail
@@ -180,13 +245,13 @@ def memory_growth(subject: Subject) -> Outcome:
 
 def reproducible(subject: Subject) -> Outcome:
     """Two fresh instances on the same inputs give the same bits."""
-    runs, slaves = [], []
-    for name in ("once", "once"):
-        slaves.append(subject.open(name))
-        runs.append(subject.run(slaves[-1], 0, 50))
-    for slave in slaves:
-        slave.terminate()  # not before: the library is unloaded with its last instance
-    if not _all_same(*runs):
+    instances, runs = [], []
+    for _ in range(2):
+        instances.append(Instance(subject, "once"))
+        runs.append(instances[-1].run(0, 50))
+    for instance in instances:
+        instance.slave.terminate()  # not before: the library is unloaded with its last instance
+    if not _same(*runs):
         return "fail", "two runs of 50 steps on the same inputs differ"
     return "pass", "two runs of 50 steps on the same inputs are the same to the last bit"
 
@@ -203,37 +268,44 @@ CASES: dict[str, Callable[[Subject], Outcome]] = {
 """The checks by name, in the order in which they are made."""
 
 
-def _declared(subject: Subject) -> dict[str, set[str] | None]:
-    """Names of the inputs that each output declares to depend on; None where it says nothing."""
-    known = {name: subject.info.dependencies.get(name) for name in subject.outputs}
-    inputs = {variable.name for variable in subject.inputs}
-    return {name: None if of is None else inputs.intersection(of) for name, of in known.items()}
-
-
 def _moved(variable: Variable, value: float) -> list[float]:
     """Other values of an input: a little to both sides, or each other whole number."""
-    if variable.kind == "Real":
-        return [within(variable, value + part * scale_of(variable)) for part in (-0.01, 0.01, 0.5)]
     if variable.kind == "Boolean":
         return [1.0 - value]
-    return [within(variable, value + change) for change in (-1, 1, 2)]
+    changes = [part * _scale(variable) for part in (-0.01, 0.01, 0.5)]
+    return [
+        _within(variable, value + change) for change in (changes if variable.kind == "Real" else (-1, 1, 2))
+    ]
 
 
-def _differences(slave: FmiSlave, output: str, variable: Variable, value: float, reach: float) -> list[float]:
+def _differences(
+    instance: Instance, output: str, variable: Variable, value: float, reach: float
+) -> list[float]:
     """Central, forward and backward difference, of which a derivative at a kink equals one."""
-    step = reach * scale_of(variable)
-    places = [within(variable, place) for place in (value - step, value, value + step)]
+    step = reach * _scale(variable)
+    places = [_within(variable, place) for place in (value - step, value, value + step)]
     found = []
-    for place in places:
-        put(slave, {variable.name: place})
-        found.append(get(slave, (output,))[0])
-    put(slave, {variable.name: value})
+    for place in (*places, value):
+        instance.put({variable.name: place})
+        found.append(float(instance.slave.get((output,))[0]))
     pairs = ((0, 2), (1, 2), (0, 1))
     return [(found[b] - found[a]) / (places[b] - places[a]) for a, b in pairs if places[b] > places[a]]
 
 
-def _all_same(rows: list[Row], others: list[Row]) -> bool:
-    return all(same(a, b) for a, b in zip(rows, others, strict=True))
+def _scale(variable: Variable) -> float:
+    """Size of an ordinary value: nominal, else start, else 1."""
+    return abs(variable.nominal or 0) or abs(float(variable.start or 0)) or 1.0
+
+
+def _within(variable: Variable, value: float) -> float:
+    """Value held inside the variable's declared range."""
+    low = -math.inf if variable.min is None else variable.min
+    return min(max(value, low), math.inf if variable.max is None else variable.max)
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether values are the same, NaN being itself."""
+    return bool(np.array_equal(a, b, equal_nan=True))
 
 
 def _resident() -> int:

@@ -1,7 +1,5 @@
 """What an integrator checks before trusting an FMU, whoever made it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -11,19 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
-from typing import Literal
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.check.cases import CASES
-from warmlink.orchestration.check.subject import Subject
+from warmlink.orchestration.check.cases import CASES, Outcome, Subject
 from warmlink.orchestration.check.validity import validity_problems
 from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import ModelInfo
-
-Verdict = Literal["pass", "fail", "skip"]
 
 TIME_LIMIT = 120.0
 """s, for one check; an FMU that does not answer is left and the next check made."""
@@ -43,7 +37,7 @@ class CheckResult:
     """
 
     name: str
-    verdict: Verdict
+    verdict: str
     detail: str
 
 
@@ -64,31 +58,31 @@ def check_fmu(
         If the file is no FMU for co-simulation that can be read.
     """
     info = read_description(path)
-    results = [_validity(validity_problems(path)), _platforms(path)]
-    chosen = list(CASES) if cases is None else list(cases)
+    outcomes = {"validates": _validity(path), "platforms inside": _platforms(path)}
+    chosen = list(CASES if cases is None else cases)
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         folder = unpack(path, Path(work))
         library = _library(folder, info)
         if library is None:
-            absent = "no library for this machine inside"
-            return [*results, *(CheckResult(name, "skip", absent) for name in (_LOADING, *chosen))]
-        return [*results, _loading(library), *_run_cases(Subject(info, folder), chosen, time_limit)]
+            outcomes |= dict.fromkeys((_LOADING, *chosen), ("skip", "no library for this machine inside"))
+        else:
+            ran = _run_cases(Subject(info, folder), chosen, time_limit)
+            outcomes |= {_LOADING: _loading(library), **dict(zip(chosen, ran, strict=True))}
+    return [CheckResult(name, *outcome) for name, outcome in outcomes.items()]
 
 
-def _validity(problems: list[str]) -> CheckResult:
+def _validity(path: Path) -> Outcome:
+    problems = validity_problems(path)
     if not problems:
-        return CheckResult("validates", "pass", "schema and rules of the standard")
-    first = " ".join(problems[0].split())
-    return CheckResult("validates", "fail", f"{len(problems)} problems: {first}"[:300])
+        return "pass", "schema and rules of the standard"
+    return "fail", f"{len(problems)} problems: {' '.join(problems[0].split())}"[:300]
 
 
-def _platforms(path: Path) -> CheckResult:
+def _platforms(path: Path) -> Outcome:
     with zipfile.ZipFile(path) as archive:
         parts = [name.split("/") for name in archive.namelist() if name.startswith("binaries/")]
     found = sorted({each[1] for each in parts if len(each) > 2 and each[2]})
-    if not found:
-        return CheckResult("platforms inside", "fail", "none: the FMU holds no library")
-    return CheckResult("platforms inside", "pass", ", ".join(found))
+    return ("pass", ", ".join(found)) if found else ("fail", "none: the FMU holds no library")
 
 
 def _library(folder: Path, info: ModelInfo) -> Path | None:
@@ -99,40 +93,40 @@ def _library(folder: Path, info: ModelInfo) -> Path | None:
     return library if library.is_file() else None
 
 
-def _loading(library: Path) -> CheckResult:
+def _loading(library: Path) -> Outcome:
     """Load the library into a process that holds nothing but the C library, resolving every symbol."""
     if not sys.platform.startswith("linux"):
-        return CheckResult(_LOADING, "skip", "made on Linux, whose loader takes any library into any program")
+        return "skip", "made on Linux, whose loader takes any library into any program"
     environment = {"LD_PRELOAD": str(library), "LD_BIND_NOW": "1", "PATH": os.defpath}
     done = subprocess.run(["/bin/true"], env=environment, capture_output=True, text=True, errors="replace")
     if done.returncode == 0 and not done.stderr.strip():
-        return CheckResult(_LOADING, "pass", "every symbol found with the C library alone")
+        return "pass", "every symbol found with the C library alone"
     reason = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-    return CheckResult(_LOADING, "fail", reason[0].replace(str(library), library.name).strip())
+    return "fail", reason[0].replace(str(library), library.name).strip()
 
 
-def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[CheckResult]:
+def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Outcome]:
     """Make checks in a process; where it dies or hangs, say so and go on with the next in a new one."""
-    results: list[CheckResult] = []
-    while len(results) < len(names):
-        remaining = names[len(results) :]
-        told = subject.folder.parent / "told"
+    outcomes: list[Outcome] = []
+    told = subject.folder.parent / "told"
+    while len(outcomes) < len(names):
+        remaining = names[len(outcomes) :]
         process = OtherProcess("check", _make_checks, subject, remaining, told)
         try:
             process.answer(START_LIMIT)
-            for name in remaining:
-                results.append(CheckResult(name, *process.answer(time_limit)))
+            for _ in remaining:
+                outcomes.append(process.answer(time_limit))
         except TimeoutError:
-            results.append(CheckResult(names[len(results)], "fail", f"no answer within {time_limit:g} s"))
+            outcomes.append(("fail", f"no answer within {time_limit:g} s"))
         except ProcessEndedError as ended:
             last = told.read_text("utf-8", "replace").strip().splitlines() or ["no message"]
             how = f"ended with {ended}: {last[-1]}"
             if ended.killed:
                 how = f"died of {str(ended).removeprefix('signal ')}"
-            results.append(CheckResult(names[len(results)], "fail", f"the process {how}"))
+            outcomes.append(("fail", f"the process {how}"))
         finally:
             process.end()
-    return results
+    return outcomes
 
 
 def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> None:

@@ -1,7 +1,5 @@
 """Whether an FMU keeps the standard's schema and rules."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from pathlib import Path

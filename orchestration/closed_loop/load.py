@@ -99,13 +99,12 @@ def load_scenario(name: str) -> Scenario:
         read = read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
         return replace(read, file=path)
     if path.suffix == ".csv" or name in duty_files.names():
-        return _driven_by(duty_files.load(name))
+        duty = duty_files.load(name)
+        return Scenario(duty.name, duty.title, duty.reason, duty)
     if path.suffix in _OTHERS and is_file(path):
         raise InputError(f"{name}: is no scenario; {_OTHERS[path.suffix].format(name)}")
-    raise InputError(
-        f"{shortened(name)}: no such scenario; "
-        f"{instead(name, scenario_names(), 'or give a TOML or CSV file')}"
-    )
+    known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
+    raise InputError(f"{shortened(name)}: no such scenario; {known_names}")
 
 
 def driven(cell: Scenario, duty: Scenario) -> Scenario:
@@ -155,7 +154,3 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     return read.applied(Scenario(name, title, drive.reason, drive, setup))
-
-
-def _driven_by(duty: Duty) -> Scenario:
-    return Scenario(duty.name, duty.title, duty.reason, duty)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +23,6 @@ class ErrorMetrics:
     p95_abs_um: float
     time_to_tolerance_s: float | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values, as in `metrics.json`."""
-        return asdict(self)
-
 
 def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics:
     """Figures of an error history.
@@ -38,18 +33,19 @@ def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics
     error : true elongation minus correction in m at these points, shape (n,)
     tolerance : largest error in m that production allows
     """
-    size = np.abs(error)
+    size, span = np.abs(error), time[-1] - time[0]
     outside = np.flatnonzero(~(size <= tolerance))
-    if outside.size == 0:
-        settled: float | None = 0.0
-    elif outside[-1] == size.size - 1:
-        settled = None
-    else:
-        settled = float(time[outside[-1] + 1])
+    settled: float | None = 0.0
+    if outside.size:
+        settled = None if outside[-1] == size.size - 1 else float(time[outside[-1] + 1])
+    # Each communication point is weighted with the time that it represents.
+    mean_square = np.trapezoid(error**2, time) / span if span > 0 else error[-1] ** 2
+    # What np.percentile gives, without the 8 ms that its first call takes.
+    p95 = np.interp(0.95 * (size.size - 1), np.arange(size.size), np.sort(size))
     return ErrorMetrics(
         max_abs_um=1e6 * float(np.max(size)),
-        rms_um=1e6 * float(np.sqrt(_mean(time, error**2))),
-        p95_abs_um=1e6 * float(np.percentile(size, 95)),
+        rms_um=1e6 * float(np.sqrt(float(mean_square))),
+        p95_abs_um=1e6 * float(p95),
         time_to_tolerance_s=settled,
     )
 
@@ -69,9 +65,3 @@ def reduction_percent(
     if not (uncompensated.max_abs_um > least and compensated.max_abs_um > least):
         return None
     return 100 * (1 - compensated.max_abs_um / uncompensated.max_abs_um)
-
-
-def _mean(time: Series, value: Series) -> float:
-    """Mean over time: each communication point is weighted with the time that it represents."""
-    span = time[-1] - time[0]
-    return float(np.trapezoid(value, time) / span) if span > 0 else float(value[-1])

@@ -1,16 +1,14 @@
-"""`warmlink build`: build the FMUs and the systems for other tools, and validate each of them."""
+"""`warmlink build` and `save`: FMUs and systems for other tools."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
+from warmlink.orchestration.command_line.options import advise, values_given
 from warmlink.orchestration.console import answer, answer_json, counted, progress_bar, remark
 
 if TYPE_CHECKING:
@@ -32,37 +30,28 @@ JOINED_HOME = "warmlink.orchestration.system.shipped"
 
 
 def build(
-    fmus: Annotated[str, typer.Option(help="Which FMUs: `native` (C), `python` or `all`.")] = "all",
-    platforms: Annotated[
-        str | None,
-        typer.Option(
-            help="Platforms of the native FMUs, such as `x86_64-linux,x86-windows`, or `all` of 64 bits. "
-            "Default: this machine's."
-        ),
-    ] = None,
-    scenario: Annotated[
-        Path | None,
-        typer.Option(help="A scenario (TOML) of your own: build its system alone, as FMUs and SSP."),
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Folder to build into.")] = Path("dist"),
-    valid_flags: Annotated[
-        bool,
-        typer.Option(
-            "--valid-flags",
-            help="Native FMUs without NaN: a reading that is missing holds its last value, and a Boolean "
-            "beside it (`reading_valid[1]`) says so.",
-        ),
-    ] = False,
-    arrays: Annotated[
-        bool,
-        typer.Option(
-            "--arrays",
-            help="FMUs of FMI 3.0 with arrays: `reading` in place of `reading[1]`, `reading[2]` ...",
-        ),
-    ] = False,
-    json: Json = False,
+    *,
+    fmus: str = "all",
+    platforms: str | None = None,
+    scenario: Path | None = None,
+    out: Path = Path("dist"),
+    valid_flags: bool = False,
+    arrays: bool = False,
+    json: bool = False,
 ) -> None:
-    """Build the FMUs and the systems (SSP) for other tools, and validate each of them."""
+    """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
+
+    Parameters
+    ----------
+    fmus : Which FMUs: `native` (C), `python` or `all`.
+    platforms : Platforms of the native FMUs, such as `x86_64-linux,x86-windows`, or `all` of 64 bits.
+        Default: this machine's.
+    scenario : A scenario (TOML) of your own: build its system alone, as FMUs and SSP.
+    out : Folder to build into.
+    valid_flags : Native FMUs without NaN: a reading that is missing holds its last value, and a Boolean
+        beside it (`reading_valid[1]`) says so.
+    arrays : FMUs of FMI 3.0 with arrays: `reading` in place of `reading[1]`, `reading[2]` ...
+    """
     built = build_files(out, fmus, platforms, scenario, valid_flags, arrays)
     if json:
         answer_json([str(path) for path in built])
@@ -103,14 +92,12 @@ def build_files(
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
-    from warmlink.orchestration.closed_loop.belief import judged
     from warmlink.orchestration.closed_loop.load import load_scenario
 
     out = Path(out)
     own = None if scenario is None else load_scenario(str(scenario))
-    advice = None if own is None else judged(own)[0]
-    if advice is not None:
-        remark(advice)
+    if own is not None:
+        advise(own)
     try:
         built = _build(fmus, platforms, out, own, valid_flags, arrays)
     except OSError as fault:
@@ -205,3 +192,38 @@ def _validate(path: Path) -> None:
         return
     with temporary_folder() as work:
         read_system(path, work)
+
+
+def save(
+    scenario: str,
+    *,
+    controller: str | None = None,
+    fmus: str | None = None,
+    set_: list[str] | None = None,
+    parameters: list[Path] | None = None,
+    out: Path | None = None,
+) -> None:
+    """Write a scenario's system, with its duty cycle and controller, as an SSP with its parameter sets (SSV).
+
+    Example: `warmlink save my_cell.toml --parameters observer.ssv --out my_cell.ssp`
+
+    Parameters
+    ----------
+    scenario : A scenario (TOML) of your own, or a shipped one by name.
+    controller : Controller. Default: the scenario's.
+    out : SSP to write. Default: SCENARIO.ssp.
+    """
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.closed_loop.run import changed
+    from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.system.write import write_ssp
+
+    if out is not None and out.suffix != ".ssp":
+        raise InputError(f"--out {out}: is no system; name a file that ends in .ssp")
+    given = values_given(parameters, set_)
+    asked = changed(load_scenario(scenario), controller=controller, parameters=given)
+    path = out or Path(f"{asked.name}.ssp")
+    built = store(kind_named(fmus), sorted(asked.kinds), remark)
+    write_ssp(asked.system(asked.files(built)), path)
+    advise(asked)
+    answer(f"system  {path}    run it: warmlink simulate {path}")

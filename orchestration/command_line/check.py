@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.text_files import is_file
 
@@ -21,9 +18,16 @@ _SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "
 
 
 def check(
-    file: Annotated[Path, typer.Argument(help="An .fmu or .ssp file from any tool.")], json: Json = False
+    file: Path,
+    *,
+    json: bool = False,
 ) -> None:
-    """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails."""
+    """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
+
+    Parameters
+    ----------
+    file : An .fmu or .ssp file from any tool.
+    """
     from rich.text import Text
 
     from warmlink.orchestration.check.fmu import check_fmu

@@ -6,12 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json, Replace
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
@@ -21,77 +18,46 @@ NO_CONTROLLER = "none"
 
 
 def diagnose(
-    data: Annotated[
-        list[Path],
-        typer.Argument(
-            help="One or more measured runs of the same warm-up cell, as a logger or a spreadsheet writes "
-            "them (CSV, text, Parquet, Excel); a run of the six-axis arm; or an experiment file (TOML)."
-        ),
-    ],
-    assume: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Constant value of an input that was not logged, for example --assume torque=0, "
-            '"ambient_temperature=22 degC" or pad_temperature=off. Repeatable.'
-        ),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            help="Parameter of your cell that differs from the nominal one, for example "
-            '--set "link.length=800 mm". Repeatable.',
-        ),
-    ] = None,
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            help="Scenario file (TOML) whose [parameters] describe your cell; --set changes them further."
-        ),
-    ] = None,
-    noise: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Standard deviation of the noise of a column, for example "
-            '--noise "tip_temperature=0.1 K". Repeatable.'
-        ),
-    ] = None,
-    unit: Annotated[
-        list[str] | None,
-        typer.Option(
-            help='Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for '
-            'all columns of that quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.'
-        ),
-    ] = None,
-    map_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--map",
-            help='Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" '
-            "ignores the column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.",
-        ),
-    ] = None,
-    decimal: Annotated[
-        str, typer.Option(help="Decimal mark, `comma` or `point`, if the file could be read either way.")
-    ] = "",
-    replace: Replace = None,
-    calibrate_only: Annotated[
-        bool,
-        typer.Option("--calibrate-only", help="Fit what the experiment calibrates, and look for no causes."),
-    ] = False,
-    check: Annotated[
-        bool, typer.Option("--check", help="Show how the files are understood, without a diagnosis.")
-    ] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.")
-    ] = None,
-    json: Json = False,
+    data: list[Path],
+    *,
+    assume: list[str] | None = None,
+    set_: list[str] | None = None,
+    scenario: str | None = None,
+    noise: list[str] | None = None,
+    unit: list[str] | None = None,
+    map_: list[str] | None = None,
+    decimal: str = "",
+    replace: list[str] | None = None,
+    calibrate_only: bool = False,
+    check: bool = False,
+    out: Path | None = None,
+    json: bool = False,
 ) -> None:
     """Compare measurements with the simulation, name the cause of the difference, and extend the model.
 
     Writes diagnosis.json, report.html, and the extended model as .ssv and .ssp. If the data cannot tell
     several causes apart, it also writes next_experiment.toml and .csv: carry out this duty cycle, then
     diagnose both runs together. The exit code is 0 whatever the verdict.
+
+    Parameters
+    ----------
+    data : One or more measured runs of the same warm-up cell, as a logger or a spreadsheet writes them (CSV,
+        text, Parquet, Excel); a run of the six-axis arm; or an experiment file (TOML).
+    assume : Constant value of an input that was not logged, for example --assume torque=0,
+        "ambient_temperature=22 degC" or pad_temperature=off. Repeatable.
+    set_ : Parameter of your cell that differs from the nominal one, for example --set "link.length=800 mm".
+        Repeatable.
+    scenario : Scenario file (TOML) whose [parameters] describe your cell; --set changes them further.
+    noise : Standard deviation of the noise of a column, for example --noise "tip_temperature=0.1 K".
+        Repeatable.
+    unit : Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for all
+        columns of that quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.
+    map_ : Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" ignores the
+        column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.
+    decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
+    calibrate_only : Fit what the experiment calibrates, and look for no causes.
+    check : Show how the files are understood, without a diagnosis.
+    out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import is_arm_file
 

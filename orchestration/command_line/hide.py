@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import answer, remark
@@ -20,39 +18,29 @@ GRID, FEA = "grid", "fea"
 
 
 def hide(
-    effects: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength "
-            "in SI units) or sensor_lag:tip_temperature."
-        ),
-    ] = None,
-    duty: Annotated[
-        str | None,
-        typer.Option(
-            help="Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied "
-            "work."
-        ),
-    ] = None,
-    out: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("run.csv"),
-    seed: Annotated[int, typer.Option(help="Seed of the noise.")] = 0,
-    noise: Annotated[
-        str, typer.Option(help="`white` noise, or `real`: correlated, rounded and with spikes.")
-    ] = "white",
-    solver: Annotated[
-        str,
-        typer.Option(
-            "--with", help="Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements)."
-        ),
-    ] = "grid",
-    axis: Annotated[
-        int | None,
-        typer.Option(help="Hide the effects in this axis of the six-axis arm, and record the whole arm."),
-    ] = None,
+    effects: list[str] | None = None,
+    *,
+    duty: str | None = None,
+    out: Path = Path("run.csv"),
+    seed: int = 0,
+    noise: str = "white",
+    with_: str = "grid",
+    axis: int | None = None,
 ) -> None:
     """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.
 
     The run is computed by another solver than the one that `diagnose` uses.
+
+    Parameters
+    ----------
+    effects : Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength in SI
+        units) or sensor_lag:tip_temperature.
+    duty : Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied work.
+    out : CSV file to write.
+    seed : Seed of the noise.
+    noise : `white` noise, or `real`: correlated, rounded and with spikes.
+    with_ : Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements).
+    axis : Hide the effects in this axis of the six-axis arm, and record the whole arm.
     """
     from warmlink.fmus.names import instead, listed
     from warmlink.orchestration.closed_loop.load import load_scenario
@@ -60,8 +48,8 @@ def hide(
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.scenarios.duties.duty import length
 
-    if solver not in (GRID, FEA):
-        raise InputError(f"--with {solver}: no such solver; {instead(solver, (GRID, FEA))}")
+    if with_ not in (GRID, FEA):
+        raise InputError(f"--with {with_}: no such solver; {instead(with_, (GRID, FEA))}")
     kinds = {"white": made_up.WHITE, "real": made_up.REAL}
     if noise not in kinds:
         raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
@@ -70,8 +58,8 @@ def hide(
     strengths = _strengths(effects or ())
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
-        if solver != GRID:
-            raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {solver} out")
+        if with_ != GRID:
+            raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {with_} out")
         if duty is not None:
             raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
         _hide_in_arm(strengths, axis, kinds[noise], seed, out)
@@ -83,7 +71,7 @@ def hide(
         remark(
             f"{duty}: the made-up run is of the nominal cell; {listed(left_out)} of the scenario are left out"
         )
-    if solver == FEA:
+    if with_ == FEA:
         from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea
 
         columns = hide_with_fea(strengths, segments, noise=kinds[noise], seed=seed)

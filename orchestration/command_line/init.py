@@ -1,30 +1,33 @@
-"""`warmlink init`: write a commented file to begin with."""
+"""`warmlink init`, `schema` and `list`: files to begin with, what they may hold, and names that exist."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import answer
+from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import remembered
+from warmlink.orchestration.console import answer, answer_json, print_table
 
 TEMPLATES = Path(__file__).parent / "templates"
 
 
 def init(
-    kind: Annotated[
-        str, typer.Argument(help="Kind: `scenario`, `cell`, `study`, `law`, `experiment` or `causes`.")
-    ],
-    out: Annotated[Path, typer.Option(help="Folder to write into.")] = Path(),
+    kind: str,
+    *,
+    out: Path = Path(),
 ) -> None:
     """Write a commented example file to begin with, and the data files that it names; it runs as it is.
 
     Example: `warmlink init experiment --out rig`, then `warmlink diagnose rig/experiment.toml`
+
+    Parameters
+    ----------
+    kind : Kind: `scenario`, `cell`, `study`, `law`, `experiment` or `causes`.
+    out : Folder to write into.
     """
-    from warmlink.fmus.names import instead
     from warmlink.orchestration.files import fresh_folder
 
     if kind not in KINDS:
@@ -48,7 +51,6 @@ def _template(path: Path) -> None:
 def _schema(path: Path) -> None:
     import json
 
-    from warmlink.orchestration.command_line.schema import kinds
     from warmlink.orchestration.scenarios.written import json_schema
 
     path.write_text(json.dumps(json_schema(kinds()[path.stem]), indent=2) + "\n", encoding="utf-8")
@@ -90,3 +92,106 @@ NEXT = {
     "causes": "warmlink diagnose an experiment with [causes] file =",
 }
 """Command that takes the commented file."""
+
+
+def schema(
+    kind: str,
+) -> None:
+    """Print the JSON Schema of a kind of file, so that an editor can complete and check what you write.
+
+    Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`,
+    `experiment`, `causes`.
+    Save the schema beside your file, and name it in the file's first line: `#:schema study.json`. Editors
+    that use Taplo understand this line, for example VS Code with the extension Even Better TOML.
+
+    Example: `warmlink schema study > study.json`
+
+    Parameters
+    ----------
+    kind : Kind of file, such as `scenario` or `study`.
+    """
+    from warmlink.orchestration.scenarios.written import json_schema
+
+    tables = kinds()
+    if kind not in tables:
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, tables)}")
+    answer_json(json_schema(tables[kind]))
+
+
+def kinds() -> dict[str, type[Any]]:
+    """The class that each kind of file is read into."""
+    from warmlink.orchestration.arm.program import ProgramFile
+    from warmlink.orchestration.closed_loop.load import ScenarioFile
+    from warmlink.orchestration.diagnosis.causes.declared import CausesFile
+    from warmlink.orchestration.diagnosis.data.experiment_file import ExperimentFile
+    from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
+    from warmlink.orchestration.scenarios.mismatch import MismatchFile
+    from warmlink.orchestration.studies.study import StudyFile
+
+    return {
+        "scenario": ScenarioFile,
+        "program": ProgramFile,
+        "duty": DutyFile,
+        "study": StudyFile,
+        "mismatch": MismatchFile,
+        "experiment": ExperimentFile,
+        "causes": CausesFile,
+    }
+
+
+def list_(
+    what: list[str] | None = None,
+    *,
+    json: bool = False,
+) -> None:
+    """List the scenarios, controllers, systems, components, mismatches, studies, effects and masters.
+
+    Parameters
+    ----------
+    what : `interface COMPONENT`: what may stand in place of a component.
+    """
+    found = _interface(what) if what else remembered("names", (), _descriptions)
+    if json:
+        answer_json(found)
+        return
+    for kind, entries in found.items():
+        print_table(kind, (), entries.items())
+
+
+def _interface(what: list[str]) -> dict[str, dict[str, str]]:
+    """Inputs and outputs of a component with units: what an FMU in its place may be asked for."""
+    from warmlink.orchestration.catalogue import components
+
+    if len(what) != 2 or what[0] != "interface":
+        raise InputError(f"list {' '.join(what)}: nothing to list; write `list interface ThermalLink`")
+    if what[1] not in components():
+        raise InputError(f"{what[1]}: no such component; {instead(what[1], components())}")
+    chosen = components()[what[1]]
+    return {
+        kind: {f"{name} [{each.unit}]": each.description for each in variables for name in each.scalar_names}
+        for kind, variables in (("inputs", chosen.inputs), ("outputs", chosen.outputs))
+    }
+
+
+def _descriptions() -> dict[str, dict[str, str]]:
+    """One line about each thing, by its kind and its name."""
+    from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
+    from warmlink.orchestration.arm.geometry import NAME as ARM
+    from warmlink.orchestration.catalogue import components, controllers
+    from warmlink.orchestration.closed_loop.load import load_scenario, scenario_names
+    from warmlink.orchestration.diagnosis.practice.effects import about_effects
+    from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
+    from warmlink.orchestration.scenarios import mismatch
+    from warmlink.orchestration.studies import study
+    from warmlink.orchestration.system.shipped import SHIPPED
+
+    return {
+        "scenarios": {name: load_scenario(name).title for name in scenario_names()},
+        "controllers": {name: law.description for name, law in controllers().items()},
+        "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
+        "components": {name: component.description for name, component in components().items()},
+        "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
+        "studies": {name: study.load_study(name).title for name in study.names()},
+        "effects to hide": about_effects(),
+        "masters": {name: about(name) for name in ALGORITHMS},
+    }

@@ -1,18 +1,40 @@
-"""Options that several commands have, and the names that the shell proposes as completions."""
+"""What several commands take: the explanations, the names that the shell proposes, and how it is read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.master.recording.result import Statistics as RunStatistics
+    from warmlink.orchestration.master.recording.result import Statistics
     from warmlink.orchestration.scenarios.overrides import StartValueSet
+    from warmlink.orchestration.scenarios.scenario import Scenario
+
+EXPLAINED = {
+    "scenario": "Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
+    "study": "A study file (TOML), or the name of a shipped study: `lag_law`.",
+    "set_": 'Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.',
+    "parameters": "A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable.",
+    "replace": "An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable.",
+    "map_": "What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
+    "fmus": "`native` (C) or `python` FMUs. Default: native if there is a C compiler.",
+    "master": "Master algorithm (`warmlink list`).",
+    "tolerance": 'Largest coupling error, such as "0.1 um". The step is then as long as --step and the '
+    "sample times allow, or shorter where the error asks for it.",
+    "statistics": "Count and time the calls of each FMU; the steps then go plainly.",
+    "record": "Variables to write, separated by commas, as --record link.*,controller.correction. "
+    "Default: every one.",
+    "csv": "Write results.csv beside results.parquet.",
+    "scheduler": "Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine.",
+    "jobs": "How many processes run at the same time.",
+    "exact": "Run the FMUs, not the joined system, which is many times faster.",
+    "report": "Write report.html.",
+    "json": "Print the result as JSON, for other programs.",
+}
+"""What the docstrings of commands leave out, by the names of their parameters."""
 
 
 def scenarios(incomplete: str) -> list[str]:
@@ -50,10 +72,25 @@ def studies(incomplete: str) -> list[str]:
     return _beginning(incomplete, names())
 
 
-def settings_given(settings: Iterable[str], option: str = "--set") -> dict[str, str]:
+def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]
+
+
+PROPOSED: dict[str, Callable[[str], list[str]]] = {
+    "scenario": scenarios,
+    "controller": controllers,
+    "law": controllers,
+    "mismatch": mismatches,
+    "master": masters,
+    "study": studies,
+}
+"""What the shell proposes, by the names of parameters."""
+
+
+def settings_given(settings: Iterable[str] | None, option: str = "--set") -> dict[str, str]:
     """Read texts `NAME=VALUE` as values by name; raise InputError where a name or a value is missing."""
     parameters = {}
-    for setting in settings:
+    for setting in settings or ():
         variable, equals, value = setting.partition("=")
         if not equals or not variable.strip():
             missing = "no name" if equals else "no value"
@@ -70,6 +107,11 @@ def sets_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> 
     return [*sets, *(StartValueSet(f"--set {each}", settings_given([each])) for each in settings or ())]
 
 
+def values_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> dict[str, str | float]:
+    """Start values of all `--parameters` and `--set` together."""
+    return {name: value for each in sets_given(files, settings) for name, value in each.values.items()}
+
+
 def listed(text: str | None) -> list[str] | None:
     """Split names at their commas, and drop repetitions; None if the option was not given."""
     if text is None:
@@ -77,88 +119,20 @@ def listed(text: str | None) -> list[str] | None:
     return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 
-def print_statistics(statistics: RunStatistics) -> None:
+def advise(scenario: Scenario) -> None:
+    """Remark where a scenario's controller was not designed for its system."""
+    from warmlink.orchestration.closed_loop.belief import judged
+    from warmlink.orchestration.console import remark
+
+    advice, _ = judged(scenario)
+    if advice is not None:
+        remark(advice)
+
+
+def print_statistics(statistics: Statistics) -> None:
     """Print what each FMU was asked for, and how long it took."""
     from warmlink.orchestration.console import answer, print_table
 
     headings, rows = statistics.table()
     print_table("calls of each FMU", headings, rows, texts=1, width=120)
     answer(statistics.summary())
-
-
-def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
-    return [name for name in names if name.startswith(incomplete)]
-
-
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for other programs.")]
-Report = Annotated[bool, typer.Option(help="Write report.html.")]
-ScenarioName = Annotated[
-    str,
-    typer.Argument(
-        help="Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
-        autocompletion=scenarios,
-    ),
-]
-
-Set = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", help='Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.'
-    ),
-]
-Parameters = Annotated[
-    list[Path] | None,
-    typer.Option(help="A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable."),
-]
-Fmus = Annotated[
-    str | None,
-    typer.Option(help="`native` (C) or `python` FMUs. Default: native if there is a C compiler."),
-]
-Jobs = Annotated[int, typer.Option(help="How many processes run at the same time.")]
-Statistics = Annotated[
-    bool,
-    typer.Option("--statistics", help="Count and time the calls of each FMU; the steps then go plainly."),
-]
-Tolerance = Annotated[
-    str | None,
-    typer.Option(
-        help='Largest coupling error, such as "0.1 um". The step is then as long as --step and the sample '
-        "times allow, or shorter where the error asks for it."
-    ),
-]
-Record = Annotated[
-    str | None,
-    typer.Option(
-        help="Variables to write, separated by commas, as --record link.*,controller.correction. "
-        "Default: every one."
-    ),
-]
-Csv = Annotated[bool, typer.Option(help="Write results.csv beside results.parquet.")]
-Exact = Annotated[
-    bool, typer.Option("--exact", help="Run the FMUs, not the joined system, which is many times faster.")
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(help="Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine."),
-]
-ScenarioFile = Annotated[
-    Path | None,
-    typer.Option(help="A scenario (TOML) of a cell of your own: its parameters and sensors hold."),
-]
-Replace = Annotated[
-    list[str] | None,
-    typer.Option(help="An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable."),
-]
-Rename = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--map",
-        help="What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
-    ),
-]
-StudyFile = Annotated[
-    str,
-    typer.Argument(
-        help="A study file (TOML), or the name of a shipped study: `lag_law`.", autocompletion=studies
-    ),
-]

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import Json
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
 
 if TYPE_CHECKING:
@@ -19,64 +16,58 @@ Faces = list[str] | None
 
 
 def reduce(
-    part: Annotated[Path, typer.Argument(help="A STEP file with one solid, or a mesh (.msh, .inp).")],
-    heat_face: Annotated[
-        Faces,
-        typer.Option(
-            help='Face that heat enters: "#3", a name, or a point on it, "25, 6, 0 mm". Repeatable.'
-        ),
-    ] = None,
-    tool_point: Annotated[str | None, typer.Option(help='The tool point, "330, 0, 0 mm".')] = None,
-    tool_face: Annotated[
-        Faces, typer.Option(help="Face that carries the tool. Default: the one nearest to the tool point.")
-    ] = None,
-    cooled: Annotated[
-        Faces,
-        typer.Option(
-            help='Faces that lose heat, as a group: "#1; #4". Repeat it for groups with factors of their '
-            "own. Default: all but the heated ones."
-        ),
-    ] = None,
-    sensor: Annotated[
-        Faces,
-        typer.Option(
-            help='Place of a thermometer, "100, 0, 3 mm"; up to eight. Default: base, middle, tip, ...'
-        ),
-    ] = None,
-    material: Annotated[str, typer.Option(help="As in a scenario (`warmlink list`).")] = "aluminium_6061",
-    poissons_ratio: Annotated[float, typer.Option(help="Of the material.")] = 0.33,
-    convection: Annotated[
-        str, typer.Option(help="Range of convection and radiation together.")
-    ] = "2 .. 60 W/(m2.K)",
-    conductivity: Annotated[
-        str | None, typer.Option(help='Range, "120 .. 200 W/(m.K)". Default: 25 % about the material\'s.')
-    ] = None,
-    tolerance: Annotated[str, typer.Option(help="Largest error of the tool point.")] = "10 nm",
-    temperature_tolerance: Annotated[str, typer.Option(help="Largest error of temperatures.")] = "0.005 K",
-    heat_flow: Annotated[
-        str, typer.Option(help="Largest heat flow, for which the tolerance holds.")
-    ] = "20 W",
-    order: Annotated[int | None, typer.Option(help="Number of patterns, whatever the tolerance.")] = None,
-    mesh_size: Annotated[str | None, typer.Option(help='Size of the elements, "4 mm".')] = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of a mesh's lengths; a STEP file says its own.")
-    ] = None,
-    example: Annotated[
-        bool, typer.Option("--example", help="Write an example, a ribbed and bored link, as PART, and stop.")
-    ] = False,
-    list_faces: Annotated[
-        bool,
-        typer.Option("--list-faces", help="Show the faces, with a picture in PART_faces.html, and stop."),
-    ] = False,
-    out: Annotated[Path | None, typer.Option(help="FMU to write. Default: PART.fmu.")] = None,
-    report: Annotated[bool, typer.Option(help="Write a page beside the FMU, as PART.html.")] = True,
-    json: Json = False,
+    part: Path,
+    *,
+    heat_face: list[str] | None = None,
+    tool_point: str | None = None,
+    tool_face: list[str] | None = None,
+    cooled: list[str] | None = None,
+    sensor: list[str] | None = None,
+    material: str = "aluminium_6061",
+    poissons_ratio: float = 0.33,
+    convection: str = "2 .. 60 W/(m2.K)",
+    conductivity: str | None = None,
+    tolerance: str = "10 nm",
+    temperature_tolerance: str = "0.005 K",
+    heat_flow: str = "20 W",
+    order: int | None = None,
+    mesh_size: str | None = None,
+    unit: str | None = None,
+    example: bool = False,
+    list_faces: bool = False,
+    out: Path | None = None,
+    report: bool = True,
+    json: bool = False,
 ) -> None:
     """Make a thermal link FMU from a solid, by finite elements, with a bound of the reduction's error.
 
     It has the connectors of ThermalLink, and gives displacement and rotation of the tool point besides.
 
     Example: `warmlink reduce link.step --heat-face "25, 6, 0 mm" --tool-point "330, 0, 0 mm"`
+
+    Parameters
+    ----------
+    part : A STEP file with one solid, or a mesh (.msh, .inp).
+    heat_face : Face that heat enters: "#3", a name, or a point on it, "25, 6, 0 mm". Repeatable.
+    tool_point : The tool point, "330, 0, 0 mm".
+    tool_face : Face that carries the tool. Default: the one nearest to the tool point.
+    cooled : Faces that lose heat, as a group: "#1; #4". Repeat it for groups with factors of their own.
+        Default: all but the heated ones.
+    sensor : Place of a thermometer, "100, 0, 3 mm"; up to eight. Default: base, middle, tip, ...
+    material : As in a scenario (`warmlink list`).
+    poissons_ratio : Of the material.
+    convection : Range of convection and radiation together.
+    conductivity : Range, "120 .. 200 W/(m.K)". Default: 25 % about the material's.
+    tolerance : Largest error of the tool point.
+    temperature_tolerance : Largest error of temperatures.
+    heat_flow : Largest heat flow, for which the tolerance holds.
+    order : Number of patterns, whatever the tolerance.
+    mesh_size : Size of the elements, "4 mm".
+    unit : Unit of a mesh's lengths; a STEP file says its own.
+    example : Write an example, a ribbed and bored link, as PART, and stop.
+    list_faces : Show the faces, with a picture in PART_faces.html, and stop.
+    out : FMU to write. Default: PART.fmu.
+    report : Write a page beside the FMU, as PART.html.
     """
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.fmu import write_fmu

@@ -5,20 +5,9 @@ from __future__ import annotations
 import json as json_text
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import (
-    Fmus,
-    Json,
-    Parameters,
-    Report,
-    ScenarioName,
-    Set,
-    Statistics,
-)
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
 LIVE_PAGE = "live.html"
@@ -29,47 +18,43 @@ if TYPE_CHECKING:
 
 
 def run(
-    scenario: ScenarioName = "warm_up",
-    controller: Annotated[
-        str | None,
-        typer.Option(
-            help="Controller to compare with no compensation, or a law of your own, as `my_law.py:MyLaw`. "
-            "Default: the one that the scenario names.",
-            autocompletion=options.controllers,
-        ),
-    ] = None,
-    fmus: Fmus = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SCENARIO.")] = None,
-    set_: Set = None,
-    parameters: Parameters = None,
-    mismatch: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="How the real cell differs from the one that the controller was designed for: "
-            "`thermal_high`, `noisy_sensors`, `draw_1` and so on (`warmlink list`), or a TOML file. "
-            "Repeatable; several mismatches add up.",
-            autocompletion=options.mismatches,
-        ),
-    ] = None,
-    step: Annotated[str | None, typer.Option(help='Communication step size, such as "1 s".')] = None,
-    stop: Annotated[str | None, typer.Option(help='Stop time, such as "2 h".')] = None,
-    master: Annotated[
-        str | None, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
-    ] = None,
-    tolerance: options.Tolerance = None,
-    replace: options.Replace = None,
-    map_: options.Rename = None,
-    statistics: Statistics = False,
-    record: options.Record = None,
-    csv: options.Csv = True,
-    report: Report = True,
-    json: Json = False,
+    scenario: str = "warm_up",
+    *,
+    controller: str | None = None,
+    fmus: str | None = None,
+    out: Path | None = None,
+    set_: list[str] | None = None,
+    parameters: list[Path] | None = None,
+    mismatch: list[str] | None = None,
+    step: str | None = None,
+    stop: str | None = None,
+    master: str | None = None,
+    tolerance: str | None = None,
+    replace: list[str] | None = None,
+    map_: list[str] | None = None,
+    statistics: bool = False,
+    record: str | None = None,
+    csv: bool = True,
+    report: bool = True,
+    json: bool = False,
 ) -> None:
     """Run a scenario with a controller and without one, and say how far off the tool point is.
 
     Writes metrics.json, results.csv, results.parquet and report.html, which holds the page of `warmlink live`
     where that was compiled for the system before. If you press Ctrl-C, or an FMU fails, the run ends early
     and keeps what was computed up to there (exit code 1).
+
+    Parameters
+    ----------
+    controller : Controller to compare with no compensation, or a law of your own, as `my_law.py:MyLaw`.
+        Default: the one that the scenario names.
+    out : Folder for results. Default: out/SCENARIO.
+    mismatch : How the real cell differs from the one that the controller was designed for: `thermal_high`,
+        `noisy_sensors`, `draw_1` and so on (`warmlink list`), or a TOML file. Repeatable; several mismatches
+        add up.
+    step : Communication step size, such as "1 s".
+    stop : Stop time, such as "2 h".
+    master : Master algorithm (`warmlink list`).
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.closed_loop.outcome import run_scenario
@@ -81,9 +66,7 @@ def run(
     from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
-    given = {
-        name: value for each in options.sets_given(parameters, set_) for name, value in each.values.items()
-    }
+    given = options.values_given(parameters, set_)
     asked = changed(
         with_replaced(load_scenario(scenario), Replacements.given(replace, map_)),
         controller=controller,

@@ -6,13 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.command_line.options import Json, Statistics
 from warmlink.orchestration.console import (
     FAILED,
     answer,
@@ -32,82 +29,52 @@ WIDTH = 160
 
 
 def simulate(
-    system: Annotated[Path, typer.Argument(help="An .ssp file from any tool.")],
-    stop: Annotated[
-        str | None, typer.Option(help='Stop time, such as "1 h". Default: the one that the system proposes.')
-    ] = None,
-    step: Annotated[
-        str | None,
-        typer.Option(
-            help='Communication step size, such as "1 s". Default: the one that the system proposes.'
-        ),
-    ] = None,
-    master: Annotated[
-        str, typer.Option(help="Master algorithm (`warmlink list`).", autocompletion=options.masters)
-    ] = "jacobi",
-    stepping: Annotated[
-        str,
-        typer.Option(
-            help="How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which "
-            "takes the faster one."
-        ),
-    ] = "auto",
-    out: Annotated[Path | None, typer.Option(help="Folder for results. Default: out/SYSTEM.")] = None,
-    isolate: Annotated[
-        bool,
-        typer.Option(
-            "--isolate",
-            help="Run each FMU in a process of its own, so that a crash of an FMU does not end this program.",
-        ),
-    ] = False,
-    time_limit: Annotated[
-        str | None,
-        typer.Option(help='Longest time that a call of an isolated FMU may take. Default: "60 s".'),
-    ] = None,
-    memory_limit: Annotated[
-        str | None, typer.Option(help='Most memory that an isolated FMU may use. Default: "4 GB".')
-    ] = None,
-    checkpoint: Annotated[
-        int | None,
-        typer.Option(
-            help="Write the results to disk during the run, and a checkpoint every so many communication "
-            "steps."
-        ),
-    ] = None,
-    resume: Annotated[
-        bool,
-        typer.Option("--resume", help="Continue from the checkpoint in the results folder, if there is one."),
-    ] = False,
-    real_time: Annotated[
-        float | None,
-        typer.Option(help="Keep pace with the clock: 1 is real time, 10 is ten times as fast."),
-    ] = None,
-    error_budget: Annotated[
-        bool | None,
-        typer.Option(
-            "--error-budget/--no-error-budget",
-            help="Bound the coupling error by repeating the run with half the communication step. Default: "
-            "yes, unless --checkpoint, --resume or --real-time is given.",
-        ),
-    ] = None,
-    tolerance: options.Tolerance = None,
-    replace: options.Replace = None,
-    map_: options.Rename = None,
-    watch: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Variable whose coupling error is to be bounded. Repeatable. Default: every output."
-        ),
-    ] = None,
-    statistics: Statistics = False,
-    record: options.Record = None,
-    csv: options.Csv = True,
-    json: Json = False,
+    system: Path,
+    *,
+    stop: str | None = None,
+    step: str | None = None,
+    master: str = "jacobi",
+    stepping: str = "auto",
+    out: Path | None = None,
+    isolate: bool = False,
+    time_limit: str | None = None,
+    memory_limit: str | None = None,
+    checkpoint: int | None = None,
+    resume: bool = False,
+    real_time: float | None = None,
+    error_budget: bool | None = None,
+    tolerance: str | None = None,
+    replace: list[str] | None = None,
+    map_: list[str] | None = None,
+    watch: list[str] | None = None,
+    statistics: bool = False,
+    record: str | None = None,
+    csv: bool = True,
+    json: bool = False,
 ) -> None:
     """Run a system of FMUs and write its outputs as CSV and Parquet.
 
     If you press Ctrl-C, or an FMU fails, the run ends early and keeps what was computed up to there (exit
     code 1).
+
+    Parameters
+    ----------
+    system : An .ssp file from any tool.
+    stop : Stop time, such as "1 h". Default: the one that the system proposes.
+    step : Communication step size, such as "1 s". Default: the one that the system proposes.
+    master : Master algorithm (`warmlink list`).
+    stepping : How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which takes the
+        faster one.
+    out : Folder for results. Default: out/SYSTEM.
+    isolate : Run each FMU in a process of its own, so that a crash of an FMU does not end this program.
+    time_limit : Longest time that a call of an isolated FMU may take. Default: "60 s".
+    memory_limit : Most memory that an isolated FMU may use. Default: "4 GB".
+    checkpoint : Write the results to disk during the run, and a checkpoint every so many communication steps.
+    resume : Continue from the checkpoint in the results folder, if there is one.
+    real_time : Keep pace with the clock: 1 is real time, 10 is ten times as fast.
+    error_budget : Bound the coupling error by repeating the run with half the communication step. Default:
+        yes, unless --checkpoint, --resume or --real-time is given.
+    watch : Variable whose coupling error is to be bounded. Repeatable. Default: every output.
     """
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import cast
 
+from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
 from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
@@ -75,7 +77,7 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     started: dict[str, OtherProcess] = {}
     try:
         for name, component in system.components.items():
-            folder = unpack(component.fmu, home, without=NOT_FOR_RUNNING)
+            folder = unpack(component.fmu, _home(component.fmu, home), without=NOT_FOR_RUNNING)
             if isolation is None:
                 slaves.append(open_slave(name, infos[name], folder))
             else:
@@ -93,6 +95,12 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     values = {name: component.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
     return Assembly(slaves, system.connections, values, files, own)
+
+
+def _home(fmu: Path, other: Path) -> Path:
+    """Where an FMU is unpacked: one that warmlink keeps is so beside it, once; any other elsewhere."""
+    ours = fmu.is_relative_to(cache_folder()) and os.access(fmu.parent, os.W_OK)
+    return fmu.parent / "unpacked" if ours else other
 
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:

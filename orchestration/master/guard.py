@@ -70,8 +70,6 @@ def guarded(
     """
     if sys.platform != "linux":
         return work(None)
-    import fmpy  # noqa: F401 (here once, not again in each process)
-
     ours, theirs = Pipe()
     status = mmap.mmap(-1, under_way.SIZE)
     memory = os.memfd_create("warmlink-values")

@@ -19,7 +19,7 @@ MOST_LINES = 5000
 """Points that the parallel coordinates of a sweep show; the table holds them all."""
 
 
-def write_tuning(tuned: Tuned, storage: Storage, path: Path) -> None:
+def write_tuning(tuned: Tuned, path: Path) -> None:
     """Write `report.html` of a tuning study."""
     study, trials, winner = tuned.study, tuned.trials, tuned.best
     complete = [trial for trial in trials if trial.reason is None]
@@ -37,7 +37,7 @@ def write_tuning(tuned: Tuned, storage: Storage, path: Path) -> None:
     if study.second is not None and complete:
         sections.append(_front(study, trials))
     sections.append(_history(study, trials))
-    importance = _importance(storage) if len(complete) > 1 and len(study.axes) > 1 else None
+    importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
         text = (
             "Share of the objective's variation that each parameter explains among the better trials "

@@ -2,7 +2,7 @@
 
 The tables of a file are dataclasses that have `__pydantic_config__ = TABLE` and whose annotations are
 `entries`. From these come the check, the conversion to SI units, the sentence for a mistake and the JSON
-Schema. Pydantic is imported when a file is read, not before.
+Schema. Pydantic is imported when a file is read that was not read before.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
+from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.text_files import read_toml, shortened, shown
 
 MEANINGS = Path(__file__).parents[1] / "schemas" / "meanings.toml"
@@ -39,6 +40,11 @@ def read_table(kind: type[Table], given: Any, name: str) -> Table:
     InputError
         If an entry is missing, unknown or wrong; the sentence says where, its value, and the remedy.
     """
+    asked = f"{kind.__module__}.{kind.__qualname__}", given
+    return remembered("tables", asked, lambda: _checked(kind, given, name))
+
+
+def _checked(kind: type[Table], given: Any, name: str) -> Table:
     from pydantic import ValidationError
 
     try:

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller
 from warmlink.orchestration.console import remark
-from warmlink.orchestration.files import locked_folder, temporary_folder
+from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.studies.cores.agreement import agreeing
-from warmlink.orchestration.studies.cores.joined import joined_systems
-from warmlink.orchestration.studies.cores.local import LocalWorkers, check_jobs
-from warmlink.orchestration.studies.cores.workers import DEFAULT_JOBS, Workers
-from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.ledger import FILE, Ledger
+from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.local import LocalWorkers, check_jobs
+from warmlink.orchestration.studies.workers import DEFAULT_JOBS, FmuSet, Workers, agreeing, joined_systems
 
 
 @dataclass(frozen=True)
@@ -42,10 +41,10 @@ class Means:
 USUAL = Means()
 
 
-@dataclass(frozen=True)
-class AtWork:
-    """Workers, and the FMUs that they run."""
+class AtWork(NamedTuple):
+    """The folder of a study, its FMUs, and workers that run them."""
 
+    folder: Path
     fmus: FmuSet
     workers: Workers
 
@@ -55,25 +54,17 @@ class AtWork:
 
 
 @contextmanager
-def folder_for(out: str | Path | None) -> Iterator[Path]:
-    """The given folder, or a temporary one."""
-    if out is not None:
-        yield Path(out)
-        return
-    with temporary_folder() as home:
-        yield home / "study"
-
-
-@contextmanager
-def at_work(scenarios: Sequence[Scenario], means: Means, folder: Path) -> Iterator[AtWork]:
+def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None = None) -> Iterator[AtWork]:
     """FMUs of the scenarios, and workers that keep each finished run in a folder, which is locked for them.
 
-    If no run was finished, a folder that was empty before is empty again. InputError if another study is
-    using the folder.
+    Without a folder it is a temporary one. If no run was finished, a folder that was empty before is empty
+    again. InputError if another study is using the folder.
     """
     if means.scheduler is None:
         check_jobs(means.jobs)
-    with locked_folder(folder):
+    with ExitStack() as stack:
+        folder = Path(out) if out is not None else stack.enter_context(temporary_folder()) / "study"
+        stack.enter_context(locked_folder(folder))
         fresh, said = not any(folder.iterdir()), list[str]()
         try:
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
@@ -82,27 +73,128 @@ def at_work(scenarios: Sequence[Scenario], means: Means, folder: Path) -> Iterat
             if built.kind == "native" and means.fmus is None and not means.exact:
                 whole = joined_systems(scenarios, said.append)
                 fmus = replace(fmus, rollouts=agreeing(scenarios, fmus, whole, said.append))
-            with _workers(fmus, means) as workers:
-                yield AtWork(fmus, Ledger(folder, fmus.digest, workers, remark, said))
+            workers = stack.enter_context(_workers(fmus, means))
+            yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
-                _clear(folder)
+                for path in folder.iterdir():
+                    if path.is_file():
+                        path.unlink()
             raise
 
 
-@contextmanager
-def _workers(fmus: FmuSet, means: Means) -> Iterator[Workers]:
-    if means.scheduler is not None:
-        from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
+def _workers(fmus: FmuSet, means: Means) -> AbstractContextManager[Workers]:
+    if means.scheduler is None:
+        return LocalWorkers(fmus, means.jobs)
+    from warmlink.orchestration.studies.cluster import ClusterWorkers
 
-        with ClusterWorkers(fmus, means.scheduler) as cluster:
-            yield cluster
-        return
-    with LocalWorkers(fmus, means.jobs) as local:
-        yield local
+    return ClusterWorkers(fmus, means.scheduler)
 
 
-def _clear(folder: Path) -> None:
-    for path in folder.iterdir():
-        if path.is_file():
-            path.unlink()
+FILE = "runs.jsonl"
+
+Remark = Callable[[str], None]
+
+
+class Ledger:
+    """Workers that know what was run before, in `runs.jsonl` of a folder: a line for each finished run.
+
+    Each line ends with its checksum. A line that a kill cut short at the end of the file is overwritten; a
+    damaged one elsewhere is named in a remark and removed, and its run is done again. Runs that gave no
+    figures are not kept: what stopped them may be mended.
+
+    `fmus` is the digest of the FMUs' bytes, by which runs of other FMUs are told apart; `workers` run what is
+    not known yet; `remark` is told of damaged lines, and of `news` before the first run.
+    """
+
+    def __init__(
+        self, folder: Path, fmus: str, workers: Workers, remark: Remark, news: Sequence[str] = ()
+    ) -> None:
+        self._path, self._fmus, self._workers = folder / FILE, fmus, workers
+        self._remark, self._news = remark, news
+        self._known: dict[str, Outcome] = {}
+        self._end = 0
+        try:
+            if self._path.is_file():
+                self._read(remark)
+        except OSError as fault:
+            raise InputError(
+                f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose another --out"
+            ) from None
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        """Give what is known, then run the rest, equal cases once, each written down as it ends."""
+        keys = [self._key(case) for case in cases]
+        waiting: dict[str, list[int]] = {}
+        for place, key in enumerate(keys):
+            if key in self._known:
+                yield place, self._known[key]
+            else:
+                waiting.setdefault(key, []).append(place)
+        first = [places[0] for places in waiting.values()]
+        if first:
+            for sentence in self._news:
+                self._remark(sentence)
+            self._news = ()
+        for found, outcome in self._workers.run([cases[place] for place in first]):
+            key = keys[first[found]]
+            if outcome.stopped is None:
+                self._keep(key, outcome)
+            for place in waiting[key]:
+                yield place, outcome
+
+    def _key(self, case: Case) -> str:
+        return hashlib.sha256(f"{self._fmus} {case.digest}".encode()).hexdigest()[:32]
+
+    def _keep(self, key: str, outcome: Outcome) -> None:
+        line = _line(key, outcome)
+        if _parsed(line) != (key, outcome):  # a figure that is no number
+            return
+        try:
+            with self._path.open("r+b" if self._path.exists() else "w+b") as stream:
+                stream.seek(self._end)
+                stream.truncate()
+                stream.write(line)
+        except OSError as fault:
+            raise InputError(
+                f"{self._path}: cannot be written ({fault.strerror}); the {len(self._known)} runs before are "
+                "kept, those under way are lost; make room, and the same command continues"
+            ) from None
+        self._known[key] = outcome
+        self._end += len(line)
+
+    def _read(self, remark: Remark) -> None:
+        lines = self._path.read_bytes().splitlines(keepends=True)
+        if lines and not lines[-1].endswith(b"\n"):
+            lines.pop()
+        good, damaged = [], []
+        for number, line in enumerate(lines, start=1):
+            found = _parsed(line)
+            if found is None:
+                damaged.append(number)
+            else:
+                self._known[found[0]] = found[1]
+                good.append(line)
+        if damaged:
+            more = f" and {len(damaged) - 1} more" if len(damaged) > 1 else ""
+            remark(f"{self._path}: line {damaged[0]}{more}: damaged; what was run there is run again")
+            mended = self._path.with_suffix(".mended")
+            mended.write_bytes(b"".join(good))
+            mended.replace(self._path)
+        self._end = sum(map(len, good))
+
+
+def _line(key: str, outcome: Outcome) -> bytes:
+    """A run as a line of the file."""
+    return stamped({"run": key, **outcome.to_dict()})
+
+
+def _parsed(line: bytes) -> tuple[str, Outcome] | None:
+    """Key and outcome of a line; None where it is not, byte for byte, what `_line` writes."""
+    given = unstamped(line) or {}
+    try:
+        key = str(given["run"])
+        outcome = Outcome(**{each.name: given[each.name] for each in fields(Outcome)})
+    except (KeyError, TypeError):
+        return None
+    return (key, outcome) if _line(key, outcome) == line else None

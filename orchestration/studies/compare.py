@@ -13,10 +13,10 @@ from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import CELL
-from warmlink.orchestration.studies.at_work import USUAL, Means, at_work, folder_for
+from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.plan import plan_on
+from warmlink.orchestration.studies.plan import Plan, plan_on
+from warmlink.orchestration.studies.workers import Workers
 
 if TYPE_CHECKING:
     import pandas
@@ -164,11 +164,14 @@ def compare(
     """
     given = given_values(parameters)
     sets = [StartValueSet("parameters", given)] if given else []
-    asked = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
-    cases = asked.cases
+    return compared(plan_on(system, controllers, duty_cycles, mismatches, sets, scenario), means, out)
+
+
+def compared(plan: Plan, means: Means, out: str | Path | None) -> Comparison:
+    """Run a plan; finished runs are kept in a folder, where one is given."""
+    cases = plan.cases
     with (
-        folder_for(out) as folder,
-        at_work(asked.scenarios, means, folder) as work,
+        at_work(plan.scenarios, means, out) as work,
         progress_bar(f"{len(cases)} runs") as progress,
     ):
         return run_comparison(cases, work.workers, progress)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
@@ -37,8 +38,7 @@ SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
 """Systems that can be compared, each with its default mismatches."""
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):
     """What is compared: every duty cycle with every controller, under every mismatch."""
 
     scenarios: tuple[Scenario, ...]

@@ -55,8 +55,7 @@ from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
-from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.objective import Constraint, Gathered
+from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
 LIBRARY = Path(__file__).parent / "library"

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import progress_bar
-from warmlink.orchestration.studies.at_work import USUAL, Means, at_work, folder_for
-from warmlink.orchestration.studies.cores.workers import Workers
+from warmlink.orchestration.console import noted_progress_bar
+from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, front, latin_hypercube
 from warmlink.orchestration.studies.storage import (
     EXCESS,
@@ -31,6 +30,7 @@ from warmlink.orchestration.studies.storage import (
 )
 from warmlink.orchestration.studies.study import Point, Study, load_study
 from warmlink.orchestration.studies.winner import polish
+from warmlink.orchestration.studies.workers import Workers
 
 if TYPE_CHECKING:
     import optuna
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 class Tuned(Searched):
     """A study with all its trials, and its winner polished."""
 
+    storage: Storage = field(compare=False)
     polished: Judged | None = None
     word: ClassVar[str] = "trial"
 
@@ -140,7 +141,7 @@ def tune(
         trials += batch
         progress(len(trials), best(trials))
     winner = best(trials) if joined else None
-    return Tuned(study, trials, None if winner is None else polish(study, winner, workers))
+    return Tuned(study, trials, storage, None if winner is None else polish(study, winner, workers))
 
 
 def tune_study(
@@ -166,18 +167,18 @@ def tune_study(
     """
     import_optuna()
     asked = (study if isinstance(study, Study) else load_study(str(study))).lasting(trials)
-    with (
-        folder_for(out) as folder,
-        at_work(asked.scenarios, means, folder) as work,
-        progress_bar(asked.title) as show,
-    ):
-        storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(folder))
-        share = asked.tune.trials
+    share = asked.tune.trials
+
+    def note(leader: Judged | None) -> str:
+        return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
+
+    with at_work(asked.scenarios, means, out) as work, noted_progress_bar(asked.title) as show:
+        storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(work.folder))
         return tune(
             asked,
             work.workers,
             storage,
-            lambda done, leader: show(done / share),
+            lambda done, leader: show(done / share, note(leader)),
             joined=work.joins(asked.controller),
         )
 

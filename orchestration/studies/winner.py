@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.studies.case import Outcome
-from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.objective import METRICS, Gathered
+from warmlink.orchestration.studies.case import METRICS, Gathered, Outcome
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
+from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit

@@ -1,8 +1,7 @@
 """Reading other people's archives without trusting them.
 
 An FMU or an SSP is a zip made by a stranger. Nothing here writes outside the folder asked for, follows a
-link or fills the disk; whatever is wrong with a file becomes
-one `InputError` that names it.
+link or fills the disk; whatever is wrong with a file becomes one `InputError` that names it.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
@@ -42,30 +40,14 @@ _ZIP_FAULTS = (
 
 _CHUNK = 1 << 20
 
+# How much an archive may hold, counted in what really comes out of it rather than in what it claims: entries,
+# unpacked bytes of one and of all, and unpacked over packed size of one entry. Small files of equal bytes
+# compress that well honestly, so that the ratio counts above some size.
+MOST_MEMBERS = 20_000
+MEMBER_BYTES = 1 << 30
+TOTAL_BYTES = 4 << 30
+RATIO, RATIO_FROM_BYTES = 300.0, 32 << 20
 
-@dataclass(frozen=True)
-class Limits:
-    """How much an archive may hold, counted in what really comes out of it rather than in what it claims.
-
-    Parameters
-    ----------
-    members
-        Number of entries.
-    member_bytes, total_bytes
-        Unpacked size of one entry and of all, in bytes.
-    ratio
-        Unpacked over packed size of one entry; applies above `ratio_from_bytes`, because small files of
-        equal bytes compress that well honestly.
-    """
-
-    members: int = 20_000
-    member_bytes: int = 1 << 30
-    total_bytes: int = 4 << 30
-    ratio: float = 300.0
-    ratio_from_bytes: int = 32 << 20
-
-
-DEFAULT_LIMITS = Limits()
 XML_LIMIT_BYTES = 16 << 20
 DIRECTORY_LIMIT_BYTES = 16 << 20
 """For the list of an archive's entries, each of which takes about ten times as much in memory."""
@@ -86,8 +68,7 @@ class _Guarded(io.FileIO):
 @contextlib.contextmanager
 def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
     """Open a zip; whatever goes wrong while it is open because of its bytes becomes an `InputError`."""
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
+    _check_there(path)
     try:
         with _Guarded(path) as file, zipfile.ZipFile(file) as archive:
             yield archive
@@ -97,8 +78,13 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
         raise InputError(f"{path.name}: not a readable zip archive ({brief(fault)}); make it anew") from fault
 
 
-def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
-    """Give the bytes of one entry, which may unpack to so many bytes at most; as `extract` for the rest."""
+def _check_there(path: Path) -> None:
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
+
+
+def read_member(path: Path, name: str) -> bytes:
+    """Give the bytes of one entry, of a size that is usual for XML; raises as `extract` for the rest."""
     with open_archive(path) as archive:
         try:
             info = archive.getinfo(name)
@@ -108,25 +94,24 @@ def read_member(path: Path, name: str, limit: int = XML_LIMIT_BYTES) -> bytes:
             ) from None
         _refuse_packing(path, info)
         with archive.open(info) as stream:
-            data = stream.read(limit + 1)
-    if len(data) > limit:
+            data = stream.read(XML_LIMIT_BYTES + 1)
+    if len(data) > XML_LIMIT_BYTES:
         raise InputError(
-            f"{path.name}: {name} is larger than {limit} bytes, the limit for it; make it smaller"
+            f"{path.name}: {name} is larger than {XML_LIMIT_BYTES} bytes, the limit for it; make it smaller"
         )
     return data
 
 
-def unpack(path: Path, workdir: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> Path:
+def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
     """Unpack an archive as `extract` does into a folder of its own under `workdir`, and give that folder.
 
     The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
     another one of the same name does not mix with it.
     """
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
+    _check_there(path)
     target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
     if not target.is_dir():
-        extract(path, target, limits, without)
+        extract(path, target, without)
     return target
 
 
@@ -136,7 +121,7 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS, without: Collection[str] = ()) -> None:
+def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     """Unpack an archive into `target`, which must not exist; on failure nothing is left behind.
 
     Entries of the top-level folders named in `without` are looked at like all others, but not written.
@@ -147,19 +132,15 @@ def extract(path: Path, target: Path, limits: Limits = DEFAULT_LIMITS, without: 
         If the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
         entries share a name, or the limits are exceeded.
     """
-    try:
+    with _room_in(target.parent, path):
         target.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=target.parent))
-    except OSError as fault:
-        raise _no_room(path, target.parent, fault) from None
     try:
         with open_archive(path) as archive:
-            members = _checked_members(path, archive, limits)
-            left = limits.total_bytes
-            for name, info in members:
-                if name.partition("/")[0] in without:
-                    continue
-                left -= _write_member(path, archive, info, scratch / name, limits, left)
+            left = TOTAL_BYTES
+            for name, info in _checked_members(path, archive):
+                if name.partition("/")[0] not in without:
+                    left -= _write_member(path, archive, info, scratch / name, left)
         # Another process may have unpacked the same archive meanwhile: then its result stands.
         with contextlib.suppress(OSError):
             scratch.replace(target)
@@ -180,66 +161,58 @@ def safe_relative(name: str) -> str | None:
     return "/".join(kept)
 
 
-def _checked_members(
-    path: Path, archive: zipfile.ZipFile, limits: Limits
-) -> list[tuple[str, zipfile.ZipInfo]]:
+def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zipfile.ZipInfo]]:
     infos = archive.infolist()
-    if len(infos) > limits.members:
-        raise InputError(f"{path.name}: holds {len(infos)} entries, more than the {limits.members} allowed")
-    seen: set[str] = set()
-    members = []
+    if len(infos) > MOST_MEMBERS:
+        raise InputError(f"{path.name}: holds {len(infos)} entries, more than the {MOST_MEMBERS} allowed")
+    members: dict[str, zipfile.ZipInfo] = {}
     for info in infos:
-        name = safe_relative(info.filename)
+        name, entry = safe_relative(info.filename), f"{path.name}: its entry {info.filename!r}"
         if name is None:
-            raise InputError(f"{path.name}: its entry {info.filename!r} would be written outside the folder")
-        mode = info.external_attr >> 16
-        if stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
-            raise InputError(
-                f"{path.name}: its entry {info.filename!r} is a link or device, not a plain file"
-            )
+            raise InputError(f"{entry} would be written outside the folder")
+        if stat.S_IFMT(info.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
+            raise InputError(f"{entry} is a link or device, not a plain file")
         if info.flag_bits & 1:
-            raise InputError(
-                f"{path.name}: its entry {info.filename!r} is encrypted; pack it without password"
-            )
+            raise InputError(f"{entry} is encrypted; pack it without password")
         _refuse_packing(path, info)
         if info.is_dir() or info.filename.endswith("\\") or not name:
             continue
-        if name in seen:
+        if name in members:
             raise InputError(f"{path.name}: holds {name!r} twice; which one counts is not defined")
-        seen.add(name)
-        members.append((name, info))
-    return members
+        members[name] = info
+    return list(members.items())
 
 
-def _write_member(
-    path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, limits: Limits, left: int
-) -> int:
+def _write_member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, left: int) -> int:
+    """Write an entry as far as the limits allow, and give its size; `left` is what may be written in all."""
     written = 0
     with archive.open(info) as source:
-        try:
+        # A file where the archive has a folder too is the archive's own fault.
+        with _room_in(to.parent, path, but=(FileExistsError, NotADirectoryError)):
             to.parent.mkdir(parents=True, exist_ok=True)
             # Without a buffer, whose rest would be written, and fail, when it is closed.
             sink = to.open("xb", buffering=0)
-        except (FileExistsError, NotADirectoryError):
-            raise  # the archive's own fault: a file where it has a folder too
-        except OSError as fault:
-            raise _no_room(path, to.parent, fault) from None
         with sink:
             while chunk := source.read(_CHUNK):
                 written += len(chunk)
-                _refuse_oversize(path, info, written, limits, left)
-                try:
+                _refuse_oversize(path, info, written, left)
+                with _room_in(to.parent, path):
                     write_all(sink, chunk)
-                except OSError as fault:
-                    raise _no_room(path, to.parent, fault) from None
     return written
 
 
-def _no_room(path: Path, folder: Path, fault: OSError) -> NoRoomError:
-    return NoRoomError(
-        f"{path.name}: cannot be unpacked into {folder} ({fault.strerror}); free space there, or name "
-        "another folder in TMPDIR"
-    )
+@contextlib.contextmanager
+def _room_in(folder: Path, path: Path, but: tuple[type[OSError], ...] = ()) -> Iterator[None]:
+    """Say where there is no room for what is unpacked; errors of the kinds `but` are passed on."""
+    try:
+        yield
+    except OSError as fault:
+        if isinstance(fault, but):
+            raise
+        raise NoRoomError(
+            f"{path.name}: cannot be unpacked into {folder} ({fault.strerror}); free space there, or name "
+            "another folder in TMPDIR"
+        ) from None
 
 
 def _refuse_packing(path: Path, info: zipfile.ZipInfo) -> None:
@@ -250,16 +223,14 @@ def _refuse_packing(path: Path, info: zipfile.ZipInfo) -> None:
         )
 
 
-def _refuse_oversize(path: Path, info: zipfile.ZipInfo, written: int, limits: Limits, left: int) -> None:
+def _refuse_oversize(path: Path, info: zipfile.ZipInfo, written: int, left: int) -> None:
     entry = f"{path.name}: its entry {info.filename!r} unpacks to more than"
-    if written > limits.member_bytes:
-        raise InputError(f"{entry} {limits.member_bytes} bytes, the limit for one file")
+    if written > MEMBER_BYTES:
+        raise InputError(f"{entry} {MEMBER_BYTES} bytes, the limit for one file")
     if written > left:
-        raise InputError(
-            f"{path.name}: unpacks to more than {limits.total_bytes} bytes, the limit for an archive"
-        )
-    if written > limits.ratio_from_bytes and written > limits.ratio * max(info.compress_size, 1):
-        raise InputError(f"{entry} {limits.ratio:g} times its packed size, as only a zip bomb does")
+        raise InputError(f"{path.name}: unpacks to more than {TOTAL_BYTES} bytes, the limit for an archive")
+    if written > RATIO_FROM_BYTES and written > RATIO * max(info.compress_size, 1):
+        raise InputError(f"{entry} {RATIO:g} times its packed size, as only a zip bomb does")
 
 
 def brief(fault: BaseException) -> str:

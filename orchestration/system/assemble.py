@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.system.check import checked_value, variable_of
@@ -22,12 +23,9 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
 
     Parameters
     ----------
-    name
-        The component's name in the system.
-    fmu
-        Path of the .fmu file.
-    values
-        Start values by variable name, in the variables' own units.
+    name : the component's name in the system
+    fmu : path of the .fmu file
+    values : start values by variable name, in the variables' own units
 
     Raises
     ------
@@ -45,55 +43,52 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
 def assemble(
     name: str,
     fmus: Mapping[str, str | Path],
-    wires: Iterable[tuple[str, str]] = (),
+    wires: Iterable[Wire] = (),
     values: Mapping[str, Mapping[str, Value]] = MappingProxyType({}),
 ) -> System:
     """Make a system of FMU files.
 
     Parameters
     ----------
-    name
-        What the system is called.
-    fmus
-        The .fmu file of each component, by the component's name.
-    wires
-        Ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted.
-    values
-        Start values by component and variable, in the variables' own units.
+    name : what the system is called
+    fmus : the .fmu file of each component, by the component's name
+    wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted
+    values : start values by component and variable, in the variables' own units
 
     Raises
     ------
     InputError
         If an FMU cannot be read, or something does not exist or does not fit.
     """
-    parts = {each: component(each, Path(fmu), values.get(each)) for each, fmu in fmus.items()}
     for each in values:
-        if each not in parts:
-            raise InputError(f"{each}: there is no component of this name; {instead(each, parts)}")
-    system = System(name, parts, tuple(connect(parts, source, target) for source, target in wires))
-    check_system(system)
-    return system
+        if each not in fmus:
+            raise InputError(f"{each}: there is no component of this name; {instead(each, fmus)}")
+    parts = {each: component(each, Path(fmu), values.get(each)) for each, fmu in fmus.items()}
+    return System(name, parts, connected(parts, wires))
 
 
-def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
-    """Give the connection between two variables, with the conversion of their units.
+def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
+    """Give connections between variables, with the conversion of their units.
 
     Parameters
     ----------
-    components
-        The system's components by name.
-    source, target
-        As `motor.heat_flow`; a component's name may hold dots.
+    components : the system's components by name
+    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
 
     Raises
     ------
     InputError
-        If an end does not exist, or kinds, types or quantities do not fit.
+        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
     """
-    giver, giving = _end(components, source)
-    taker, taking = _end(components, target)
-    ends = {end.name: replace(end, connectors=()) for end in (giver, taker)}
-    return _resolved(System("", ends, (Connection(giver.name, giving, taker.name, taking),)))[0]
+    links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
+    used = {name for link in links for name in (link.source_component, link.target_component)}
+    ends = {name: replace(components[name], connectors=()) for name in components if name in used}
+    return tuple(_resolved(System("", ends, tuple(links))))
+
+
+def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
+    """Give the connection between two variables; arguments and errors as for `connected`."""
+    return connected(components, [(source, target)])[0]
 
 
 def check_system(system: System) -> None:
@@ -147,9 +142,9 @@ def _connectors(
     return shown
 
 
-def _end(components: Mapping[str, Component], name: str) -> tuple[Component, str]:
+def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
     owners = [owner for owner in components if name.startswith(f"{owner}.")]
     if not owners:
         raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
     owner = max(owners, key=len)
-    return components[owner], name[len(owner) + 1 :]
+    return owner, name[len(owner) + 1 :]

@@ -6,6 +6,7 @@ strangers and quick enough to be done at every start.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,6 +17,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
+from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import (
     TYPES,
@@ -58,8 +60,7 @@ def read_description(fmu: Path) -> ModelInfo:
 
     Parameters
     ----------
-    fmu
-        Path of the .fmu file.
+    fmu : path of the .fmu file
 
     Raises
     ------
@@ -75,8 +76,11 @@ def read_description(fmu: Path) -> ModelInfo:
 @lru_cache(maxsize=256)
 def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
     where = f"{fmu.name}: modelDescription.xml"
-    root = parse_xml(archive.read_member(fmu, "modelDescription.xml"), where)
-    return parse_description(root, fmu, where)
+    text = archive.read_member(fmu, "modelDescription.xml")
+    made_from = str(fmu), hashlib.sha256(text).hexdigest()
+    return remembered(
+        "descriptions", made_from, lambda: parse_description(parse_xml(text, where), fmu, where)
+    )
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:

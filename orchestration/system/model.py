@@ -99,10 +99,8 @@ class System(Answer):
 
     Parameters
     ----------
-    units
-        Definitions of those connector units that no FMU of the system defines itself.
-    remarks
-        What the standard lets a reader pass over and a person should hear of, one sentence each.
+    units : definitions of those connector units that no FMU of the system defines itself
+    remarks : what the standard lets a reader pass over and a person should hear of, one sentence each
     """
 
     name: str
@@ -123,27 +121,18 @@ class Variable:
 
     Parameters
     ----------
-    type
-        As the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on.
-    kind
-        The five types that connectors know; None for those that cannot be connected (Binary, Clock).
-    causality, variability, initial
-        With the standard's defaults filled in; `initial` is None where none applies.
-    unit
-        From the variable or from its declared type.
-    start
-        As given, converted to a Python value; an Enumeration's is its integer.
-    min, max, nominal
-        In `unit`; None where the FMU gives none.
-    relative
-        Whether the value is a difference (`relativeQuantity`), to which unit offsets do not apply.
-    items
-        Names of an Enumeration's items with their integers.
-    dimensions
-        Sizes of an array that is not taken apart; empty for all others.
-    element, elements
-        Place in an array, counted from 0 row by row, and how many elements the array has. All have the
-        array's value reference, and are exchanged together.
+    type : as the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on
+    kind : the five types that connectors know; None for those that cannot be connected (Binary, Clock)
+    causality, variability, initial : with the standard's defaults filled in; `initial` is None where none
+        applies
+    unit : from the variable or from its declared type
+    start : as given, converted to a Python value; an Enumeration's is its integer
+    min, max, nominal : in `unit`; None where the FMU gives none
+    relative : whether the value is a difference (`relativeQuantity`), to which unit offsets do not apply
+    items : names of an Enumeration's items with their integers
+    dimensions : sizes of an array that is not taken apart; empty for all others
+    element, elements : place in an array, counted from 0 row by row, and how many elements the array has. All
+        have the array's value reference, and are exchanged together.
     """
 
     name: str
@@ -190,25 +179,17 @@ class ModelInfo:
 
     Parameters
     ----------
-    path
-        The .fmu file it was read from.
-    fmi_version
-        `2.0` or `3.0`, whatever the minor version.
-    guid
-        FMI 2.0 `guid` or FMI 3.0 `instantiationToken`.
-    variables
-        By name, in the FMU's order; aliases of FMI 3.0 under their own names too. Elements of arrays are
-        called `A[1,2]`.
-    arrays
-        Names of the elements by the name of their array.
-    outputs
-        Names, in the order of ModelStructure.
-    dependencies
-        For each output the names it depends on; None where the FMU declares nothing, which means all.
-    log_categories
-        What it may be asked to log; empty where it declares nothing.
-    accepts_nan
-        Inputs for which NaN is a proper value, as our own FMUs declare it.
+    path : the .fmu file it was read from
+    fmi_version : `2.0` or `3.0`, whatever the minor version
+    guid : FMI 2.0 `guid` or FMI 3.0 `instantiationToken`
+    variables : by name, in the FMU's order; aliases of FMI 3.0 under their own names too. Elements of arrays
+        are called `A[1,2]`.
+    arrays : names of the elements by the name of their array
+    outputs : names, in the order of ModelStructure
+    dependencies : for each output the names it depends on; None where the FMU declares nothing, which means
+        all
+    log_categories : what it may be asked to log; empty where it declares nothing
+    accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
     """
 
     path: Path

@@ -19,11 +19,9 @@ def read_system(path: str | Path, workdir: Path | None = None) -> System:
 
     Parameters
     ----------
-    path
-        The .ssp file, or an .ssd file that lies beside its resources.
-    workdir
-        Folder into which the SSP is unpacked; the components' FMU files lie there afterwards. By default one
-        in warmlink's cache, which stays.
+    path : the .ssp file, or an .ssd file that lies beside its resources
+    workdir : folder into which the SSP is unpacked; the components' FMU files lie there afterwards. By
+        default one in warmlink's cache, which stays.
 
     Returns
     -------

@@ -17,7 +17,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system.archive import extract, file_digest
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import System
@@ -106,12 +106,10 @@ class Replacements:
                 if part == instance
             }
             parts[instance] = component(instance, self.fmu(instance, asked, before.model_name))
-        touched = [{c.source_component, c.target_component} & set(self.fmus) for c in system.connections]
-        connections = tuple(
-            connect(parts, c.source, c.target) if at else c
-            for c, at in zip(system.connections, touched, strict=True)
-        )
-        return replace(system, components=parts, connections=connections)
+        touched = [c for c in system.connections if {c.source_component, c.target_component} & set(self.fmus)]
+        anew = dict(zip(touched, connected(parts, ((c.source, c.target) for c in touched)), strict=True))
+        links = tuple(anew.get(each, each) for each in system.connections)
+        return replace(system, components=parts, connections=links)
 
 
 NOTHING_REPLACED = Replacements({}, {})

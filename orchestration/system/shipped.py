@@ -9,14 +9,11 @@ from pathlib import Path
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.flags import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component as Held
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
 from warmlink.orchestration.system.tree import Ports
 
@@ -107,31 +104,15 @@ class Blueprint:
             If a value is meant for an instance that the system does not have, or an end, a value or a
             unit does not fit the FMUs.
         """
-        values = values or {}
-        for instance in values:
-            if instance not in self.components:
-                raise InputError(
-                    f"{instance}: {self.name} has no such component; {instead(instance, self.components)}"
-                )
-        components = {
-            instance: component(instance, fmus[kind], values.get(instance))
-            for instance, kind in self.components_with(controller).items()
-        }
-        return System(
-            self.name,
-            components,
-            tuple(connect(components, *wire) for wire in (*self.wires, *_flag_wires(components, self.wires))),
-            DefaultExperiment(0.0, self.stop_time, self.step_size),
-        )
+        files = {instance: fmus[kind] for instance, kind in self.components_with(controller).items()}
+        wires = (*self.wires, *_flag_wires(files, self.wires))
+        experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)
+        return replace(assemble(self.name, files, wires, values or {}), default_experiment=experiment)
 
 
-def _flag_wires(components: Mapping[str, Held], wires: Iterable[Wire]) -> Iterator[Wire]:
+def _flag_wires(files: Mapping[str, Path], wires: Iterable[Wire]) -> Iterator[Wire]:
     """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.flags`)."""
-    known = {
-        f"{name}.{variable}"
-        for name, held in components.items()
-        for variable in read_description(held.fmu).variables
-    }
+    known = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
     for source, target in wires:
         flags = flag_of(source), flag_of(target)
         if known.issuperset(flags):

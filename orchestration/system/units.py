@@ -59,6 +59,11 @@ _WRITTEN = re.compile(
 )
 _PLAIN_NUMBER = ("", "1", "-")
 _LONGEST_NAME = 80
+# pint's names for the dimensions of BASE_UNITS.
+_DIMENSIONS = tuple(
+    f"[{each}]"
+    for each in ("mass", "length", "time", "current", "temperature", "substance", "luminosity", "angle")
+)
 
 
 class QuantityError(InputError):
@@ -71,12 +76,9 @@ class Unit:
 
     Parameters
     ----------
-    name
-        As in the file, such as `W/(m2.K)`.
-    exponents
-        Of kg, m, s, A, K, mol, cd, rad.
-    factor, offset
-        `base = factor * value + offset`.
+    name : as in the file, such as `W/(m2.K)`
+    exponents : of kg, m, s, A, K, mol, cd, rad
+    factor, offset : `base = factor * value + offset`
     """
 
     name: str
@@ -114,10 +116,8 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
 
     Parameters
     ----------
-    source, target
-        Units; where one has no exponents its name is read.
-    difference
-        Whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K.
+    source, target : units; where one has no exponents its name is read
+    difference : whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K
 
     Raises
     ------
@@ -130,7 +130,7 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
         return IDENTITY
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
-        raise QuantityError(f"{_shown(source)} does not convert to {_shown(target)}")
+        raise QuantityError(f"{source.name or '1'} does not convert to {target.name or '1'}")
     if (source.factor, source.offset) == (target.factor, target.offset):
         return IDENTITY
     factor = source.factor / target.factor
@@ -215,26 +215,13 @@ def _from_pint(name: str, text: str) -> Unit:
         raise InputError(
             f"{name!r} is not a known unit; define it with a BaseUnit, or write it as in W/(m2.K)"
         ) from fault
-    exponents = [0] * len(BASE_UNITS)
-    for dimension, power in zero.dimensionality.items():
-        if dimension not in _DIMENSIONS or int(power) != power or abs(power) > 20:
-            raise InputError(f"{name!r} is not a unit of SI base units and rad with whole exponents")
-        exponents[_DIMENSIONS[dimension]] = int(power)
+    powers = zero.dimensionality
+    if not all(each in _DIMENSIONS and int(n) == n and abs(n) <= 20 for each, n in powers.items()):
+        raise InputError(f"{name!r} is not a unit of SI base units and rad with whole exponents")
     if not math.isfinite(factor) or factor == 0:
         raise InputError(f"{name!r} is not a unit of finite size")
-    return Unit(name, tuple(exponents), factor, float(zero.magnitude))
-
-
-_DIMENSIONS = {
-    "[mass]": 0,
-    "[length]": 1,
-    "[time]": 2,
-    "[current]": 3,
-    "[temperature]": 4,
-    "[substance]": 5,
-    "[luminosity]": 6,
-    "[angle]": 7,
-}
+    exponents = tuple(int(powers.get(each, 0)) for each in _DIMENSIONS)
+    return Unit(name, exponents, factor, float(zero.magnitude))
 
 
 @lru_cache(maxsize=1)
@@ -246,7 +233,3 @@ def _registry() -> Any:
     for definition in _PLANE_ANGLES:
         registry.define(definition)
     return registry
-
-
-def _shown(unit: Unit) -> str:
-    return unit.name or "1"

@@ -37,12 +37,9 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> N
 
     Parameters
     ----------
-    system
-        What to write.
-    path
-        The .ssp file.
-    ports
-        What the system exchanges with a larger one; without, it runs by itself.
+    system : what to write
+    path : the .ssp file
+    ports : what the system exchanges with a larger one; without, it runs by itself
 
     Raises
     ------

@@ -18,7 +18,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.catalogue import catalogue as components
 from warmlink.orchestration import api as wl
 from warmlink.orchestration.cli import COMMANDS, application
-from warmlink.orchestration.command_line.schema import kinds
+from warmlink.orchestration.command_line.init import kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.scenarios.duties.duty_csv import DEMANDS

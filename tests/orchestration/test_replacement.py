@@ -12,7 +12,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.command_line.list import list_
+from warmlink.orchestration.command_line.init import list_
 from warmlink.orchestration.diagnosis.data.rigs import rig_of
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel

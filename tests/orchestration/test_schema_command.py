@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.geometry import PROGRAMS
 from warmlink.orchestration.closed_loop import load
-from warmlink.orchestration.command_line.schema import kinds, schema
+from warmlink.orchestration.command_line.init import kinds, schema
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.written import MEANINGS, json_schema, read_table

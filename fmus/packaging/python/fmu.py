@@ -14,7 +14,6 @@ import importlib.util
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
-from importlib import metadata
 from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
@@ -96,7 +95,7 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
         "modelDescription.xml": model_description(component, native=False, implementation=carried.package),
         **files_beside(entry),
         **_libraries(component.name),
-        "documentation/licenses/pythonfmu.txt": _pythonfmu_license(),
+        "documentation/licenses/pythonfmu.txt": release.license_text("pythonfmu").encode(),
         "resources/slavemodule.txt": stem.encode(),
         f"resources/{stem}.py": script.encode(),
         **{f"resources/{path}": content for path, content in carried.files.items()},
@@ -113,13 +112,6 @@ def _libraries(identifier: str) -> dict[str, bytes]:
             if suffix in (".so", ".dll", ".dylib"):
                 found[f"binaries/{platform.name}/{identifier}{suffix}"] = library.read_bytes()
     return found
-
-
-def _pythonfmu_license() -> bytes:
-    for file in metadata.files("pythonfmu") or []:
-        if file.name.startswith("LICENSE"):
-            return file.read_binary()
-    return release.LICENSE.encode()
 
 
 @dataclass(frozen=True)
@@ -154,13 +146,9 @@ class _Module:
         return b"" if self.name == _EXPORTER else _unix(self.path)
 
     @property
-    def imports(self) -> tuple[ast.Import | ast.ImportFrom, ...]:
-        return _import_statements(self.source)
-
-    @property
     def imported(self) -> Iterator[str]:
         """Names of the modules that it may import: some of them are names of what modules hold."""
-        for statement in self.imports:
+        for statement in (statement for statement, runs in _import_statements(self.source) if runs):
             parent = ""
             if isinstance(statement, ast.ImportFrom):
                 parent = statement.module or ""
@@ -230,21 +218,19 @@ def _unix(file: Path) -> bytes:
 
 
 @cache
-def _import_statements(source: bytes) -> tuple[ast.Import | ast.ImportFrom, ...]:
-    """Import statements of a module, found once for all FMUs that carry it."""
+def _import_statements(source: bytes) -> tuple[tuple[ast.Import | ast.ImportFrom, bool], ...]:
+    """Import statements of a module, found once for all FMUs that carry it, and whether they ever run."""
     return tuple(_imports(parsed(source)))
 
 
-def _imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
-    """Import statements, but for those that only a type checker reads."""
-    if isinstance(tree, ast.If) and ast.unparse(tree.test).endswith("TYPE_CHECKING"):
-        for statement in tree.orelse:
-            yield from _imports(statement)
-        return
+def _imports(tree: ast.AST, runs: bool = True) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
     if isinstance(tree, ast.Import | ast.ImportFrom):
-        yield tree
+        yield tree, runs
     for child in ast.iter_child_nodes(tree):
-        yield from _imports(child)
+        for_types = (
+            isinstance(tree, ast.If) and child in tree.body and "TYPE_CHECKING" in ast.unparse(tree.test)
+        )
+        yield from _imports(child, runs and not for_types)
 
 
 def _renamed(name: str, package: str) -> str:
@@ -254,7 +240,7 @@ def _renamed(name: str, package: str) -> str:
 def _rewritten(module: _Module, package: str, own: set[str]) -> bytes:
     """Source whose absolute imports of bundled modules go to the package."""
     lines = module.source.decode("utf-8").split("\n")
-    for statement in module.imports:
+    for statement, _ in _import_statements(module.source):
         if isinstance(statement, ast.Import):
             bundled = [alias.name for alias in statement.names if alias.name.partition(".")[0] in own]
             if bundled:

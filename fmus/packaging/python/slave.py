@@ -5,8 +5,6 @@ fmi2Discard. Nothing is ever raised: pythonfmu's library frees the slave when an
 the host's next call then crashes. A host that goes on after a refused step reads NaN, not old values.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import ctypes
@@ -269,7 +267,7 @@ def _finish_at_exit(resources: str) -> None:
                 atexit.register(_finish, loaded.finalizePythonInterpreter)
 
 
-def _finish(release: ctypes._NamedFuncPointer) -> None:
+def _finish(release: Any) -> None:
     # In a host that is not Python the library runs the interpreter in a thread of its own, which ends it
     # here and cannot wait for itself.
     if threading.get_native_id() == os.getpid():

@@ -7,9 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.answer.ambiguity import stand_ins
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.compensation import Compensated, feed_forward, observer
+from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import (
     HeldOut,
@@ -18,6 +17,7 @@ from warmlink.orchestration.diagnosis.answer.prediction import (
     Word,
     judged,
 )
+from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION

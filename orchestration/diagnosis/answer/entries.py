@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.answer.compensation import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, name_of
 from warmlink.orchestration.diagnosis.data.rig import OFFSET

@@ -16,14 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.ambiguity import indistinguishable, titles, told_apart
 from warmlink.orchestration.diagnosis.answer.separation import (
     DUTIES,
     ONE_AT_A_TIME,
     Foreseen,
     chances,
+    indistinguishable,
     problem_with,
     run_of,
+    titles,
+    told_apart,
 )
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, Averaging

@@ -1,4 +1,4 @@
-"""How far apart models are on a run that was not made, and the chance that it names the right one.
+"""What tells models apart: sets of causes that may replace each other, and how far apart a new run sets them.
 
 The separation of a rival from the truth is the distance of the true readings from the nearest that the rival
 can give, its numbers refitted (T-optimal design: A. C. Atkinson and V. V. Fedorov, Biometrika 62 (1975)
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
+
+Titles = frozenset[str]
+Pair = tuple[Titles, Titles]
+
+_MOST_TOLD = 4
+"""Causes of a list that the words name."""
 
 _CLOSE = 1e-6
 """Separation in standard deviations below which two models count as the same."""
@@ -137,3 +144,85 @@ def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) 
     joined = np.concatenate([carried.predict(run)[0][:, :, None], carried.by(run, fit.freed)], axis=2)
     together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
     return together[:, 0], together[:, 1:]
+
+
+def stand_ins(best: Titles, rivals: Sequence[Titles]) -> list[list[str]]:
+    """Causes that the data cannot tell apart, one of the best set first in each list.
+
+    Two sets that differ in one cause show that these two causes may replace each other. A set that follows
+    from the best one by such exchanges is not listed again; any other is, as a combination written `a+b`.
+    Sets are titles of causes, rivals best first.
+    """
+    members = (best, *rivals)
+    group = {title: {title} for member in members for title in member}
+    for one, other in combinations(members, 2):
+        (gone, come) = one - other, other - one
+        if len(gone) == len(come) == 1:
+            joined = group[next(iter(gone))] | group[next(iter(come))]
+            group.update(dict.fromkeys(joined, joined))
+    order = list(dict.fromkeys(title for member in members for title in sorted(member)))
+    told: dict[Titles, list[str]] = {}
+    for title in sorted(best, key=order.index):
+        if len(group[title]) > 1:
+            told.setdefault(
+                frozenset(group[title]), [title, *(t for t in order if t in group[title] and t != title)]
+            )
+    for rival in sorted(rivals, key=lambda each: len(each - best)):
+        own, other = best - rival, rival - best
+        if not own:  # the same causes, and perhaps one more
+            own, other = best, rival
+        elif {id(group[title]) for title in own} == {id(group[title]) for title in other}:
+            continue
+        told.setdefault(own, [*titles([own])]).extend(titles([other]))
+    return list(told.values())
+
+
+def titles(sets: Iterable[Titles]) -> tuple[str, ...]:
+    """Each set of causes as it is written, `a+b`."""
+    return tuple("+".join(sorted(each)) for each in sets)
+
+
+def differences(best: Titles, rivals: Sequence[Titles]) -> list[tuple[str, ...]]:
+    """Causes in which each rival differs from the best set: those it lacks, and those it has instead.
+
+    One side is empty where a rival has only more or only fewer causes. A difference that contains another
+    one is left out.
+    """
+    found = list(dict.fromkeys((best - rival, rival - best) for rival in rivals))
+    return [
+        titles((own, other))
+        for own, other in found
+        if not any(a and b and a <= own and b <= other and (a, b) != (own, other) for a, b in found)
+    ]
+
+
+def told_apart(best: Titles, rivals: Sequence[Titles]) -> str:
+    """What tells the best set from rivals, in words; empty where there are none."""
+    return ", and ".join(_in_words(differences(best, rivals)))
+
+
+def indistinguishable(alike: Iterable[Pair]) -> str:
+    """A sentence, after a blank, on sets that nothing tells apart; empty where there are none."""
+    told: dict[frozenset[str], tuple[str, ...]] = {}
+    for pair in (pair for one, other in alike for pair in differences(one, [other])):
+        told.setdefault(frozenset(pair), pair)
+    words = _in_words(told.values())
+    return f" Nothing tells {', nor '.join(words)}." if words else ""
+
+
+def _in_words(pairs: Iterable[tuple[str, ...]]) -> list[str]:
+    """Differences in words, those of one cause together."""
+    others: dict[str, list[str]] = {}
+    for one, other in pairs:
+        others.setdefault(one or other, []).append(other if one else "")
+    words = []
+    for one, each in others.items():
+        names = [other for other in each if other]
+        if len(names) < len(each):
+            words.append(f"whether {one} is there")
+        if len(names) > _MOST_TOLD + 1:
+            names = [*names[:_MOST_TOLD], f"{len(names) - _MOST_TOLD} more"]
+        if names:
+            any_of_them = f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
+            words.append(f"{one} from {any_of_them}")
+    return words

@@ -43,14 +43,9 @@ PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
 """Components by the instance that the shipped systems, and the causes, call them."""
 
 _DEMANDS = {
-    "MotorHeatSource": (
-        ("speed",),
-        ("torque", "current"),
-        ("pad_temperature", "pad_power"),
-        ("ambient_temperature",),
-    ),
-    "Heater": (("on",),),
-    "ThermalLink": (("ambient_temperature",),),
+    "MotorHeatSource": "speed torque|current pad_temperature|pad_power ambient_temperature",
+    "Heater": "on",
+    "ThermalLink": "ambient_temperature",
 }
 """Inputs of a component that every run should have, each with those that may stand in its place."""
 
@@ -174,13 +169,12 @@ class Rig:
 
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
-        kind = PARTS.get(part)
-        known = {instance for instance, each in self.foreign.items() if each.rates is not None}
-        return [
-            i
-            for i in self.components
-            if kind and (self.blueprint.components[i] == kind or (part == "link" and i in known))
-        ]
+        kinds = {PARTS.get(part)}
+        if part == "link":
+            kinds |= {
+                self.blueprint.components[i] for i, each in self.foreign.items() if each.rates is not None
+            }
+        return [instance for instance in self.components if self.blueprint.components[instance] in kinds]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""
@@ -200,8 +194,8 @@ class Rig:
         """Inputs that every run should have, each with those that may stand in its place."""
         found: list[tuple[str, ...]] = []
         for instance in self.components:
-            for names in _DEMANDS.get(self.blueprint.components[instance], ()):
-                group = tuple(f"{instance}.{name}" for name in names)
+            for names in _DEMANDS.get(self.blueprint.components[instance], "").split():
+                group = tuple(f"{instance}.{name}" for name in names.split("|"))
                 known = any(group[0] in self.fed_with(each[0]) for each in found)
                 if group[0] in self.externals and not known:
                     found.append(group)

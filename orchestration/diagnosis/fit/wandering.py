@@ -16,7 +16,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.model.forward import Courses
+from warmlink.orchestration.diagnosis.model.integrator import Courses
 
 _SPACING, _MOST_NODES = 240.0, 60
 """s between nodes, at least, and their number at most."""

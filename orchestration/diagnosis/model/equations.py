@@ -5,14 +5,22 @@ So the diagnosis integrates the same equations as the FMUs, without the communic
 
 from __future__ import annotations
 
+import ctypes
+import platform
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.component.join import part_of
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.cache import kept, kept_before
+from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.thermal_link.equations import sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
@@ -20,8 +28,16 @@ from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 _BESIDE = 1e-6
 """m from a node at which a sensor is placed: on the node itself the course has a kink."""
 
+_LOOP = Path(__file__).parent / "sources" / "integrator.c"
+
+_PAYS_FROM = 2_500
+"""Steps on CasADi's machine from which compiling pays: it takes as long as some five thousand of them."""
+
 _BLOCK = 64
 """Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
+
+
+Indices = NDArray[np.int64]
 
 
 class Equations:
@@ -38,6 +54,9 @@ class Equations:
     ----------
     states : names of the states that the outputs depend on; the others are left out
     columns : number of slots by which derivatives are given: all or none
+    linear : CasADi's function of states, slots, parameters, inputs and time in s: the rates, and what is not
+        zero of their derivatives by state and by slot, row by row
+    taken : steps on CasADi's machine so far
     """
 
     def __init__(
@@ -47,6 +66,7 @@ class Equations:
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
         self.columns = len(self.slots) if derivatives else 0
+        self.taken = 0
         joined = _Symbols(rig, self.slots)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
         needed = _needed_states(ca, joined.x, rates, observed)
@@ -55,10 +75,11 @@ class Equations:
         rates, begun = rates[needed], joined.begun[needed]
         z = joined.z[: self.columns]
         arguments = [x, joined.z, joined.p, joined.w, joined.time]
-        self._linear = ca.Function(
+        # What is not zero of the transposes, by column as CasADi has it, is row by row of the matrices.
+        self.linear = ca.Function(
             "linear",
             arguments,
-            [ca.densify(v) for v in (rates, ca.jacobian(rates, x).T, ca.jacobian(rates, z).T)],
+            [ca.densify(rates), ca.jacobian(rates, x).T, ca.jacobian(rates, z).T],
             {"cse": True},
         )
         self._observe = ca.Function(
@@ -84,9 +105,43 @@ class Equations:
         x, by_slot = self._begin(z, p, w)
         return np.array(x).ravel(), np.array(by_slot).reshape(x.shape[0], self.columns)
 
-    def stepper(self) -> Linearised:
-        """Rates with their derivatives, fast, for one thread."""
-        return Linearised(self._linear)
+    @cached_property
+    def by_row(self) -> tuple[tuple[Indices, Indices], ...]:
+        """Of the rates' derivatives by state and by slot: where each row begins, and its columns."""
+        sparsities = [self.linear.sparsity_out(i) for i in (1, 2)]
+        return tuple((np.array(each.colind()), np.array(each.row(), dtype=int)) for each in sparsities)
+
+    def library(self) -> ctypes.CDLL | None:
+        """`integrator.c` with these equations if it was compiled before or pays by now; None for CasADi."""
+        return self._before or (self._compiled if self.taken >= _PAYS_FROM else None)
+
+    @cached_property
+    def _sources(self) -> dict[str, str]:
+        import casadi as ca
+
+        generator = ca.CodeGenerator("equations.c", {"with_header": False})
+        generator.add(self.linear)
+        return {"equations.c": generator.dump(), "integrator.c": _LOOP.read_text("utf-8")}
+
+    @cached_property
+    def _before(self) -> ctypes.CDLL | None:
+        before = kept_before(*self._kept_as)
+        return None if before is None else loaded(before)
+
+    @property
+    def _kept_as(self) -> tuple[str, object]:
+        return "steps", (sys.platform, platform.machine(), self._sources)
+
+    @cached_property
+    def _compiled(self) -> ctypes.CDLL | None:
+        from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+
+        try:
+            (compiler,) = compilers(platforms_named(None))
+            quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
+            return loaded(kept(*self._kept_as, lambda: quick.library(self._sources, "steps")))
+        except (InputError, OSError):
+            return None  # there is no compiler here, and CasADi gives the same numbers
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.
@@ -112,7 +167,7 @@ class Equations:
         at, fed, when = (np.empty_like(course[:_BLOCK], order="C") for course in courses)
         held = [np.tile(each, (_BLOCK, 1)) for each in (z, p)]
         part = [np.empty_like(each[:_BLOCK]) for each in found]
-        _buffer, evaluate = _bound(self._observe, [at, *held, fed, when], part)
+        _buffer, evaluate = bound(self._observe, [at, *held, fed, when], part)
         for first in range(0, rows.size, _BLOCK):
             block = slice(first, first + _BLOCK)
             for course, given in zip(courses, (at, fed, when), strict=True):
@@ -132,56 +187,7 @@ def equations(
     return Equations(replace(rig, cells=cells), slots, outputs, derivatives)
 
 
-class Linearised:
-    """The rates at a point with their derivatives, in arrays that are reused from call to call.
-
-    Attributes
-    ----------
-    rates : shape (n,)
-    by_state : shape (n, n)
-    by_slot : shape (n, columns)
-    """
-
-    def __init__(self, function: Any) -> None:
-        given = [np.zeros(function.size1_in(i)) for i in range(5)]
-        self.x, self.z, self.p, self.w, self.time = given
-        self.rates = np.zeros(self.x.size)
-        # CasADi stores by column and gives the transposes: rows of NumPy.
-        self.by_state, self.by_slot = (np.zeros((self.x.size, function.size1_out(i))) for i in (1, 2))
-        self._buffer, self.evaluate = _bound(function, given, (self.rates, self.by_state, self.by_slot))
-
-    def averaged(
-        self, x: Array, time: float, acting: Sequence[tuple[Array, float]]
-    ) -> tuple[Array, Array, Array]:
-        """Rates and their derivatives by state and by slot, averaged over the inputs that act in a step.
-
-        Parameters
-        ----------
-        x : states, shape (n,)
-        time : s
-        acting : inputs, shape (externals,), each with its share of the step
-
-        Returns
-        -------
-        tuple of numpy.ndarray
-            Rates, and the derivatives, which the next call may overwrite.
-        """
-        self.x[:], self.time[0] = x, time
-        if len(acting) == 1:
-            self.w[:] = acting[0][0]
-            self.evaluate()
-            return self.rates.copy(), self.by_state, self.by_slot
-        slopes, by_state, by_slot = (np.zeros_like(a) for a in (self.rates, self.by_state, self.by_slot))
-        for inputs, share in acting:
-            self.w[:] = inputs
-            self.evaluate()
-            slopes += share * self.rates
-            by_state += share * self.by_state
-            by_slot += share * self.by_slot
-        return slopes, by_state, by_slot
-
-
-def _bound(function: Any, given: Sequence[Array], found: Sequence[Array]) -> tuple[Any, Any]:
+def bound(function: Any, given: Sequence[Array], found: Sequence[Array]) -> tuple[Any, Any]:
     """Buffer of a CasADi function that reads from and writes to arrays in place, and the call that does so.
 
     Whoever calls it keeps the buffer and the arrays.

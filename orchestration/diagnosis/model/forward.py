@@ -1,28 +1,22 @@
-"""Simulation of a measured run with the derivatives by all freed variables, in one pass.
-
-States and sensitivities are stepped together by ROS2 (see `fmus/component/integrator.py`): the
-sensitivities of its stages with the matrix held, which is of order 2 as the method is for any matrix. One
-inverse serves both stages and all columns.
-"""
+"""Simulation of a measured run with the derivatives by all freed variables, in one pass."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
-from warmlink.orchestration.diagnosis.model.grid import Levels, Resolution, Steps
-from warmlink.orchestration.diagnosis.model.step_control import controlled, hermite, inverse_of_step
+from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
+from warmlink.orchestration.diagnosis.model.steps import Levels, Resolution, controlled, hermite
 
 PAD_OFF = 0
 
@@ -45,37 +39,6 @@ class Trajectory:
     values: Array
     slopes: Array
     by_slot: Array
-
-
-@dataclass(frozen=True)
-class Courses:
-    """Courses in time that nobody logged, each a broken line over the same nodes.
-
-    Attributes
-    ----------
-    added_to : for each course the indices of the slots to which it adds
-    nodes : s, rising, shape (nodes,)
-    """
-
-    added_to: tuple[tuple[int, ...], ...]
-    nodes: Array
-
-    def __call__(self, by_slot: Array, time: float) -> Array:
-        """Derivatives by the values at the nodes, shape (n, courses * nodes), from those by slot."""
-        at = np.zeros(self.nodes.size)
-        k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
-        share = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
-        at[k : k + 2] = 1 - share, share
-        parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
-        return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
-
-
-Forcing = Callable[[Array, float], Array]
-"""Derivatives of the rates by whatever is wanted, from those by slot, at a time in s."""
-
-
-Acting = Sequence[tuple[Array, float]]
-"""Inputs that act in a step, shape (externals,), each with its share of it."""
 
 
 class Forward:
@@ -141,10 +104,9 @@ class Forward:
         return np.asarray((current + torque / constant)[held_row(self._rows, times)])
 
     def _controlled(self, resolution: Resolution) -> Steps:
-        rates = self.equations.stepper()
-        rates.z[:], rates.p[:] = self.start_values(), self._p
-        begun, _ = self.equations.begin(rates.z, self._p, self._w[:, 0])
-        return controlled(rates, self._levels, begun, resolution)
+        z = self.start_values()
+        begun, _ = self.equations.begin(z, self._p, self._w[:, 0])
+        return controlled(Integrator(self.equations, z, self._p), self._levels, begun, resolution)
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate.
@@ -162,55 +124,22 @@ class Forward:
 
         The outputs follow the courses through the states alone.
         """
-        count = len(courses.added_to) * courses.nodes.size
-        integrated = self._integrate(z, courses, np.zeros((len(self.equations.states), count)))
+        integrated = self._integrate(z, courses, np.zeros((len(self.equations.states), courses.size)))
         return self._interpolated(z, *integrated, times)[2]
 
     def _integrated(self, z: bytes) -> tuple[Array, Array, Array]:
         """States and sensitivities by the slots, as `_integrate` gives them."""
         values = np.frombuffer(z)
         _, begun = self.equations.begin(values, self._p, self._w[:, 0])
-        return self._integrate(values, lambda by_slot, time: by_slot, begun)
+        return self._integrate(values, each_slot(self.equations.columns), begun)
 
-    @np.errstate(over="ignore", invalid="ignore")  # what is not finite is refused at the end
-    def _integrate(self, z: Array, forcing: Forcing, begun: Array) -> tuple[Array, Array, Array]:
+    def _integrate(self, z: Array, courses: Courses, begun: Array) -> tuple[Array, Array, Array]:
         """States and sensitivities between steps, and their slopes at both ends of each step."""
-        rates = self.equations.stepper()
-        rates.z[:], rates.p[:] = z, self._p
-
-        def slopes(time: float, acting: Acting, at: Array) -> tuple[Array, Array]:
-            """Slopes of states and sensitivities, shape as `at`, and the Jacobian."""
-            by_time, jacobian, by_slot = rates.averaged(at[:, 0], time, acting)
-            result = jacobian @ at
-            result[:, 0] = by_time
-            result[:, 1:] += forcing(by_slot, time)
-            return result, jacobian
-
-        def slopes_alone(time: float, acting: Acting, at: Array) -> Array:
-            return slopes(time, acting, at)[0]
-
         x, _ = self.equations.begin(z, self._p, self._w[:, 0])
-        joined = np.column_stack([x, begun])
-        time, all_shares = self.steps.time.tolist(), self.steps.shares
-        count = len(all_shares)
-        states = np.empty((count + 1, *joined.shape))
-        left, right = np.empty((2, count, *joined.shape))
-        states[0] = joined
-        following = np.zeros(count, dtype=bool)  # where the slope at the end is that of the next step's start
-        for k, shares in enumerate(all_shares):
-            start, end = time[k : k + 2]
-            acting = [(self.steps.inputs[level], share) for level, share in shares]
-            left[k], jacobian = slopes(start, acting, joined)
-            inverse = inverse_of_step((GAMMA * (end - start)) * jacobian)
-            ending = partial(slopes_alone, end, acting)
-            joined = ros2(left[k], inverse.__matmul__, ending, joined, end - start)
-            states[k + 1] = joined
-            following[k] = len(shares) == 1 and all_shares[k + 1 : k + 2] == (shares,)
-            if not following[k]:
-                right[k] = ending(joined)
+        step = Integrator(self.equations, z, self._p, courses)
+        states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
-        right[following] = left[1:][following[:-1]]
         return states, left, right
 
     def _interpolated(

@@ -1,7 +1,6 @@
 """What FMI 2.0 and 3.0 slaves have in common.
 
-FMPy loads the library and declares its functions; they are then called directly, with argument arrays
-that are made once for each set of variables.
+The library's functions are called with argument arrays that are made once for each set of variables.
 """
 
 from __future__ import annotations
@@ -10,15 +9,14 @@ import itertools
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
-from ctypes import byref, c_bool, c_char_p, c_double, c_size_t, c_uint, c_void_p
-from importlib import import_module
+from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 from weakref import WeakValueDictionary
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
+from warmlink.orchestration.master.slaves.library import Library
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.master.slaves.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo, Variable
@@ -60,8 +58,8 @@ class FmiSlave(ABC):
 
     Attributes
     ----------
-    functions, component : ctypes library and pointer
-        The FMU's functions, declared, and the instance.
+    component : ctypes pointer
+        The instance.
     answers, wants_to_end : ctypes objects
         What a step tells beside its status, and of that whether the FMU asks to end the simulation.
     stepping : int
@@ -79,9 +77,6 @@ class FmiSlave(ABC):
     """
 
     prefix: ClassVar[str]
-    library_class: ClassVar[str]  # FMPy's, with its module
-    platform: ClassVar[str]  # what FMPy calls the name of this platform's folder
-    byte: ClassVar[Any]
 
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
@@ -105,13 +100,12 @@ class FmiSlave(ABC):
         self.answers: tuple[Any, ...] = ()
         self._surroundings = Surroundings()
         self._note(under_way.LOADING)
-        self._library = self._load(folder)
-        try:
-            self.instantiate(self._library)
-        except Exception as fault:
-            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}") from fault
-        self.functions = self._library.dll
-        self.component = c_void_p(self._library.component)
+        library = Library(name, info.path.name, folder, info.model_identifier, self.prefix)
+        self._library: Library | None = library
+        self._functions = library.functions
+        self.component = c_void_p(self.instantiate(name.encode(), info.guid.encode(), folder / "resources"))
+        if not self.component:
+            raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}")
         self._do_step = self.function("DoStep")
         # An FMU may refuse all further calls after one for a category that it does not declare.
         declared = info.log_categories
@@ -122,8 +116,8 @@ class FmiSlave(ABC):
         self.look_around("when it was loaded")
 
     @abstractmethod
-    def instantiate(self, library: Any) -> None:
-        """Instantiate through FMPy, with logging into the log."""
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate with logging into the log, and give the instance's address."""
 
     @abstractmethod
     def base_type(self, variable: Variable) -> tuple[str, Any] | None:
@@ -143,7 +137,7 @@ class FmiSlave(ABC):
 
     def function(self, name: str) -> Any:
         """Find one of the FMU's functions by its name, as FMI 3.0 spells it, without the prefix."""
-        return getattr(self.functions, self.prefix + name)
+        return self._functions[name]
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function and raise unless it answers ok or warning."""
@@ -271,15 +265,15 @@ class FmiSlave(ABC):
         """Give the present state as bytes."""
         state, size = self.state(), c_size_t()
         self.call("SerializedFMUStateSize", self.component, state, byref(size))
-        data = (self.byte * size.value)()
+        data = (c_char * size.value)()
         self.call("SerializeFMUState", self.component, state, data, size)
         self.free(state)
-        return bytes(data)
+        return data.raw
 
     def deserialize(self, data: bytes) -> None:
         """Take a serialised state."""
         state = c_void_p()
-        buffer = (self.byte * len(data)).from_buffer_copy(data)
+        buffer = (c_char * len(data)).from_buffer_copy(data)
         self.call("DeserializeFMUState", self.component, buffer, len(data), byref(state))
         self.restore(state)
         self.free(state)
@@ -295,25 +289,4 @@ class FmiSlave(ABC):
             self.function("Terminate")(self.component)
         if self._worst < 4:
             self.function("FreeInstance")(self.component)
-            library.freeLibrary()
-
-    def _load(self, folder: Path) -> Any:
-        import fmpy
-
-        module, _, of_version = self.library_class.partition(".")
-        name, info, platform = self.name, self.info, getattr(fmpy, self.platform)
-        if not (folder / "binaries" / platform).is_dir():
-            offered = ", ".join(sorted(p.name for p in (folder / "binaries").glob("*"))) or "none"
-            raise InputError(
-                f"{name}: {info.path.name} holds no library for {platform} (it has: {offered}); "
-                "export it for this platform"
-            )
-        try:
-            return getattr(import_module(f"fmpy.{module}"), of_version)(
-                instanceName=name,
-                guid=info.guid,
-                modelIdentifier=info.model_identifier,
-                unzipDirectory=str(folder),
-            )
-        except Exception as error:
-            raise InputError(f"{name}: the library of {info.path.name} does not load: {error}") from error
+            library.close()

@@ -6,48 +6,52 @@ whenever it asks during a step, along the polynomial that the master gave.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from ctypes import byref, c_bool, c_double, c_uint, c_uint8
+from ctypes import CFUNCTYPE, POINTER, byref, c_bool, c_char_p, c_double, c_int, c_uint, c_void_p
+from pathlib import Path
 from typing import Any, ClassVar
 
 from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
+from warmlink.orchestration.master.slaves.library import FMI3_TYPES
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.description import Variable
 from warmlink.orchestration.system.model import Value
+
+_LOG = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
+_UPDATE = CFUNCTYPE(
+    None, c_void_p, c_double, c_bool, c_bool, c_bool, c_bool, POINTER(c_bool), POINTER(c_double)
+)
 
 
 class Fmi3Slave(FmiSlave):
     """One instance of an FMI 3.0 FMU."""
 
     prefix: ClassVar[str] = "fmi3"
-    library_class: ClassVar[str] = "fmi3.FMU3Slave"
-    platform: ClassVar[str] = "platform_tuple"
-    byte: ClassVar[Any] = c_uint8
 
-    def instantiate(self, library: Any) -> None:
-        """Instantiate; FMPy keeps the callbacks alive."""
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate; the callbacks live as long as this object."""
         self._varying: dict[int, list[float]] = {}
         self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
         inputs = [
             v.value_reference
             for v in self.variables.values()
-            if v.causality == "input" and v.type == "Float64" and v.elements == 1
+            if updates and v.causality == "input" and v.type == "Float64" and v.elements == 1
         ]
-        library.instantiate(
-            loggingOn=False,
-            logMessage=lambda environment, status, category, message: self.log.add(status, message),
-            intermediateUpdate=self._update if updates else None,
-            requiredIntermediateVariables=inputs if updates else None,
+        self._log = _LOG(lambda environment, status, category, message: self.log.add(status, message))
+        self._updated = _UPDATE(self._update) if updates else None
+        found: int | None = self.function("InstantiateCoSimulation")(
+            *(name, token, f"{resources}{os.sep}".encode(), False, False, False, False),
+            *((c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated),
         )
+        return found
 
     def base_type(self, variable: Variable) -> tuple[str, Any] | None:
         """Give the type itself; an Enumeration is exchanged as Int64."""
-        from fmpy import fmi3
-
         base = "Int64" if variable.type == "Enumeration" else variable.type
-        return None if variable.kind is None else (base, getattr(fmi3, f"fmi3{base}"))
+        return None if variable.kind is None else (base, FMI3_TYPES[base])
 
     def arguments(self, batch: Batch) -> tuple[Any, ...]:
         """Give instance, value references, their count, values, and their count again."""
@@ -98,4 +102,4 @@ class Fmi3Slave(FmiSlave):
         count = len(self._varying)
         numbers = (u + elapsed * (d + 0.5 * elapsed * c) for u, d, c in self._varying.values())
         values, references = (c_double * count)(*numbers), (c_uint * count)(*self._varying)
-        return int(self.functions.fmi3SetFloat64(self.component, references, count, values, count))
+        return int(self.function("SetFloat64")(self.component, references, count, values, count))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import importlib
 import multiprocessing
 import os
 import signal
@@ -119,8 +118,6 @@ def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     die_with_parent()
     print_to_standard_error()
-    for module in ("fmpy.fmi2", "fmpy.fmi3"):  # before a time limit begins, which is the FMU's
-        importlib.import_module(module)
     pipe.send(None)
     target(pipe, *arguments)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
     Segment,
 )
 from warmlink.orchestration.scenarios.quantity import converter, heading
-from warmlink.orchestration.system.units import Conversion
+from warmlink.orchestration.system.units import IDENTITY, Conversion
 from warmlink.orchestration.text_files import read_text, shown
 
 TIME, DURATION = "time", "duration"
@@ -32,14 +32,6 @@ DEMANDS = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != D
 
 MEASURED = (*SENSED, "elongation")
 """Columns that may stand beside it, as in a run that `diagnose` reads; they are no part of the duty cycle."""
-
-
-class _Column(NamedTuple):
-    """A column of the duty cycle: its place in the row, its name and how it becomes SI."""
-
-    place: int
-    name: str
-    conversion: Conversion
 
 
 def read_csv(path: Path) -> Duty:
@@ -63,7 +55,7 @@ def read_csv(path: Path) -> Duty:
         where = f"{path.name}: line {line}"
         if len(row) != len(header):
             raise InputError(f"{where}: {len(row)} cells under {len(header)} columns; mend the row")
-        cells = {name: _value(row[place], where, name, known) for place, name, known in columns}
+        cells = {name: _value(row[place], where, name, to_si) for name, (place, to_si) in columns.items()}
         time = cells.pop(TIME)
         if time is None or (times and time <= times[-1]):
             raise InputError(f"{where}: time is missing or does not increase; give increasing times")
@@ -73,19 +65,13 @@ def read_csv(path: Path) -> Duty:
     if len(times) < 2:
         raise InputError(f"{path.name}: {len(times)} rows under the header; give at least two times")
     lasting = [replace(each, duration=float(d)) for each, d in zip(segments, np.diff(times), strict=False)]
-    given = {column.name for column in columns}
-    return Duty(
-        name=path.stem,
-        title=path.stem,
-        reason=f"recorded, {path.name}",
-        stop_time=times[-1] - times[0],
-        segments=tuple(lasting),
-        remarks=tuple(
-            f"{path.name} has no column {name}, which is taken as 0 {DEMANDS[name]}"
-            for name in ("speed", "torque")
-            if name not in given
-        ),
+    remarks = tuple(
+        f"{path.name} has no column {name}, which is taken as 0 {DEMANDS[name]}"
+        for name in ("speed", "torque")
+        if name not in columns
     )
+    reason, stop_time = f"recorded, {path.name}", times[-1] - times[0]
+    return Duty(path.stem, path.stem, reason, stop_time, tuple(lasting), remarks=remarks)
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
@@ -100,33 +86,25 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     return rows
 
 
-def _columns(header: list[str], where: str) -> list[_Column]:
-    columns = list(_known_columns(header, where))
-    names = [name for _, name, _ in columns]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(f"{where}: column {twice[0]!r} stands twice; keep one")
-    if TIME not in names:
-        raise InputError(f"{where}: no column 'time [s]'; add it")
-    return [column for column in columns if column.name in DEMANDS]
-
-
-def _known_columns(header: list[str], where: str) -> Iterator[_Column]:
+def _columns(header: list[str], where: str) -> dict[str, tuple[int, Conversion]]:
+    """Place in the row and conversion to SI of each column of the duty cycle, by name."""
+    found: dict[str, tuple[int, Conversion]] = {}
     for place, cell in enumerate(header):
         name, unit = heading(cell)
         if not name.isidentifier():
             raise InputError(f"{where}: column {shown(cell)} is not of the form 'name [unit]'; rename it")
-        if name in MEASURED:
-            yield _Column(place, name, Conversion())
-            continue
-        if name not in DEMANDS:
-            raise InputError(
-                f"{where}: column {shown(name)} is not known; "
-                f"{instead(name, (*DEMANDS, *MEASURED), 'or remove it')}"
-            )
-        if not unit:
+        if name not in (*DEMANDS, *MEASURED):
+            known = instead(name, (*DEMANDS, *MEASURED), "or remove it")
+            raise InputError(f"{where}: column {shown(name)} is not known; {known}")
+        if name in DEMANDS and not unit:
             raise InputError(f"{where}: column {name!r} has no unit; write '{name} [{DEMANDS[name]}]'")
-        yield _Column(place, name, converter(unit, DEMANDS[name], f"{where}: column {name!r}"))
+        if name in found:
+            raise InputError(f"{where}: column {name!r} stands twice; keep one")
+        si = DEMANDS.get(name)
+        found[name] = place, converter(unit or "", si, f"{where}: column {name!r}") if si else IDENTITY
+    if TIME not in found:
+        raise InputError(f"{where}: no column 'time [s]'; add it")
+    return {name: column for name, column in found.items() if name in DEMANDS}
 
 
 def _held(cells: Mapping[str, float | None], where: str) -> dict[str, Any]:
@@ -140,7 +118,7 @@ def _held(cells: Mapping[str, float | None], where: str) -> dict[str, Any]:
     return changes
 
 
-def _value(cell: str, where: str, name: str, known: Conversion) -> float | None:
+def _value(cell: str, where: str, name: str, to_si: Conversion) -> float | None:
     if not cell.strip():
         return None
     try:
@@ -149,4 +127,4 @@ def _value(cell: str, where: str, name: str, known: Conversion) -> float | None:
         value = math.nan
     if not math.isfinite(value):
         raise InputError(f"{where}: {shown(cell.strip())} in column {name!r} is no number; mend or empty it")
-    return known(value)
+    return to_si(value)

@@ -38,10 +38,8 @@ class Parameter:
 
     Parameters
     ----------
-    type
-        `Real`, `Integer`, `Boolean`, `String` or `Enumeration`.
-    unit
-        Unit of a Real; None means that of the variable it goes to.
+    type : `Real`, `Integer`, `Boolean`, `String` or `Enumeration`
+    unit : unit of a Real; None means that of the variable it goes to
     """
 
     name: str
@@ -55,8 +53,7 @@ def read_ssv(path: Path) -> dict[str, Parameter]:
 
     Parameters
     ----------
-    path
-        The file.
+    path : the file
 
     Returns
     -------
@@ -80,12 +77,10 @@ def write_ssv(
 
     Parameters
     ----------
-    values
-        By variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be told.
-    path
-        Where to write.
-    name
-        Name of the parameter set.
+    values : by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
+        told
+    path : where to write
+    name : name of the parameter set
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:

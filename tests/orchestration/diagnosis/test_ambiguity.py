@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from warmlink.orchestration.diagnosis.answer.ambiguity import differences, stand_ins
+from warmlink.orchestration.diagnosis.answer.separation import differences, stand_ins
 
 
 def sets(*names: str) -> list[frozenset[str]]:

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.answer import duties
+from warmlink.orchestration.diagnosis.answer import separation
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward, NotSimulatedError
-from warmlink.orchestration.diagnosis.model.grid import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
 from warmlink.orchestration.scenarios.duties.duty import NO_PAD, Segment
@@ -33,7 +33,7 @@ def freed() -> list[str]:
 
 
 def run_of(duty: tuple[Segment, ...], interval: float = 10.0) -> Run:
-    return duties.run_of(duty, [], 1.0, interval)
+    return separation.run_of(duty, [], 1.0, interval)
 
 
 def forward(run: Run, resolution: Resolution, slots: list[str] | None = None) -> Forward:

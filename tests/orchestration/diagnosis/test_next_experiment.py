@@ -10,9 +10,8 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.answer.ambiguity import indistinguishable
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, run_of
+from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, indistinguishable, run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.fit.verdict import assess

@@ -15,7 +15,7 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
-from warmlink.orchestration.diagnosis.model.grid import FINAL, SEARCH, Levels, Resolution
+from warmlink.orchestration.diagnosis.model.steps import FINAL, SEARCH, Levels, Resolution
 
 BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")
 CELLS = 20

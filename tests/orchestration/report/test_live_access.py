@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.browser import Browser
-from warmlink.orchestration.command_line.live import live
+from warmlink.orchestration.command_line.pages import live
 
 pytestmark = pytest.mark.platform
 

@@ -8,8 +8,7 @@ import pytest
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.cores.workers import attempt
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.workers import FmuSet, attempt
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 # Ten minutes each, so that a test may run many.

@@ -63,7 +63,7 @@ def test_a_bad_study_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("warmlink.orchestration.studies.cores.cluster.CONNECT_TIMEOUT_S", 1.0)
+    monkeypatch.setattr("warmlink.orchestration.studies.cluster.CONNECT_TIMEOUT_S", 1.0)
     assert sentence in refused([command, *arguments], capsys, monkeypatch)
 
 
@@ -114,11 +114,13 @@ def test_a_locked_storage_and_a_busy_folder_are_refused(
 def test_a_bad_number_of_processes_is_refused_before_fmus_are_built(
     command: list[str],
     jobs: str,
-    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "empty"))
+    cache = tmp_path_factory.mktemp("cache")
+    monkeypatch.setenv("WARMLINK_CACHE", str(cache))
     assert f"--jobs {jobs}: not a number of processes" in refused(
         [*command, "--jobs", jobs], capsys, monkeypatch
     )
+    assert not list(cache.rglob("*.fmu"))

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.studies.cores.cluster import ClusterWorkers
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.cluster import ClusterWorkers
+from warmlink.orchestration.studies.points import points_of, sweep
 from warmlink.orchestration.studies.study import load_study
-from warmlink.orchestration.studies.sweep import points_of, sweep
+from warmlink.orchestration.studies.workers import FmuSet
 
 from .conftest import Here
 from .test_workers import deadly, short

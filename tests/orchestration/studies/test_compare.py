@@ -12,7 +12,7 @@ from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.outcome import run_scenario
-from warmlink.orchestration.command_line.studies.compare_table import table
+from warmlink.orchestration.command_line.studies import table
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import Mismatch
@@ -24,9 +24,9 @@ from warmlink.orchestration.studies.compare import (
     run_comparison,
     write_csv,
 )
-from warmlink.orchestration.studies.cores.local import LocalWorkers
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.plan import assigned, plan, reached_controllers
+from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
@@ -112,13 +112,11 @@ def test_a_defeat_is_marked() -> None:
     rows = {name: found.row(name, "work") for name in found.controllers}
     assert [name for name, row in rows.items() if row.defeated] == ["none", "outside", "equal", "harm", "x"]
     assert [name for name, row in rows.items() if row.worse_than_none] == ["harm"]
-    shown = dict(
-        zip(found.controllers, (list(column.cells) for column in table(found).columns[1:]), strict=True)
-    )
-    assert shown["good"][1].split() == ["4.0", "50", "%", "*"]
-    assert shown["outside"][1].split() == ["6.0", "25", "%", "!"]
-    assert shown["harm"][1].split() == ["9.0", "-12", "%", "!!"]
-    assert shown["x"][1].split() == ["stopped", "!!"]
+    shown = dict(zip(found.controllers, table(found)[1][1:], strict=True))
+    assert str(shown["good"]).split() == ["4.0", "50", "%", "*"]
+    assert str(shown["outside"]).split() == ["6.0", "25", "%", "!"]
+    assert str(shown["harm"]).split() == ["9.0", "-12", "%", "!!"]
+    assert str(shown["x"]).split() == ["stopped", "!!"]
 
 
 def test_the_command_writes_table_and_report(

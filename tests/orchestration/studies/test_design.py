@@ -7,7 +7,7 @@ from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.studies.design import plant_of
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv

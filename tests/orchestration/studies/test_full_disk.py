@@ -17,8 +17,8 @@ from warmlink.fmus.errors import NoRoomError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.studies import at_work
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.cores.local import LocalWorkers
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.workers import FmuSet
 
 from .test_workers import short
 

@@ -13,13 +13,18 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies import local
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.cores import local
-from warmlink.orchestration.studies.cores.agreement import agreeing
-from warmlink.orchestration.studies.cores.joined import joined_systems, outcomes
-from warmlink.orchestration.studies.cores.local import LocalWorkers
-from warmlink.orchestration.studies.cores.workers import attempt, attempt_all, side_by_side
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.workers import (
+    FmuSet,
+    agreeing,
+    attempt,
+    attempt_all,
+    joined_outcomes,
+    joined_systems,
+    side_by_side,
+)
 
 LAWS = {"lag": "LagCompensator", "none": "NoCompensator"}
 
@@ -54,7 +59,7 @@ def test_figures_are_those_of_the_fmus_within_the_coupling_error(
     for name in ("nominal", "noisy_sensors", "thermal_low"):
         changed = mismatch.load(name).applied(scenario(folder))
         case = case_of(changed, ("lag", "pause", name), with_budget=True)
-        exact, (joined,) = attempt(case, fmus), outcomes([case], rollouts[case.law])
+        exact, (joined,) = attempt(case, fmus), joined_outcomes([case], rollouts[case.law])
         assert joined is not None
         assert exact.coupling_um is not None
         assert joined.coupling_um is not None
@@ -82,7 +87,7 @@ def test_a_run_is_the_same_alone_and_beside_others(
     shares = side_by_side(cases, together)
     assert sorted(place for share in shares for place in share) == list(range(len(cases)))
     assert 1 < len(shares) < len(cases)
-    alone = [outcomes([case], rollouts[case.law])[0] for case in cases]
+    alone = [joined_outcomes([case], rollouts[case.law])[0] for case in cases]
     assert attempt_all(cases, together) == alone
     assert len(set(alone)) > 9
 
@@ -112,7 +117,7 @@ def test_what_an_fmu_refuses_is_told_by_the_fmus(
         replace(good, values={**good.values, part: {**good.values.get(part, {}), name: value}})
         for part, name, value, _ in wrong
     ]
-    assert outcomes(cases, rollouts[good.law])[1:] == [None] * 3
+    assert joined_outcomes(cases, rollouts[good.law])[1:] == [None] * 3
     found = attempt_all(cases, replace(fmus, rollouts=rollouts))
     assert found[0].stopped is None
     for outcome, (*_, said) in zip(found[1:], wrong, strict=True):

@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.scenarios.written import read_table
-from warmlink.orchestration.studies.case import Case, Outcome, failed
-from warmlink.orchestration.studies.objective import METRICS, Constraint, Gathered, gather
+from warmlink.orchestration.studies.case import METRICS, Case, Constraint, Gathered, Outcome, failed, gather
 
 VALUES = st.lists(st.floats(0, 1e3), min_size=1, max_size=12)
 

@@ -12,7 +12,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.own_law import load_own_law
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.workers import FmuSet
 
 HERE = Path(__file__).parent
 EXAMPLE = f"{HERE / 'my_law.py'}:MyLaw"

@@ -10,9 +10,9 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_sweep
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.points import points_of, sweep, write_parquet
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
-from warmlink.orchestration.studies.sweep import points_of, sweep, write_parquet
+from warmlink.orchestration.studies.workers import FmuSet
 
 from .conftest import Here
 
@@ -82,7 +82,7 @@ def test_points_are_laid_out_a_share_at_a_time(
             asked.append(len(cases))
             return super().run(cases)
 
-    monkeypatch.setattr("warmlink.orchestration.studies.sweep.AT_ONCE", 4)
+    monkeypatch.setattr("warmlink.orchestration.studies.points.AT_ONCE", 4)
     done: list[int] = []
     assert sweep(study, points_of(study), Counted(fmus), done.append) == whole
     assert asked == [8, 8, 2]

@@ -12,15 +12,14 @@ from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
-from warmlink.orchestration.studies.case import Case, Outcome, failed
-from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.ledger import Ledger
-from warmlink.orchestration.studies.objective import Gathered
+from warmlink.orchestration.studies.at_work import Ledger
+from warmlink.orchestration.studies.case import Case, Gathered, Outcome, failed
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.tune import Tuned, tune
 from warmlink.orchestration.studies.winner import polish, write_winner
+from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 import_optuna()
@@ -241,7 +240,7 @@ def test_the_winner_is_a_parameter_set_with_units(study: Study, tmp_path: Path) 
 def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder: Path) -> None:
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
-    write_tuning(Tuned(study, trials), Storage(study, "fmus", default_url(here)), here / "report.html")
+    write_tuning(Tuned(study, trials, Storage(study, "fmus", default_url(here))), here / "report.html")
     text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
@@ -260,9 +259,9 @@ def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study,
     winner = best(trials)
     assert winner in kept[1:-1]
     assert same(trials, run(two, here, Formula(at_most=0)))
-    write_tuning(Tuned(two, trials), Storage(two, "fmus", default_url(here)), here / "report.html")
+    write_tuning(Tuned(two, trials, Storage(two, "fmus", default_url(here))), here / "report.html")
     assert "Front" in (here / "report.html").read_text("utf-8")
-    frame = Tuned(two, trials).to_frame()
+    frame = Tuned(two, trials, Storage(two, "fmus", default_url(here))).to_frame()
     assert frame["in_front"].sum() == len(kept)
     assert not undescribed("trials.csv", dict.fromkeys(frame))
 

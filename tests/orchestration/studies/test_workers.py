@@ -11,11 +11,10 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.studies.at_work import FILE, Ledger
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
-from warmlink.orchestration.studies.cores.local import LocalWorkers
-from warmlink.orchestration.studies.cores.workers import Workers
-from warmlink.orchestration.studies.fmu_set import FmuSet
-from warmlink.orchestration.studies.ledger import FILE, Ledger
+from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.workers import FmuSet, Workers
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)
 

@@ -13,7 +13,6 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import (
     XML_LIMIT_BYTES,
-    Limits,
     extract,
     read_member,
     safe_relative,
@@ -24,10 +23,12 @@ from warmlink.orchestration.system.xml import parse_xml
 
 from .ssp_text import write_zip
 
+ARCHIVE = "warmlink.orchestration.system.archive"
 
-def refused(path: Path, target: Path, limits: Limits | None = None) -> str:
+
+def refused(path: Path, target: Path) -> str:
     with pytest.raises(InputError) as refusal:
-        extract(path, target, limits or Limits())
+        extract(path, target)
     # Nothing half-written is left, neither the folder nor what it was made from.
     assert not target.exists()
     assert [p.name for p in target.parent.iterdir() if p.name.startswith(".unpacking")] == []
@@ -74,26 +75,31 @@ def test_a_file_where_a_folder_should_be_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("limits", "reason"),
     [
-        (Limits(members=2), "holds 3 entries, more than the 2 allowed"),
-        (Limits(member_bytes=999), "'b' unpacks to more than 999 bytes"),
-        (Limits(total_bytes=1500), "unpacks to more than 1500 bytes"),
-        (Limits(ratio=5, ratio_from_bytes=100), "more than 5 times its packed size"),
+        ({"MOST_MEMBERS": 2}, "holds 3 entries, more than the 2 allowed"),
+        ({"MEMBER_BYTES": 999}, "'b' unpacks to more than 999 bytes"),
+        ({"TOTAL_BYTES": 1500}, "unpacks to more than 1500 bytes"),
+        ({"RATIO": 5, "RATIO_FROM_BYTES": 100}, "more than 5 times its packed size"),
     ],
 )
-def test_too_much_is_refused(tmp_path: Path, limits: Limits, reason: str) -> None:
+def test_too_much_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limits: dict[str, float], reason: str
+) -> None:
+    for name, limit in limits.items():
+        monkeypatch.setattr(f"{ARCHIVE}.{name}", limit)
     with zipfile.ZipFile(tmp_path / "a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
         for name, size in (("a", 90), ("b", 1000), ("c", 900)):
             archive.writestr(name, b"\0" * size)
-    assert reason in refused(tmp_path / "a.fmu", tmp_path / "out", limits)
+    assert reason in refused(tmp_path / "a.fmu", tmp_path / "out")
 
 
-def test_what_an_archive_claims_does_not_count(tmp_path: Path) -> None:
+def test_what_an_archive_claims_does_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An entry that says it unpacks to 10 bytes and unpacks to a million is stopped."""
+    monkeypatch.setattr(f"{ARCHIVE}.MEMBER_BYTES", 1000)
     with zipfile.ZipFile(tmp_path / "a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a", b"\0" * 1_000_000)
     data = (tmp_path / "a.fmu").read_bytes()
     (tmp_path / "a.fmu").write_bytes(data.replace(struct.pack("<L", 1_000_000), struct.pack("<L", 10)))
-    assert "not a readable zip" in refused(tmp_path / "a.fmu", tmp_path / "out", Limits(member_bytes=1000))
+    assert "not a readable zip" in refused(tmp_path / "a.fmu", tmp_path / "out")
 
 
 @pytest.mark.parametrize("data", [b"", b"PK", b"no zip at all", b"PK\x05\x06" + b"\0" * 18 + b"junk"])
@@ -158,7 +164,7 @@ def test_packing_that_unpacks_without_bound_is_refused(tmp_path: Path, method: i
 def test_a_list_of_entries_that_fills_the_memory_is_refused_before_it_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.system.archive.DIRECTORY_LIMIT_BYTES", 1 << 20)
+    monkeypatch.setattr(f"{ARCHIVE}.DIRECTORY_LIMIT_BYTES", 1 << 20)
     path = tmp_path / "a.fmu"
     end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 65535, 65535, 2 << 20, 0, 0)
     path.write_bytes(b"PK\1\2" * (1 << 19) + end)

@@ -10,8 +10,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.cores.workers import attempt_all, died, side_by_side
-from warmlink.orchestration.studies.fmu_set import FmuSet
+from warmlink.orchestration.studies.workers import FmuSet, attempt_all, died, side_by_side
 
 CONNECT_TIMEOUT_S = 5.0
 

@@ -18,15 +18,15 @@ from types import ModuleType, TracebackType
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.cores.joined import lane_of
-from warmlink.orchestration.studies.cores.workers import (
+from warmlink.orchestration.studies.workers import (
     ATTEMPTS,
     DEFAULT_JOBS,
+    FmuSet,
     attempt_all,
     died,
+    lane_of,
     side_by_side,
 )
-from warmlink.orchestration.studies.fmu_set import FmuSet
 
 MOST_JOBS = 1024
 """Each is a process of some 100 MB; a typing error must not start a million of them."""

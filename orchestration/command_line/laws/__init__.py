@@ -1,1 +1,0 @@
-"""The commands that make a controller: its design, and its C."""

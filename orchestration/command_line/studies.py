@@ -1,0 +1,314 @@
+"""`warmlink compare`, `tune` and `sweep`: many scenarios, run on all cores or on a cluster."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line import options
+from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
+from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.master.pacing import on_ctrl_c
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from warmlink.orchestration.studies.at_work import Means
+    from warmlink.orchestration.studies.compare import Comparison, Row
+
+BEST, BEYOND, HARM = "*", "!", "!!"
+LEGEND = (
+    f"{BEST} best in its row, or equal to it within the error budget   {BEYOND} beyond tolerance   "
+    f"{HARM} worse than no compensation"
+)
+WIDE = 240
+"""Width in characters of the table where the output is not a terminal."""
+
+
+def compare(
+    *,
+    controllers: str | None = None,
+    duty_cycles: str | None = None,
+    mismatch: str | None = None,
+    with_: list[str] | None = None,
+    parameters: list[Path] | None = None,
+    set_: list[str] | None = None,
+    fmus: str | None = None,
+    system: str = "WarmupCell",
+    scenario: Path | None = None,
+    replace: list[str] | None = None,
+    map_: list[str] | None = None,
+    out: Path | None = None,
+    scheduler: str | None = None,
+    jobs: int = 2,
+    exact: bool = False,
+    report: bool = True,
+    json: bool = False,
+) -> None:
+    """Compare controllers with each other and with no compensation, over duty cycles and mismatches.
+
+    A --set of a compensator's parameter reaches every controller that has this parameter; mismatches are
+    applied after all other changes. Writes compare.csv and report.html. After an interruption the same
+    command continues. Differences within the error budget count as equal. The table marks where an error is
+    beyond the tolerance, and where a controller is worse than none.
+
+    With --scenario, a cell of one's own is compared in: its parameters and sensors hold in every duty cycle.
+
+    Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
+
+    Parameters
+    ----------
+    controllers : Controllers, such as `lag,observer`. Default: all (`warmlink list`).
+    duty_cycles : Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all.
+    mismatch : How the real cell differs from the one that the controllers were designed for: `nominal`,
+        `thermal_high`, `thermal_low`, `insulated`, `ventilated`, `losses_high`, `losses_low`,
+        `noisy_sensors`, `camera_absent`, `draw_1`, `draw_2` and so on (the number is the seed), or TOML
+        files, separated by commas. Default: nine of them.
+    with_ : A controller of your own, as `my_law.py:MyLaw`. Repeatable.
+    system : `WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.
+    scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold.
+    out : Folder for results. Default: out/compare.
+    """
+    from warmlink.orchestration.scenarios.own_system import with_replaced
+    from warmlink.orchestration.studies.compare import compared, write_csv
+    from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
+    from warmlink.orchestration.system.replacement import Replacements
+
+    sets, laws = options.sets_given(parameters, set_), options.listed(controllers)
+    if with_ and system in SYSTEMS:
+        laws = [*(designed_for(system) if laws is None else laws), *with_]
+    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
+    given = Replacements.given(replace, map_)
+    plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
+    for each in sets:
+        sentence = reached_controllers(each, plan.laws)
+        if sentence is not None:
+            remark(sentence)
+    for first in {each.controller.name: each for each in plan.scenarios}.values():
+        options.advise(first)
+    folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
+    with _interruptible():
+        comparison = compared(plan, _means(fmus, jobs, scheduler, exact), folder)
+        with _results(folder) as target:
+            write_csv(comparison, target / "compare.csv")
+            if report:
+                from warmlink.orchestration.report.comparison import write_report
+
+                write_report(comparison, target / "report.html")
+    if json:
+        answer_json(comparison.records())
+    else:
+        title = "largest error in µm, and the share of it removed"
+        print_table(title, ("", *comparison.controllers), table(comparison), texts=1, width=WIDE)
+        answer(f"{LEGEND}\ntable   {folder / 'compare.csv'}")
+        if report:
+            answer(f"report  {folder / 'report.html'}")
+    stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
+    for row in stopped[:3]:
+        remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
+    if len(stopped) > 3:
+        remark(f"{len(stopped) - 3} more runs stopped early")
+    if stopped:
+        raise SystemExit(FAILED)
+
+
+def tune(
+    study: str,
+    *,
+    trials: int | None = None,
+    scheduler: str | None = None,
+    jobs: int = 2,
+    fmus: str | None = None,
+    out: Path | None = None,
+    exact: bool = False,
+    report: bool = True,
+    json: bool = False,
+) -> None:
+    """Find a controller's best parameters with Optuna; each trial is judged in closed loop.
+
+    The study file says which parameters vary between which bounds, over which duty cycles and mismatches the
+    controller is judged, which figure is minimised (its worst value, its mean, or the mean of its worst
+    share), and which limits must be kept:
+
+        controller = "lag"
+        duty_cycles = ["windshield_wiper", "stop_and_go"]
+        [parameters]
+        "compensator.gain" = { min = "2 um/W", max = "8 um/W" }
+        [objective]
+        metric = "max_abs_um"
+        over = "worst"
+
+    A table [second_objective] of the same kind asks for the Pareto front of both. Where the system is joined,
+    the winner is polished along its gradient.
+
+    Writes trials.csv, winner.ssv and report.html. After an interruption the same command continues; its table
+    does not depend on the number of processes.
+
+    Parameters
+    ----------
+    trials : Number of trials. Default: the number in the study file.
+    out : Folder for results. Default: out/STUDY/tune.
+    """
+    from warmlink.orchestration.studies.study import load_study
+    from warmlink.orchestration.studies.tune import tune_study
+    from warmlink.orchestration.studies.winner import write_winner
+
+    asked = load_study(study).lasting(trials)
+    folder = out or Path("out") / asked.name / "tune"
+    with _interruptible():
+        found = tune_study(asked, means=_means(fmus, jobs, scheduler, exact), out=folder)
+        with _results(folder) as target:
+            found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
+            if found.best is not None:
+                write_winner(asked, found.best.point, target)
+            if report:
+                from warmlink.orchestration.report.studies import write_tuning
+
+                write_tuning(found, target / "report.html")
+    if json:
+        answer_json(found.to_dict())
+        return
+    answer(
+        f"{found.summary()}\ntrials  {folder / 'trials.csv'}\nstudy   optuna-dashboard {found.storage.place}"
+    )
+    if report:
+        answer(f"report  {folder / 'report.html'}")
+
+
+def sweep(
+    study: str,
+    *,
+    scheduler: str | None = None,
+    jobs: int = 2,
+    fmus: str | None = None,
+    out: Path | None = None,
+    exact: bool = False,
+    report: bool = True,
+    json: bool = False,
+) -> None:
+    """Run a grid or a Latin hypercube of parameters in closed loop.
+
+    Takes the same study files as `warmlink tune`. Their table [sweep] says `kind = "grid"` with the number of
+    `points` for each parameter, or `kind = "latin_hypercube"` with the total number of `points`. Writes
+    sweep.parquet, with one row for each run, and report.html. After an interruption the same command
+    continues.
+
+    Parameters
+    ----------
+    out : Folder for results. Default: out/STUDY/sweep.
+    """
+    from warmlink.orchestration.studies.points import sweep_study, write_parquet
+    from warmlink.orchestration.studies.study import load_study
+
+    asked = load_study(study)
+    folder = out or Path("out") / asked.name / "sweep"
+    with _interruptible():
+        swept = sweep_study(asked, means=_means(fmus, jobs, scheduler, exact), out=folder)
+        with _results(folder) as target:
+            write_parquet(asked, swept.found, target / "sweep.parquet")
+            if report:
+                from warmlink.orchestration.report.studies import write_sweep
+
+                write_sweep(asked, swept.found, target / "report.html")
+    if json:
+        answer_json(swept.to_dict())
+        return
+    answer(f"{swept.summary()}\ntable   {folder / 'sweep.parquet'}")
+    if report:
+        answer(f"report  {folder / 'report.html'}")
+
+
+def _means(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> Means:
+    from warmlink.orchestration.fmu_store import kind_named
+    from warmlink.orchestration.studies.at_work import Means
+
+    return Means(kind_named(fmus), jobs, scheduler, exact)
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C end the command in order, and a second Ctrl-C end the process at once.
+
+    The worker processes end with this one.
+    """
+
+    def first(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        raise KeyboardInterrupt
+
+    try:
+        with on_ctrl_c(first):
+            yield
+    except KeyboardInterrupt:
+        remark("interrupted; finished runs are kept, and the same command continues")
+        raise SystemExit(INTERRUPTED) from None
+
+
+@contextmanager
+def _results(folder: Path) -> Iterator[Path]:
+    """Yield a temporary folder to write results into; its files move to `folder` when all are written.
+
+    Raises
+    ------
+    InputError
+        If the results cannot be written; the sentence says that the finished runs are kept.
+    """
+    kept = "every finished run is kept, and the same command writes the results"
+    try:
+        with fresh_folder(folder) as target:
+            yield target
+    except OSError as fault:
+        raise InputError(
+            f"{folder}: the results cannot be written ({fault.strerror or fault}); make room: {kept}"
+        ) from None
+    except InputError as fault:
+        raise InputError(f"{fault}; {kept}") from None
+
+
+def table(comparison: Comparison) -> list[tuple[str | Text, ...]]:
+    """Rows of the table: a duty cycle each, with the cells of all controllers."""
+    from rich.text import Text
+
+    from warmlink.orchestration.scenarios.mismatch import NOMINAL
+
+    others = [name for name in comparison.mismatches if name != NOMINAL]
+    first = NOMINAL if NOMINAL in comparison.mismatches else others[0]
+    parts = {first: [first]} if first == NOMINAL else {}
+    if others:
+        parts[others[0] if len(others) == 1 else f"worst of {len(others)} mismatches"] = others
+    rows: list[tuple[str | Text, ...]] = []
+    for heading, mismatches in parts.items():
+        rows.append((Text(heading, "bold"),))
+        for duty in comparison.duty_cycles:
+            held = [comparison.worst(name, [duty], mismatches) for name in comparison.controllers]
+            best = min((row.outcome.max_abs_um for row in held if row.outcome.stopped is None), default=0.0)
+            rows.append((f"  {duty}", *(_cell(row, best) for row in held)))
+    won = [
+        sum(comparison.row(name, duty, first).minutes_won for duty in comparison.duty_cycles)
+        for name in comparison.controllers
+    ]
+    title = ("productive minutes won compared with warming up first", "bold"), f" ({first}, all rows)"
+    return [
+        *rows,
+        (Text.assemble(*title), *(f"{each:+.0f}{'   ' if i else ''}" for i, each in enumerate(won))),
+    ]
+
+
+def _cell(row: Row, best_um: float) -> str:
+    """Figures of one run with their marks; `best_um` is the smallest largest error of its row."""
+    from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+
+    if row.outcome.stopped is not None:
+        return f"stopped {HARM:<3}"
+    error = f"{row.outcome.max_abs_um:.1f}"
+    if row.controller == NO_CONTROLLER:
+        return error
+    removed = "" if row.removed_percent is None else f"{row.removed_percent:.0f} %"
+    mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
+    equal = row.outcome.max_abs_um - best_um <= (row.equal_within_um or 0.0)
+    return f"{error} {removed:>5} {mark + (BEST if equal else ''):<3}"

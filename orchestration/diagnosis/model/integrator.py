@@ -1,0 +1,223 @@
+"""States and their sensitivities over the steps of a run, together, by ROS2 (`fmus/component/integrator.py`).
+
+The sensitivities are those of its stages with the matrix held, which is of order 2 as the method is for any
+matrix. The loop runs in C where the equations were compiled, see `Equations.library`; else here, on CasADi's
+own machine.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import chain, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.component.integrator import GAMMA, ros2
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.model.equations import Equations, bound
+
+Shares = tuple[tuple[int, float], ...]
+"""Levels of the inputs that act in a step, and their shares of its length."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps in order.
+
+    Attributes
+    ----------
+    time : s, points between the steps, shape (steps + 1,)
+    inputs : levels that the inputs take, shape (levels, inputs), row by row
+    shares : for each step the levels that act in it and their shares of its length
+    """
+
+    time: Array
+    inputs: Array
+    shares: tuple[Shares, ...]
+
+    def follows(self, step: int) -> bool:
+        """Whether a step begins on the one level of the inputs on which the step before it ends."""
+        near = self.shares[max(step - 1, 0) : step + 1]
+        return len(near) == 2 and near[0] == near[1] and len(near[0]) == 1
+
+    @cached_property
+    def laid(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Where the levels of each step begin, one place further on where they end; levels and shares."""
+        begins = np.cumsum([0, *(len(each) for each in self.shares)])
+        levels, shares = zip(*(pair for each in self.shares for pair in each), strict=True)
+        return begins, np.array(levels), np.array(shares)
+
+
+@dataclass(frozen=True)
+class Courses:
+    """Courses in time that are added to slots, each a broken line over the same nodes.
+
+    Attributes
+    ----------
+    added_to : for each course the indices of the slots to which it adds; no two add to the same slot
+    nodes : s, rising, shape (nodes,); a single one for courses that stay the same
+    """
+
+    added_to: tuple[tuple[int, ...], ...]
+    nodes: Array
+
+    @property
+    def size(self) -> int:
+        """Number of values at nodes, by which there are sensitivities."""
+        return len(self.added_to) * self.nodes.size
+
+    def __call__(self, by_slot: Array, time: float) -> Array:
+        """Derivatives at a time by the values at the nodes, shape (n, values), from those by slot."""
+        at = np.ones(1)
+        if self.nodes.size > 1:
+            k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
+            later = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
+            at = np.zeros(self.nodes.size)
+            at[k : k + 2] = 1 - later, later
+        elif self.size == by_slot.shape[1]:
+            return by_slot
+        parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
+        return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
+
+
+def each_slot(count: int) -> Courses:
+    """Courses that stay the same, one added to each slot."""
+    return Courses(tuple((i,) for i in range(count)), np.zeros(1))
+
+
+Acting = Sequence[tuple[Array, float]]
+"""Inputs that act in a step, shape (inputs,) each, and their shares of it."""
+
+
+NONE = Courses((), np.zeros(1))
+"""For states without sensitivities."""
+
+
+class Integrator:
+    """Steps a system at given values of its slots and parameters.
+
+    Parameters
+    ----------
+    equations : the system
+    z, p : slots and parameters in SI
+    courses : what the sensitivities are by: the values of these at their nodes
+    """
+
+    def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses = NONE) -> None:
+        z, p = np.array(z, dtype=float), np.array(p, dtype=float)
+        library = equations.library()
+        kind = _OnCasadi if library is None else partial(_InC, library)
+        self._fill = kind(equations, z, p, courses)
+
+    def __call__(self, steps: Steps, begun: Array) -> tuple[Array, Array, Array, Array]:
+        """Step on from states at the start, shape (n, 1 + values), the sensitivities beside each state.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            States between steps, shape (steps + 1, n, 1 + values); their slopes at the start and the end of
+            each step, shape (steps, n, 1 + values); and the inverse of the last step's matrix, shape (n, n).
+        """
+        states = np.empty((steps.time.size, *begun.shape))
+        left, right = np.empty((2, steps.time.size - 1, *begun.shape))
+        states[0] = begun
+        return states, left, right, self._fill(steps, states, left, right)
+
+
+class _OnCasadi:
+    """Fills the tables of `Integrator` on CasADi's machine; gives the inverse of the last step's matrix."""
+
+    def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses) -> None:
+        self._equations, self._courses, linear = equations, courses, equations.linear
+        self._x, self._w, self._time = (np.zeros(linear.size1_in(i)) for i in (0, 3, 4))
+        self._found = [np.zeros(linear.nnz_out(i)) for i in range(3)]
+        self._buffer, self._evaluate = bound(linear, [self._x, z, p, self._w, self._time], self._found)
+        self._kept = z, p
+        self._tables = [np.zeros((self._x.size, count)) for count in (self._x.size, equations.columns)]
+        rows = np.arange(self._x.size)
+        self._places = [(np.repeat(rows, np.diff(begins)), columns) for begins, columns in equations.by_row]
+
+    @np.errstate(over="ignore", invalid="ignore")  # whoever asks refuses what is not finite
+    def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> Array:
+        self._equations.taken += len(left)
+        inverse = np.empty(0)
+        for k, (start, end) in enumerate(pairwise(steps.time.tolist())):
+            acting = [(steps.inputs[level], share) for level, share in steps.shares[k]]
+            left[k], jacobian = self._slopes(start, acting, states[k])
+            if steps.follows(k):
+                right[k - 1] = left[k]
+            inverse = _inverse(np.eye(len(jacobian)) - GAMMA * (end - start) * jacobian)
+            ending = partial(self._slopes_alone, end, acting)
+            states[k + 1] = ros2(left[k], inverse.__matmul__, ending, states[k], end - start)
+            if not steps.follows(k + 1):
+                right[k] = ending(states[k + 1])
+        return inverse
+
+    def _slopes_alone(self, time: float, acting: Acting, at: Array) -> Array:
+        return self._slopes(time, acting, at)[0]
+
+    def _slopes(self, time: float, acting: Acting, at: Array) -> tuple[Array, Array]:
+        """Slopes averaged over the inputs that act, each with its share, and the Jacobian for now."""
+        self._x[:], self._time[0] = at[:, 0], time
+        means = self._found if len(acting) == 1 else [np.zeros_like(each) for each in self._found]
+        for inputs, share in acting:
+            self._w[:] = inputs
+            self._evaluate()
+            for mean, each in zip(means, self._found, strict=True) if means is not self._found else ():
+                mean += share * each
+        for table, places, mean in zip(self._tables, self._places, means[1:], strict=True):
+            table[places] = mean
+        jacobian, by_slot = self._tables
+        result: Array = jacobian @ at
+        result[:, 0] = means[0]
+        result[:, 1:] += self._courses(by_slot, time)
+        return result, jacobian
+
+
+def _inverse(matrix: Array) -> Array:
+    from scipy.linalg.lapack import dgetrf, dgetri  # half the time of `numpy.linalg.inv` at twenty states
+
+    factors, pivots, _ = dgetrf(matrix, overwrite_a=True)
+    return np.asarray(dgetri(factors, pivots, overwrite_lu=True)[0])
+
+
+class _InC:
+    """The same in C; the structures are those of `integrator.c`."""
+
+    class System(ctypes.Structure):
+        _fields_ = (
+            *((name, ctypes.c_int64) for name in ("states", "columns", "inputs")),
+            *((name, ctypes.c_int64) for name in ("arguments", "results", "integers", "reals")),
+            *((f"table{i}", ctypes.c_void_p) for i in range(6)),
+            ("nodes", ctypes.c_int64),
+            *((name, ctypes.c_void_p) for name in ("node_times", "course_of_slot")),
+        )
+
+    def __init__(
+        self, library: ctypes.CDLL, equations: Equations, z: Array, p: Array, courses: Courses
+    ) -> None:
+        linear = equations.linear
+        courses_of_slots = np.full(z.size, -1)
+        for course, added_to in enumerate(courses.added_to):
+            courses_of_slots[list(added_to)] = course
+        self._states = linear.size1_in(0)
+        self._kept = *chain(*equations.by_row), z, p, courses.nodes, courses_of_slots
+        *tables, nodes, of_slots = (each.ctypes.data for each in self._kept)
+        work = linear.sz_arg(), linear.sz_res(), linear.sz_iw(), linear.sz_w()
+        sizes = self._states, 1 + courses.size, linear.size1_in(3), *work
+        self._system = self.System(*sizes, *tables, courses.nodes.size, nodes, of_slots)
+        self._integrate = library.integrate
+
+    def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> Array:
+        inverse = np.empty((self._states, self._states))
+        tables = steps.time, *steps.laid, steps.inputs
+        laid = (ctypes.c_void_p * len(tables))(*(each.ctypes.data for each in tables))
+        filled = (ctypes.c_void_p(each.ctypes.data) for each in (states, left, right, inverse))
+        count, gamma = ctypes.c_int64(len(left)), ctypes.c_double(GAMMA)
+        if self._integrate(ctypes.byref(self._system), laid, count, gamma, *filled):
+            raise MemoryError
+        return inverse

@@ -1,0 +1,124 @@
+"""An FMU's shared library, with the functions of FMI 2.0 or 3.0 declared."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import platform
+import sys
+from contextlib import suppress
+from ctypes import c_bool, c_char_p, c_double, c_int, c_size_t, c_void_p
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+
+FMI2_TYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
+FMI3_TYPES: dict[str, Any] = {
+    **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
+    **{f"Int{bits}": getattr(ctypes, f"c_int{bits}") for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": getattr(ctypes, f"c_uint{bits}") for bits in (8, 16, 32, 64)},
+}
+"""Types by which variables are exchanged, by the names that are part of the functions' names."""
+
+_LETTERS = {"p": c_void_p, "s": c_char_p, "n": c_size_t, "d": c_double, "i": c_int, "b": c_bool}
+
+_BOTH = {
+    **dict.fromkeys(("FreeInstance", "ExitInitializationMode", "Terminate"), "p"),
+    **dict.fromkeys(("GetFMUState", "SetFMUState", "FreeFMUState"), "pp"),
+    **{"SerializedFMUStateSize": "ppp", "SerializeFMUState": "pppn", "DeserializeFMUState": "ppnp"},
+}
+_ARGUMENTS = {
+    "fmi2": {
+        **_BOTH,
+        **{f"{verb}{name}": "ppnp" for name in FMI2_TYPES for verb in ("Get", "Set")},
+        **{"Instantiate": "sisspii", "SetDebugLogging": "pinp", "SetupExperiment": "piddid"},
+        **{"EnterInitializationMode": "p", "DoStep": "pddi", "GetBooleanStatus": "pip"},
+        **{"GetDirectionalDerivative": "ppnpnpp", "SetRealInputDerivatives": "ppnpp"},
+    },
+    "fmi3": {
+        **_BOTH,
+        **{f"{verb}{name}": "ppnpn" for name in FMI3_TYPES for verb in ("Get", "Set")},
+        **{"InstantiateCoSimulation": "sssbbbbpnppp", "SetDebugLogging": "pbnp"},
+        **{"EnterInitializationMode": "pbddbd", "DoStep": "pddbpppp"},
+        **{"GetDirectionalDerivative": "ppnpnpnpn"},
+    },
+}
+"""Arguments of each function: pointer, string, size, double, int, bool."""
+
+_SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
+"""Names in FMI 2.0 that differ in their capitals."""
+
+
+class Library:
+    """The shared library of an unpacked FMU.
+
+    Parameters
+    ----------
+    name : of the instance, put before a sentence
+    fmu : name of the file
+    folder : where the FMU was unpacked
+    identifier : its model identifier
+    prefix : `fmi2` or `fmi3`
+
+    Attributes
+    ----------
+    functions : the FMU's functions by their names without the prefix, as FMI 3.0 spells them
+
+    Raises
+    ------
+    InputError
+        If there is no library for this platform, or one that does not load or lacks functions.
+    """
+
+    def __init__(self, name: str, fmu: str, folder: Path, identifier: str, prefix: str) -> None:
+        place = folder / "binaries" / platform_name(prefix)
+        if not place.is_dir():
+            offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
+            raise InputError(
+                f"{name}: {fmu} holds no library for {place.name} (it has: {offered}); "
+                "export it for this platform"
+            )
+        here = os.getcwd()  # noqa: PTH109 (also where it is gone by now)
+        try:
+            os.chdir(place.absolute())  # where some libraries look for others
+            self._dll = ctypes.CDLL(str(place.absolute() / f"{identifier}{SUFFIX}"))
+            self.functions = {each: self._declared(prefix, each) for each in _ARGUMENTS[prefix]}
+        except (OSError, AttributeError) as error:
+            raise InputError(f"{name}: the library of {fmu} does not load: {error}") from error
+        finally:
+            with suppress(OSError):
+                os.chdir(here)
+
+    def _declared(self, prefix: str, name: str) -> Any:
+        function = getattr(self._dll, prefix + (_SPELLED.get(name, name) if prefix == "fmi2" else name))
+        function.argtypes = [_LETTERS[letter] for letter in _ARGUMENTS[prefix][name]]
+        if name.startswith("Instantiate"):
+            function.restype = c_void_p
+        return function
+
+    def close(self) -> None:
+        """Unload the library."""
+        handle = c_void_p(self._dll._handle)
+        if sys.platform == "win32":
+            ctypes.windll.kernel32.FreeLibrary(handle)
+        else:
+            ctypes.CDLL(None).dlclose(handle)
+
+
+SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+def platform_name(prefix: str) -> str:
+    """Folder of this platform in an FMU of FMI 2.0 (`fmi2`) or 3.0."""
+    machine, bits = platform.machine().lower(), 64 if sys.maxsize > 2**32 else 32
+    system = {"win32": "windows"}.get(sys.platform, sys.platform)
+    if prefix == "fmi2":
+        return f"{'win' if system == 'windows' else system}{bits}"
+    arm = machine in ("aarch64", "arm64")
+    return f"{'aarch64' if arm else 'x86_64' if bits == 64 else 'x86'}-{system}"
+
+
+def c_library() -> Any:
+    """The C library of this process."""
+    return ctypes.cdll.msvcrt if sys.platform == "win32" else ctypes.CDLL(None)

@@ -1,0 +1,284 @@
+"""Who runs the cases of a study: their FMUs, or the joined system, in this process and in others."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import pickle
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Protocol
+
+from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.packaging.cache import cache_folder, kept, source_digest
+from warmlink.fmus.packaging.native.lanes import processor
+from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.rollout import Rollout
+from warmlink.fmus.packaging.native.rollout_code import compiled
+from warmlink.orchestration.closed_loop.outcome import coupling_um
+from warmlink.orchestration.files import FULL_DISK
+from warmlink.orchestration.fmu_store import FmuKind
+from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
+from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed, figures, recorded, run_case
+
+
+@dataclass(frozen=True)
+class FmuSet:
+    """Contents of FMUs by the component's name.
+
+    Attributes
+    ----------
+    rollouts : joined systems that run in place of the FMUs, by the component behind the controllers
+    """
+
+    kind: FmuKind
+    contents: Mapping[str, bytes] = field(repr=False)
+    rollouts: Mapping[str, Rollout] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def read(cls, kind: FmuKind, files: Mapping[str, Path]) -> FmuSet:
+        """Take FMUs from their files."""
+        return cls(kind, {name: path.read_bytes() for name, path in sorted(files.items())})
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of names and contents."""
+        digest = hashlib.sha256()
+        joined = {f"{law} joined": rollout.library for law, rollout in self.rollouts.items()}
+        for name, content in sorted({**self.contents, **joined}.items()):
+            digest.update(f"{name}\0{len(content)}\0".encode() + content)
+        return digest.hexdigest()[:16]
+
+    @property
+    def unpacked(self) -> Path:
+        """Folder in which runs on this machine unpack them, once."""
+        return _folder(self.digest) / "unpacked"
+
+    def files(self) -> dict[str, Path]:
+        """Files of the FMUs on this machine, written where they are missing."""
+        return _written(self.digest, tuple(sorted(self.contents.items())))
+
+
+@lru_cache(maxsize=4)
+def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Path]:
+    folder = _folder(digest)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {}
+    for name, content in contents:
+        files[name] = folder / f"{name}.fmu"
+        if not files[name].is_file():
+            # Several workers may do this at once: each writes its own file, and any of the files will do.
+            handle, scratch = tempfile.mkstemp(dir=folder)
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+            Path(scratch).replace(files[name])
+    return files
+
+
+def _folder(digest: str) -> Path:
+    return cache_folder() / "studies" / digest
+
+
+DEFAULT_JOBS = 2
+
+ATTEMPTS = 3
+"""Times that a run is tried whose worker dies, before it is recorded as the cause."""
+
+
+class Workers(Protocol):
+    """Whoever runs cases."""
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        """Run cases and give each one's place and outcome, in the order in which they end.
+
+        A run that stops, or whose worker dies each time, has an outcome that says why; a worker that dies
+        once loses nothing. InputError where the workers cannot go on.
+        """
+
+
+_KEPT = "the finished runs are kept, and the same command continues"
+
+
+def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
+    """Run cases in this process: side by side where they have a joined system, else one by one on FMUs."""
+    outcomes: dict[int, Outcome | None] = {}
+    for places in side_by_side(cases, fmus):
+        mine = [cases[place] for place in places]
+        rollout = None if lane_of(mine[0], fmus.rollouts) is None else fmus.rollouts[mine[0].law]
+        found = [None] * len(mine) if rollout is None else joined_outcomes(mine, rollout)
+        outcomes |= zip(places, found, strict=True)
+    return [outcomes[place] or attempt(case, fmus) for place, case in enumerate(cases)]
+
+
+def attempt(case: Case, fmus: FmuSet) -> Outcome:
+    """Run a case on FMUs; what goes wrong is the outcome's reason, but a full disk a NoRoomError."""
+    try:
+        return run_case(case, fmus.files(), fmus.unpacked)
+    except NoRoomError as fault:
+        raise NoRoomError(f"{fault}; {_KEPT}") from None
+    except InputError as fault:
+        return failed(str(fault))
+    except OSError as fault:
+        if fault.errno in FULL_DISK:
+            where = fault.filename or "a temporary file"
+            raise NoRoomError(f"{where}: cannot be written ({fault.strerror}); free space; {_KEPT}") from None
+        return failed(f"{type(fault).__name__}: {fault}")
+    except Exception as fault:
+        return failed(f"{type(fault).__name__}: {fault}")
+
+
+def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
+    """Places of the cases in shares that run together, longest run first: one on FMUs, several where joined.
+
+    Longest first, so that no worker begins a long one when the others end.
+    """
+    shares: list[list[int]] = []
+    open_share: dict[object, list[int]] = {}
+    for place in sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i)):
+        lane = lane_of(cases[place], fmus.rollouts)
+        share = open_share.get(lane) if lane is not None else None
+        if share is None:
+            open_share[lane] = share = []
+            shares.append(share)
+        share.append(place)
+        if lane is not None and len(share) == fmus.rollouts[cases[place].law].lanes:
+            del open_share[lane]
+    return shares
+
+
+def died(case: Case) -> Outcome:
+    """Outcome of a case whose worker died at every attempt."""
+    return failed(f"{', '.join(case.label)}: the worker died at each of {ATTEMPTS} attempts")
+
+
+Remark = Callable[[str], None]
+
+MOST_POINTS = 200_000
+"""Communication points of a run; those of all lanes are in memory at once."""
+
+
+def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:
+    """The systems of a study's scenarios, joined and compiled, by the component behind the controllers.
+
+    Those that hold foreign FMUs, or are run with another master than the usual one, are left out; so are
+    those that cannot be compiled, with a remark.
+    """
+    by_law: dict[str, list[Scenario]] = {}
+    for scenario in scenarios:
+        by_law.setdefault(scenario.controller.component.name, []).append(scenario)
+    found: dict[str, Rollout] = {}
+    for law, mine in by_law.items():
+        first = mine[0]
+        usual = all(each.master == DEFAULT_MASTER and not each.setup.foreign for each in mine)
+        if not usual or any(each.made_from != first.made_from for each in mine):
+            continue
+        try:
+            found[law] = _kept(first)
+        except (InputError, OSError) as fault:
+            remark(f"{law}: runs on its FMUs, since its system cannot be joined: {fault}")
+    return found
+
+
+def _kept(scenario: Scenario) -> Rollout:
+    names = recorded(scenario.setup)
+    made_from = (source_digest(), *scenario.made_from, names, processor())
+    content = kept("rollouts", made_from, lambda: pickle.dumps(compiled(scenario.joined({}), names)))
+    rollout = pickle.loads(content)
+    assert isinstance(rollout, Rollout)
+    loaded(rollout.library)
+    return rollout
+
+
+def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
+    """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
+    rollout = rollouts.get(case.law)
+    if rollout is None or not rollout.runs_here or case.stop_time / case.step_size > MOST_POINTS:
+        return None
+    periods = rollout.periods(_flat(case))
+    return case.law, case.stop_time, case.step_size, case.with_budget, periods
+
+
+def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | None]:
+    """Run cases side by side; None for one in which an FMU would have refused what another gave it."""
+    first = cases[0]
+    coarse = _results(cases, rollout, first.step_size)
+    fine = _results(cases, rollout, first.step_size / 2) if first.with_budget else [None] * len(cases)
+    order = algorithm(first.master).order
+    found: list[Outcome | None] = []
+    for case, result, finer in zip(cases, coarse, fine, strict=True):
+        if result is None:
+            found.append(None)
+            continue
+        coupling = None if finer is None else coupling_um(result, finer, order, case.setup)
+        found.append(figures(case.setup, result, case.tolerance, coupling))
+    return found
+
+
+def _results(cases: Sequence[Case], rollout: Rollout, step: float) -> list[Result | None]:
+    points = CommunicationPoints.between(0.0, cases[0].stop_time, step)
+    values, well = rollout.run([_flat(case) for case in cases], points.count, step)
+    units = dict.fromkeys(rollout.recorded)
+    return [
+        Result(Table(rollout.recorded, units, points, mine.T), "completed") if good else None
+        for mine, good in zip(values, well, strict=True)
+    ]
+
+
+def _flat(case: Case) -> dict[str, float]:
+    return {f"{key}.{name}": float(value) for key, of in case.values.items() for name, value in of.items()}
+
+
+COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
+"""Figures in µm that a study may rank by."""
+
+
+def agreeing(
+    scenarios: Sequence[Scenario], fmus: FmuSet, rollouts: Mapping[str, Rollout], remark: Remark
+) -> dict[str, Rollout]:
+    """The joined systems whose figures are those of the FMUs within the coupling error.
+
+    Each controller is tried in one scenario, each in another as far as there are any. What was found is
+    kept for the next study with the same FMUs.
+    """
+    good: dict[str, Rollout] = {}
+    worst = (0.0, 0.0)
+    for number, (law, rollout) in enumerate(rollouts.items()):
+        mine = [each for each in scenarios if each.controller.component.name == law]
+        difference, coupling = _difference(mine[number % len(mine)], fmus, rollout)
+        if difference <= coupling:
+            good[law] = rollout
+            worst = max(worst, (difference, coupling))
+        else:
+            remark(
+                f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
+                f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
+            )
+    if good:
+        remark(
+            f"joined systems: {len(good)} runs tried beside the FMUs; figures differ by at most "
+            f"{worst[0]:.2g} µm, the coupling error is {worst[1]:.2g} µm (--exact runs the FMUs)"
+        )
+    return good
+
+
+def _difference(scenario: Scenario, fmus: FmuSet, rollout: Rollout) -> tuple[float, float]:
+    """Largest difference of a run's figures, and the coupling error of the FMUs, both in µm."""
+    case = case_of(scenario, (scenario.controller.name, scenario.name, "tried"), with_budget=True)
+
+    def found() -> bytes:
+        exact, (joined,) = attempt(case, fmus), joined_outcomes([case], rollout)
+        if joined is None or exact.coupling_um is None:
+            return b"[1e999, 0.0]"
+        differences = [abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]
+        return json.dumps([max(differences), exact.coupling_um]).encode()
+
+    made_from = (fmus.digest, hashlib.sha256(rollout.library).hexdigest(), case.digest)
+    difference, coupling = json.loads(kept("agreements", made_from, found))
+    return difference, coupling

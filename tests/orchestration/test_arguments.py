@@ -1,0 +1,48 @@
+"""What a command takes is read without typer as typer reads it."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Any
+
+import pytest
+import typer
+
+from warmlink.orchestration.cli import command_named
+from warmlink.orchestration.command_line.arguments import for_typer, plain_values
+
+GIVEN = (
+    "run",
+    'run six_axis_shift --stop "1 h" --no-report --set "a.b=1 K" --set a.c=2 --parameters x.ssv --json',
+    "run --controller=lag --statistics --no-csv --record=link.* --record controller.*",
+    "compare --controllers lag,observer --with my.py:Law --jobs 3 --exact",
+    "tune lag_law --trials 8 --out there",
+    "diagnose a.csv b.csv --assume torque=0 --map T9= --check",
+    "list interface ThermalLink",
+    "check cell.ssp",
+)
+UNUSUAL = (
+    "run --help",
+    "run a b",
+    "run --stop",
+    "run --nothing",
+    "check",
+    "tune x --jobs many",
+    "run --set -x",
+)
+
+
+@pytest.mark.parametrize("line", GIVEN)
+def test_plain_arguments_are_read_as_typer_reads_them(line: str) -> None:
+    name, *given = shlex.split(line)
+    told: list[dict[str, Any]] = []
+    app = typer.Typer()
+    app.command()(for_typer(command_named(name), told.append))
+    app(given, standalone_mode=False)
+    assert plain_values(command_named(name), given) == told[0]
+
+
+@pytest.mark.parametrize("line", UNUSUAL)
+def test_what_is_unusual_is_left_to_typer(line: str) -> None:
+    name, *given = shlex.split(line)
+    assert plain_values(command_named(name), given) is None
