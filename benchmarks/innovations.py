@@ -15,7 +15,7 @@ from warmlink.controllers.kalman import corrected, variance_along
 from warmlink.controllers.observer import law, model
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
-from warmlink.controllers.observer.told import Told
+from warmlink.controllers.observer.model import Told
 from warmlink.fmus.component import Component
 
 LAGS = 20

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
+from warmlink.fmus.packaging.native.casadi_code import Symbols
 from warmlink.fmus.packaging.native.micro_step import stepping
-from warmlink.fmus.packaging.native.symbols import Symbols
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.system.shipped import WARMUP_CELL

@@ -16,18 +16,26 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.interface import SENSED
-from warmlink.controllers.verdict import ready
+from warmlink.controllers.interface import SENSED, length, ready
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Parameter, Record, State
-from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, finite, maximum, total, where
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    exp,
+    finite,
+    maximum,
+    total,
+    truth,
+    where,
+)
 
 LIMITS = (
-    Parameter(
+    length(
         "correction_limit",
-        "m",
         5e-4,
         "largest correction to either side",
-        display="um",
         positive=True,
         nominal=1e-4,
         tunable=True,
@@ -42,12 +50,10 @@ LIMITS = (
         nominal=1e-6,
         tunable=True,
     ),
-    Parameter(
+    length(
         "warning_limit",
-        "m",
         2.5e-4,
         "correction from which on a warning is raised",
-        display="um",
         positive=True,
         nominal=1e-4,
         tunable=True,
@@ -57,44 +63,21 @@ LIMITS = (
 MEAN_SAMPLES, STUCK_SAMPLES, RETURN_SAMPLES = 12, 3, 6
 """Least number of samples in `mean_time`, `stuck_time` and `return_time`: a mean of fewer is mostly noise."""
 
+
+def _gate(name: str, start: float, description: str) -> Parameter:
+    return Parameter(name, "1", start, description, positive=True, tunable=True)
+
+
+def _time(name: str, start: float, description: str, samples: int) -> Parameter:
+    return Parameter(name, "s", start, f"{description}; {samples} samples at least", positive=True)
+
+
 DOUBT = (
-    Parameter(
-        "gate",
-        "1",
-        5,
-        "innovation, in standard deviations, beyond which a reading is left out",
-        positive=True,
-        tunable=True,
-    ),
-    Parameter(
-        "mean_gate",
-        "1",
-        0.6,
-        "mean innovation, in standard deviations, beyond which a signal is left out",
-        positive=True,
-        tunable=True,
-    ),
-    Parameter(
-        "mean_time",
-        "s",
-        120,
-        f"time over which the innovation's mean is taken; {MEAN_SAMPLES} samples at least",
-        positive=True,
-    ),
-    Parameter(
-        "stuck_time",
-        "s",
-        30,
-        f"time of equal readings after which a signal is left out; {STUCK_SAMPLES} samples at least",
-        positive=True,
-    ),
-    Parameter(
-        "return_time",
-        "s",
-        60,
-        f"time of small innovations after which a signal is used again; {RETURN_SAMPLES} samples at least",
-        positive=True,
-    ),
+    _gate("gate", 5, "innovation, in standard deviations, beyond which a reading is left out"),
+    _gate("mean_gate", 0.6, "mean innovation, in standard deviations, beyond which a signal is left out"),
+    _time("mean_time", 120, "time over which the innovation's mean is taken", MEAN_SAMPLES),
+    _time("stuck_time", 30, "time of equal readings after which a signal is left out", STUCK_SAMPLES),
+    _time("return_time", 60, "time of small innovations after which a signal is used again", RETURN_SAMPLES),
 )
 
 SENSOR_STD = Parameter(
@@ -121,7 +104,7 @@ def limited(previous: Number, wanted: Number, p: Record, step: Number) -> Number
 def warning(correction: Number, wanted: Number, p: Record) -> Number:
     """1 where the correction is near its limit, or is held back by a limit, else 0."""
     held_back = absolute(wanted - correction) > p.tolerance
-    return where(held_back, 1.0, where(absolute(correction) >= p.warning_limit, 1.0, 0.0))
+    return where(held_back, 1.0, truth(absolute(correction) >= p.warning_limit))
 
 
 def reported(x: Record, std: Number, p: Record, distrusted: Number = 0.0) -> dict[str, Number]:
@@ -185,11 +168,11 @@ def trust_named(trust: Trust) -> dict[str, Number]:
     return {f"trust_{name}": value for name, value in trust._asdict().items()}
 
 
-def gates_of(p: Record) -> Gates:
+def gates_of(p: Record, step: Number) -> Gates:
     """Bounds of the innovation tests from a law's parameters, over the least number of samples."""
-    mean_time = maximum(p.mean_time, MEAN_SAMPLES * p.sample_time)
+    share = 1.0 - exp(-step / maximum(p.mean_time, MEAN_SAMPLES * p.sample_time))
     return_time = maximum(p.return_time, RETURN_SAMPLES * p.sample_time)
-    return Gates(p.gate, p.mean_gate, mean_time, return_time)
+    return Gates(p.gate, p.mean_gate, share, return_time)
 
 
 def at_start(readings: Number) -> Trust:
@@ -201,37 +184,51 @@ def at_start(readings: Number) -> Trust:
 
 def present(readings: Number) -> Number:
     """1 for each reading that is a number, 0 for NaN."""
-    return where(finite(readings), 1.0, 0.0)
+    return truth(finite(readings))
 
 
 def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Number, Trust]:
     """Tell which readings are present and new (1) and which not (0), and update the memory of repetitions."""
+    news, last, same_for = _compared(readings, trust.last, trust.same_for, p, step)
+    return news, trust._replace(last=last, same_for=same_for)
+
+
+@kept_whole
+def _compared(
+    readings: Number, last: Number, same_for: Number, p: Record, step: Number
+) -> tuple[Number, Number, Number]:
     there = present(readings)
-    same_for = where(readings == trust.last, trust.same_for + step, 0.0)
+    same_for = where(readings == last, same_for + step, 0.0)
     stuck_time = maximum(p.stuck_time, STUCK_SAMPLES * p.sample_time)
     moving = where(same_for >= stuck_time, 0.0, 1.0)
-    last = where(there > 0, readings, trust.last)
-    return there * moving, trust._replace(last=last, same_for=same_for)
+    return there * moving, where(there > 0, readings, last), same_for
 
 
+@kept_whole
 def distrusted(trust: Trust, readings: Number, p: Record) -> Number:
     """1 where a sensor that the law goes by is missing, or left out as not credible, else 0."""
     doubtful = trust.out + 1.0 - present(readings)
-    return where(total(where(p.sensor_std > 0, doubtful, 0.0)) > 0, 1.0, 0.0)
+    return truth(total(where(p.sensor_std > 0, doubtful, 0.0)) > 0)
 
 
-def since_heard(trust: Trust, readings: Number, p: Record, step: Number) -> Number:
-    """The step in s where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
-    in_use = where(p.sensor_std > 0, present(readings) * (1.0 - trust.out), 0.0)
-    return where(total(in_use) > 0, step, 0.0)
+@kept_whole
+def in_use(trust: Trust, readings: Number, p: Record) -> Number:
+    """1 where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
+    each = where(p.sensor_std > 0, present(readings) * (1.0 - trust.out), 0.0)
+    return truth(total(each) > 0)
 
 
 class Gates(NamedTuple):
-    """Bounds of the innovation tests; the parameters of the same names describe them."""
+    """Bounds of the innovation tests, as the parameters of the same names describe them.
+
+    Attributes
+    ----------
+    share : of a new innovation in the mean
+    """
 
     gate: Number
     mean_gate: Number
-    mean_time: Number
+    share: Number
     return_time: Number
 
 
@@ -267,19 +264,18 @@ def judged(
     step : time in s since the last reading
     """
     size = innovation / variance**0.5
-    share = 1.0 - exp(-step / gates.mean_time)
     bounded = clip(size, -gates.gate, gates.gate)
-    mean = where(news > 0, trust.mean + share * (bounded - trust.mean), trust.mean)
+    mean = where(news > 0, trust.mean + gates.share * (bounded - trust.mean), trust.mean)
     near = absolute(innovation) < RETURN_GATE * sure_variance**0.5
     there = present(innovation)
     jumped = where(absolute(size) > gates.gate, there, 0.0)
     # A reading that repeats itself off the prediction is a fault; near it, it is a steady state.
     stuck = there * (1.0 - news) * where(near, 0.0, 1.0)
-    biased = where(absolute(mean) > gates.mean_gate, 1.0, 0.0)
+    biased = truth(absolute(mean) > gates.mean_gate)
 
     small = where(near, news, 0.0)
     settled = where(absolute(mean) < 0.5 * gates.mean_gate, small, 0.0)
     calm_for = where(settled > 0, trust.calm_for + step, 0.0)
-    back = where(calm_for >= gates.return_time, 1.0, 0.0)
+    back = truth(calm_for >= gates.return_time)
     out = where(trust.out > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
     return Judgement(news * (1.0 - out), mean, calm_for, out)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
-from warmlink.fmus.component import Input, Output, Parameter, Record
-from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component import Component, Input, Output, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number, stack, truth
 from warmlink.fmus.component.quantities import (
     AMBIENT_TEMPERATURE,
     bus,
@@ -66,18 +68,79 @@ TERMINALS = (
 
 SAMPLE_TIME = sample_time_parameter("time between two corrections")
 
-TOLERANCE = Parameter(
+SIGMAS = 2.0
+"""Standard deviations of the correction's error that must fit into the tolerance, for 95 %."""
+
+
+def length(name: str, start: float, description: str, **more: Any) -> Parameter:
+    """A parameter in m that people read in um."""
+    return Parameter(name, "m", start, description, display="um", **{"nominal": 1e-6} | more)
+
+
+TOLERANCE = length(
     "tolerance",
-    "m",
     5e-6,
     "largest error of the tool point that production allows",
-    display="um",
     positive=True,
     nominal=5e-6,
     tunable=True,
 )
 
 
+def compensator(
+    name: str,
+    description: str,
+    law: Any,
+    parameters: Sequence[Parameter],
+    states: Sequence[State] = (),
+    outputs: Sequence[Output] = (),
+    **more: Any,
+) -> Component:
+    """Component of a law, with the connectors of every compensator.
+
+    Parameters
+    ----------
+    law : module with `outputs`, and `update` and `begin` where it remembers anything
+    parameters : besides the tolerance, and the sample time where it samples
+    outputs : besides those of every compensator
+    more : what else a `Component` may have
+    """
+    update = getattr(law, "update", None)
+    return Component(
+        name=name,
+        description=description,
+        inputs=INPUTS,
+        terminals=TERMINALS,
+        parameters=(*((SAMPLE_TIME,) if update else ()), TOLERANCE, *parameters),
+        states=tuple(states),
+        outputs=(*OUTPUTS, *outputs),
+        update=update,
+        begin=getattr(law, "begin", None),
+        observe=law.outputs,
+        **more,
+    )
+
+
 def sensed(u: Record) -> Number:
     """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
     return stack(*(getattr(u, name) for name in SENSED))
+
+
+def ready(correction_std: Number, tolerance: Number) -> Number:
+    """1 where the remaining error is expected within the tolerance, else 0; both in m."""
+    return truth(SIGMAS * correction_std <= tolerance)
+
+
+def error_parameters(least: float) -> tuple[Parameter, ...]:
+    """Parameters of `error_std` for a law, `least` being the shipped error in m at no elongation."""
+    relative = "standard deviation of the relative error"
+    absolute = "standard deviation of the error when the elongation is 0"
+    return (
+        Parameter("relative_error", "1", 0.2, relative, minimum=0, nominal=0.1),
+        length("least_error", least, absolute, minimum=0),
+    )
+
+
+def error_std(predicted: Number, p: Record) -> Number:
+    """Standard deviation in m of the error of a prediction in m, which has a relative and a constant part."""
+    return ((p.relative_error * predicted) ** 2 + p.least_error**2) ** 0.5

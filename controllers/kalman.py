@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.matrices import dot, outer, product, symmetric, upper
+from warmlink.controllers.matrices import dot, outer, symmetric, upper
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component.arithmetic import Number, maximum, where
+from warmlink.fmus.component.arithmetic import Number, maximum, stack, where
 
 
 class Belief(NamedTuple):
@@ -23,75 +23,91 @@ class Belief(NamedTuple):
     noise_spread: Number
 
 
-def carried(belief: Belief, transition: Number, mean: Number, disturbance: Number) -> Belief:
-    """Belief one step later.
+def carried_over(packed: Number, transition: Number) -> Number:
+    """Covariance of errors, packed, that a matrix of shape (n, n) carries over a step."""
+    return upper(transition @ symmetric(packed, transition.shape[0]) @ transition.T)
+
+
+class Sight(NamedTuple):
+    """Covariances of the state with what is measured, shape (n,), by either covariance of a belief."""
+
+    spread: Number
+    noise_spread: Number
+
+
+@kept_whole
+def sighted(belief: Belief, row: Number) -> Sight:
+    """How a belief sees what is measured.
 
     Parameters
     ----------
-    transition : matrix by which errors are carried over, shape (n, n)
-    mean : the estimate one step later
-    disturbance : covariance that unknown heat adds in the step, as the rows of its upper triangle
+    row : derivative of the measured quantity by the first elements of the state; by the others it is 0
     """
-    spread = _carried_over(belief.spread, transition)
-    return Belief(mean, spread + disturbance, _carried_over(belief.noise_spread, transition))
+    size = belief.mean.shape[0]
+    row = stack(row, *[0.0] * (size - row.shape[0]))
+    return Sight(*(symmetric(each, size) @ row for each in belief[1:]))
 
 
-@kept_whole
-def _carried_over(packed: Number, transition: Number) -> Number:
-    covariance = symmetric(packed, transition.shape[0])
-    return upper(product(product(transition, covariance), transition.T))
-
-
-@kept_whole
-def corrected(
-    belief: Belief,
-    row: Number,
-    innovation: Number,
-    variance: Number,
-    use: Number,
-    teaches: Number | None = None,
-) -> Belief:
+def corrected(belief: Belief, row: Number, innovation: Number, variance: Number, use: Number) -> Belief:
     """Belief after one scalar measurement; unchanged where `use` is 0.
 
     Parameters
     ----------
-    row : derivative of the measured quantity by the state, shape (n,)
+    row : as for `sighted`
     innovation : measured minus predicted; of no effect, and may be NaN, where it is not used
     variance : variance of the measurement's noise
     use : 1 to use the measurement, 0 to leave it out
-    teaches : 1 for the elements of the state that the measurement may change, 0 for the others, shape (n,);
-        all of them where it is not given
     """
-    covariance = symmetric(belief.spread, row.shape[0])
-    across = product(covariance, row)
-    gain = across * (use / (maximum(dot(row, across), 0.0) + variance))
-    if teaches is None:  # the gain is the best there is for this covariance, and Joseph's form is simple
-        spread = upper(covariance - outer(gain, across))
-    else:
-        gain = teaches * gain
-        spread = _after(belief.spread, row, gain, variance)
+    return taught(belief, row, sighted(belief, row), innovation, variance, use)
+
+
+@kept_whole
+def taught(
+    belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number
+) -> Belief:
+    """The same, where it is known how the belief sees the measurement."""
+    gain = _gain(row, sight, variance, use)
     return Belief(
         belief.mean + gain * where(use > 0, innovation, 0.0),
-        spread,
-        _after(belief.noise_spread, row, gain, variance),
+        # The gain is the best there is for this covariance, so that Joseph's form is simple.
+        belief.spread - upper(outer(gain, sight.spread)),
+        _after(belief.noise_spread, row, sight.noise_spread, gain, variance),
     )
 
 
 @kept_whole
+def taught_in_part(
+    belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number, last: int
+) -> Belief:
+    """The same, where the measurement may change only so many elements of the state, the last ones."""
+    gain = _gain(row, sight, variance, use)
+    gain = stack(*[0.0] * (gain.shape[0] - last), gain[-last:])
+    return Belief(
+        belief.mean + gain * where(use > 0, innovation, 0.0),
+        *(_after(each, row, across, gain, variance) for each, across in zip(belief[1:], sight, strict=True)),
+    )
+
+
 def either(which: Number, one: Belief, other: Belief) -> Belief:
     """The one belief where `which` is 1, the other where it is 0, without a branch for each number."""
     return Belief(*(which * a + (1.0 - which) * b for a, b in zip(one, other, strict=True)))
 
 
-@kept_whole
+def covariance_along(packed: Number, a: Number, b: Number) -> Number:
+    """Covariance of two quantities whose derivatives by the state are `a` and `b`."""
+    return dot(a, symmetric(packed, a.shape[0]) @ b)
+
+
 def variance_along(packed: Number, row: Number) -> Number:
     """Variance of a quantity whose derivative by the state is `row`; rounding leaves none below 0."""
-    return maximum(dot(row, product(symmetric(packed, row.shape[0]), row)), 0.0)
+    return maximum(covariance_along(packed, row, row), 0.0)
 
 
-def _after(packed: Number, row: Number, gain: Number, variance: Number) -> Number:
+def _gain(row: Number, sight: Sight, variance: Number, use: Number) -> Number:
+    return sight.spread * (use / (maximum(dot(row, sight.spread[: row.shape[0]]), 0.0) + variance))
+
+
+def _after(packed: Number, row: Number, across: Number, gain: Number, variance: Number) -> Number:
     """Covariance after a scalar measurement taken with any gain: Joseph's form, multiplied out."""
-    covariance = symmetric(packed, row.shape[0])
-    across = product(covariance, row)
-    change = outer(gain, across)
-    return upper(covariance - change - change.T + (dot(row, across) + variance) * outer(gain, gain))
+    rest = across - 0.5 * (dot(row, across[: row.shape[0]]) + variance) * gain
+    return packed - upper(outer(gain, rest)) - upper(outer(rest, gain))

@@ -59,22 +59,13 @@ def upper_diagonal(packed: Number, size: int) -> Number:
     return packed[[int(place) for place in np.diagonal(_places(size))]]
 
 
-def diagonal(vector: Number) -> Number:
-    """Square matrix with a vector on its diagonal."""
-    if symbolic(vector):
+def diagonal(given: Number) -> Number:
+    """Square matrix with a vector on its diagonal, or the diagonal of a square matrix."""
+    if symbolic(given):
         import casadi
 
-        return casadi.diag(vector)
-    return np.diag(vector)
-
-
-def diagonal_of(square: Number) -> Number:
-    """Diagonal of a square matrix."""
-    if symbolic(square):
-        import casadi
-
-        return casadi.diag(square)
-    return np.diagonal(square)
+        return casadi.diag(given)
+    return np.diag(given)
 
 
 def outer(a: Number, b: Number) -> Number:
@@ -93,11 +84,6 @@ def dot(a: Number, b: Number) -> Number:
 
         return casadi.dot(a, b)
     return np.dot(a, b)
-
-
-def product(a: Number, b: Number) -> Number:
-    """Matrix times matrix, or matrix times vector."""
-    return a @ b
 
 
 def blocks(upper_left: Number, upper_right: Number, lower_right: Number) -> Number:
@@ -119,7 +105,7 @@ def least_pivot(square: Number) -> Number:
     """
     size = square.shape[0]
     least: Number = 1.0
-    rest, floor = square, PIVOT_ROUNDING * maximum(total(diagonal_of(square)), PIVOT_ROUNDING)
+    rest, floor = square, PIVOT_ROUNDING * maximum(total(diagonal(square)), PIVOT_ROUNDING)
     for i in range(size):
         scale = maximum(square[i, i], floor)
         least = minimum(least, rest[i, i] / scale)

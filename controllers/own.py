@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE
-from warmlink.controllers.verdict import ready
+from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE, ready
 from warmlink.fmus.component import Component, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.errors import InputError

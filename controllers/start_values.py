@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +26,8 @@ def shipped_design(law: str) -> dict[str, float | list[float]]:
 
 def with_values(parameters: Sequence[Parameter], values: Values) -> tuple[Parameter, ...]:
     """Parameters whose start values are those given by name; the others keep theirs."""
-    return tuple(_with_values(parameters, values))
+    names = {parameter.name for parameter in parameters}
+    return with_scalars(parameters, by_scalar({n: value for n, value in values.items() if n in names}))
 
 
 def by_scalar(values: Values) -> dict[str, float]:
@@ -41,7 +42,7 @@ def by_scalar(values: Values) -> dict[str, float]:
 
 
 def with_scalars(parameters: Sequence[Parameter], values: Mapping[str, float]) -> tuple[Parameter, ...]:
-    """The same for values by scalar name, as `mode_rate[1]`.
+    """The same for values by scalar name, as `mode_rate[1]`, all of which are parameters'.
 
     Raises
     ------
@@ -49,8 +50,11 @@ def with_scalars(parameters: Sequence[Parameter], values: Mapping[str, float]) -
         A name is no parameter's.
     """
     left = dict(values)
-    found = []
+    found: list[Parameter] = []
     for parameter in parameters:
+        if left.keys().isdisjoint(parameter.scalar_names):
+            found.append(parameter)
+            continue
         kept = parameter.starts or (parameter.start,) * parameter.count
         starts = [left.pop(name, start) for name, start in zip(parameter.scalar_names, kept, strict=True)]
         several = None if parameter.size is None else tuple(starts)
@@ -58,14 +62,3 @@ def with_scalars(parameters: Sequence[Parameter], values: Mapping[str, float]) -
     if left:
         raise KeyError(f"no parameters: {', '.join(left)}")
     return tuple(found)
-
-
-def _with_values(parameters: Sequence[Parameter], values: Values) -> Iterator[Parameter]:
-    for parameter in parameters:
-        value = values.get(parameter.name)
-        if value is None:
-            yield parameter
-        elif isinstance(value, Sequence):
-            yield replace(parameter, start=value[0], starts=tuple(value))
-        else:
-            yield replace(parameter, start=value)

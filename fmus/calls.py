@@ -1,8 +1,9 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, wraps
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -20,97 +21,104 @@ def kept_whole(function: Called) -> Called:
     function : takes numbers, vectors, and named tuples of them, by position, and returns the same; integers
         among the arguments become constants of the C
     """
+    return _kept(function, idle=False)
 
+
+def idle_at_zero(function: Called) -> Called:
+    """Mark a function, kept whole, that returns its first argument as it is where its last one is 0.
+
+    It must do so by its own arithmetic too; floats and the C skip it there.
+    """
+    return _kept(function, idle=True)
+
+
+def _kept(function: Called, idle: bool) -> Called:
     @wraps(function)
     def called(*given: Any) -> Any:
         first: Any = given  # it decides, since floats must not wait for a search through all
         while isinstance(first, tuple):
             first = first[0]
         if not _is_graph(first):
-            return function(*given)
-        given = _as_graphs(given)
-        whole = _whole(function, _shape(given))
+            skipped = idle and isinstance(given[-1], float) and given[-1] == 0
+            return given[0] if skipped else function(*given)
+        given = _mapped(given, _as_graph)
+        # What the call has in common with others: all but the expressions themselves.
+        shape = _mapped(given, lambda leaf: _Symbol.of(leaf) if _is_graph(leaf) else leaf)
+        whole, used, result = _whole(function, shape, idle)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
-        results = whole.function.call([arguments[i] for i in whole.used])
-        return _rebuilt(whole.result, iter(results))
+        results = iter(whole.call([arguments[i] for i in used]))
+        return _mapped(result, lambda leaf: next(results))
 
     return cast(Called, called)
 
 
-class _Symbol(NamedTuple):
+@dataclass(frozen=True)
+class _Symbol:
     """Structure of a vector or matrix that differs from call to call."""
 
     size: tuple[int, int]
     columns: tuple[int, ...]
     rows: tuple[int, ...]
 
-
-class _Whole(NamedTuple):
-    """A CasADi function, which of the arguments it uses, and how its results are put together."""
-
-    function: Any
-    used: Sequence[int]
-    result: Any
+    @classmethod
+    def of(cls, graph: Any) -> "_Symbol":
+        sparsity = graph.sparsity()
+        return cls(sparsity.size(), tuple(sparsity.colind()), tuple(sparsity.row()))
 
 
 @cache
-def _whole(function: Callable[..., Any], shape: Any) -> _Whole:
-    """The function for arguments of a shape, as `_shape` gives it; the same one each time."""
+def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, list[int], Any]:
+    """The CasADi function for arguments of a shape, whose symbols stand for expressions; always the same.
+
+    Beside it which of the arguments it uses, and a result that shows how its results are put together.
+    What is idle most of the time is made of calls and loops, which are short; all else is written out.
+    """
     import casadi
 
+    kind: Any = casadi.MX if idle else casadi.SX
     symbols: list[Any] = []
 
-    def filled(part: Any) -> Any:
-        if isinstance(part, _Symbol):
-            symbols.append(casadi.SX.sym("a", casadi.Sparsity(*part.size, part.columns, part.rows)))
+    def filled(leaf: Any) -> Any:
+        if isinstance(leaf, _Symbol):
+            symbols.append(kind.sym("a", casadi.Sparsity(*leaf.size, leaf.columns, leaf.rows)))
             return symbols[-1]
-        return _like(part, [filled(each) for each in part]) if isinstance(part, tuple) else part
+        return leaf
 
-    result = function(*filled(shape))
-    results = casadi.cse([casadi.SX(leaf) for leaf in _leaves(result)])
+    given = _mapped(shape, filled)
+    result = function(*given)
+    results = [kind(leaf) for leaf in _leaves(result)]
     everything = casadi.vertcat(*(casadi.vec(each) for each in results))
-    used = [i for i, symbol in enumerate(symbols) if casadi.depends_on(everything, symbol)]
+    unchanged = len(_leaves(given[0])) if idle else 0
+    used = [i for i, s in enumerate(symbols) if i < unchanged or casadi.depends_on(everything, s)]
+    arguments = [symbols[i] for i in used]
     name = function.__name__.strip("_")
-    return _Whole(casadi.Function(name, [symbols[i] for i in used], results), used, result)
+    if not idle:
+        return casadi.Function(name, arguments, casadi.cse(results)), used, result
+    run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
+    skip = casadi.Function(f"{name}_skip", arguments, arguments[:unchanged])
+    return casadi.Function.if_else(name, run, skip), [len(symbols) - 1, *used], result
 
 
-def _shape(value: Any) -> Any:
-    """What a call of given arguments has in common with others: all but the expressions themselves."""
-    if isinstance(value, tuple):
-        return _like(value, [_shape(each) for each in value])
-    if _is_graph(value):
-        sparsity = value.sparsity()
-        return _Symbol(sparsity.size(), tuple(sparsity.colind()), tuple(sparsity.row()))
-    return value
-
-
-def _as_graphs(value: Any) -> Any:
-    """The same with expressions for its numbers, integers aside, and dense vectors: such calls share C."""
+def _as_graph(value: Any) -> Any:
+    """An expression for a number, integers aside, and dense where it is a vector: such calls share C."""
     import casadi
 
-    if isinstance(value, tuple):
-        return _like(value, [_as_graphs(each) for each in value])
     graph = casadi.MX(value) if isinstance(value, float | np.ndarray) else value
     return casadi.densify(graph) if _is_graph(graph) and graph.shape[1] == 1 else graph
 
 
-def _leaves(value: Any) -> Iterator[Any]:
-    if isinstance(value, tuple):
-        for each in value:
-            yield from _leaves(each)
-    else:
-        yield value
-
-
-def _rebuilt(value: Any, leaves: Iterator[Any]) -> Any:
-    if isinstance(value, tuple):
-        return _like(value, [_rebuilt(each, leaves) for each in value])
-    return next(leaves)
-
-
-def _like(value: Any, parts: Sequence[Any]) -> Any:
-    """Named or plain tuple like another, of other parts."""
+def _mapped(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Nested named and plain tuples like others, of changed leaves."""
+    if not isinstance(value, tuple):
+        return change(value)
+    parts = [_mapped(each, change) for each in value]
     return value._make(parts) if hasattr(value, "_make") else tuple(parts)
+
+
+def _leaves(value: Any) -> list[Any]:
+    leaves: list[Any] = []
+    _mapped(value, leaves.append)
+    return leaves
 
 
 def _is_graph(value: Any) -> bool:

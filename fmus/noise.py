@@ -8,6 +8,7 @@ carry it exactly: the Python and the native form, and every restored state, draw
 import math
 from collections.abc import Sequence
 
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component.arithmetic import Number, cos, floor, log, sqrt, stack, where
 
 _MODULUS_A, _FACTOR_A = 2147483563.0, 40014.0
@@ -32,9 +33,9 @@ def uniform(state: Number) -> Number:
     return _share(state[0], state[1])
 
 
-def normal(state: Number) -> tuple[Number, Number]:
+def normal(state: Number, wanted: Number = 1.0) -> tuple[Number, Number]:
     """Draw from the standard normal distribution (Box and Muller): the number, and the next state."""
-    number, a, b = normals(state[0], state[1])
+    number, a, b = normals(state[0], state[1], wanted)
     return number, stack(a, b)
 
 
@@ -52,27 +53,52 @@ def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
     return a, b
 
 
-def normals(a: Number, b: Number) -> tuple[Number, Number, Number]:
+def normals(a: Number, b: Number, wanted: Number = 1.0) -> tuple[Number, Number, Number]:
     """Draw once from each of many generators, given as the halves of their states.
+
+    Parameters
+    ----------
+    wanted : 1, or 0 for numbers of 0 while the generators go on
 
     Returns
     -------
     tuple
         The numbers, and the halves of the next states, each of the shape of `a`.
     """
+    shares, *following = _drawn(a, b)
+    return _normal(0.0 * a, *shares, wanted), *following
+
+
+@kept_whole
+def _drawn(a: Number, b: Number) -> tuple[tuple[Number, Number], Number, Number]:
+    """Two numbers in (0, 1) for each generator, and the halves of the next states."""
     first = _next(a, b)
     second = _next(*first)
-    number = sqrt(-2.0 * log(_share(*first))) * cos(2.0 * math.pi * _share(*second))
-    return number, *second
+    return (_share(*first), _share(*second)), *second
+
+
+@idle_at_zero
+def _normal(none: Number, first: Number, second: Number, wanted: Number) -> Number:
+    """Standard normal numbers from two in (0, 1) for each, where they are wanted."""
+    return where(wanted > 0, sqrt(-2.0 * log(first)) * cos(2.0 * math.pi * second), none)
 
 
 def _next(a: Number, b: Number) -> tuple[Number, Number]:
-    return _remainder(_FACTOR_A * a, _MODULUS_A), _remainder(_FACTOR_B * b, _MODULUS_B)
+    return _multiplied(a, _FACTOR_A, _MODULUS_A), _multiplied(b, _FACTOR_B, _MODULUS_B)
+
+
+def _multiplied(state: Number, factor: float, modulus: float) -> Number:
+    """Remainder of a product by a prime.
+
+    None is a multiple of it, so that the rounding of its reciprocal never reaches the next whole number.
+    """
+    product = factor * state
+    return product - modulus * floor(product * (1.0 / modulus))
 
 
 def _share(a: Number, b: Number) -> Number:
     difference = a - b
-    return where(difference < 1, difference + (_MODULUS_A - 1.0), difference) / _MODULUS_A
+    return (difference + (_MODULUS_A - 1.0) * (difference < 1)) / _MODULUS_A
 
 
 def _mixed(number: Number) -> Number:

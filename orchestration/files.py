@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.locks import lock, unlock
+from warmlink.fmus.files import WRITING, lock, unlock, whole_file
 
-WRITING = ".writing-"
 TEMPORARY = "warmlink-run-"
 ENDING_SECONDS = 1.0
 """Within which the processes of a command that was killed have ended, and hold no folder any more."""
@@ -75,19 +74,6 @@ def fresh_file(path: Path) -> Iterator[Path]:
         raise InputError(
             f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
         ) from None
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
-    scratch = path.with_name(f".writing-{path.name}")
-    try:
-        yield scratch
-        scratch.replace(path)
-    except BaseException:
-        with suppress(OSError):
-            scratch.unlink(missing_ok=True)
-        raise
 
 
 def write_all(file: BinaryIO, data: bytes) -> None:

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from warmlink.controllers.analytic import law
 from warmlink.controllers.fail_safe import LIMITS
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS, TOLERANCE
-from warmlink.controllers.verdict import error_parameters
-from warmlink.fmus.component import Choice, Component, Parameter, State
+from warmlink.controllers.interface import compensator, error_parameters
+from warmlink.fmus.component import Choice, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
-_MATERIAL = tuple(
-    parameter
-    for parameter in LINK.parameters
-    if parameter.name in {"conductivity", "density", "specific_heat", "expansion_coefficient"}
-)
+_MATERIAL = {"conductivity", "density", "specific_heat", "expansion_coefficient"}
 
-_FORM = Choice("EquationForm", ("printed", "corrected"))
-_SOURCE = Choice("TemperatureSource", ("base", "shaft"))
+
+def _choice(name: str, start: int, description: str, choice: Choice) -> Parameter:
+    return Parameter(
+        name, "1", start, description, type="Integer", choice=choice, minimum=0, maximum=choice.last
+    )
+
 
 _PARAMETERS = (
-    SAMPLE_TIME,
-    TOLERANCE,
     *LIMITS,
     Parameter(
         "largest_leap",
@@ -31,28 +28,20 @@ _PARAMETERS = (
         positive=True,
         nominal=1,
     ),
-    Parameter(
+    _choice(
         "form",
-        "1",
         law.CORRECTED,
         "Eq. (4): 0 as printed, 1 corrected",
-        type="Integer",
-        choice=_FORM,
-        minimum=0,
-        maximum=_FORM.last,
+        Choice("EquationForm", ("printed", "corrected")),
     ),
-    Parameter(
+    _choice(
         "temperature_source",
-        "1",
         law.BASE,
         "thermometer used: 0 base, 1 shaft",
-        type="Integer",
-        choice=_SOURCE,
-        minimum=0,
-        maximum=_SOURCE.last,
+        Choice("TemperatureSource", ("base", "shaft")),
     ),
     Parameter("heated_length", "m", 0.2916, "length from base to tip position", display="mm", positive=True),
-    *_MATERIAL,
+    *(parameter for parameter in LINK.parameters if parameter.name in _MATERIAL),
     Parameter(
         "reference_temperature",
         "K",
@@ -67,23 +56,15 @@ _PARAMETERS = (
     *error_parameters(1e-6),
 )
 
-COMPONENT = Component(
-    name="AnalyticCompensator",
-    description="Growth by the paper's Eq. (4), from the temperature at the base and the time of heating",
-    inputs=INPUTS,
-    terminals=TERMINALS,
-    parameters=_PARAMETERS,
-    states=(
-        State("reference", "K"),
-        State("held", "K"),
-        State("missing_for", "s"),
-        State("heated_for", "s"),
-        State("elongation", "m"),
-        State("correction", "m"),
+COMPONENT = compensator(
+    "AnalyticCompensator",
+    "Growth by the paper's Eq. (4), from the temperature at the base and the time of heating",
+    law,
+    _PARAMETERS,
+    (
+        *(State(name, "K") for name in ("reference", "held")),
+        *(State(name, "s") for name in ("missing_for", "heated_for")),
+        *(State(name, "m") for name in ("elongation", "correction")),
         State("distrusted", "1"),
     ),
-    outputs=OUTPUTS,
-    update=law.update,
-    begin=law.begin,
-    observe=law.outputs,
 )

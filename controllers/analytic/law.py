@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 
 from warmlink.controllers.fail_safe import limited, reported
-from warmlink.controllers.verdict import error_std
+from warmlink.controllers.interface import error_std
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
 
@@ -83,9 +83,7 @@ def elongation(rise: Number, time: Number, p: Record) -> Number:
     depth = sqrt(diffusivity * maximum(time, _SHORTEST))
     length, expansion = p.heated_length, p.expansion_coefficient
     return where(
-        p.form == PRINTED,
-        printed(rise, depth, length, expansion),
-        corrected(rise, depth, length, expansion),
+        p.form == PRINTED, printed(rise, depth, length, expansion), corrected(rise, depth, length, expansion)
     )
 
 

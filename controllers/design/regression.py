@@ -10,13 +10,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from warmlink.controllers.design.gains import sensor_stds
-from warmlink.controllers.design.plant import (
-    INPUTS,
-    OUTPUTS,
-    Plant,
-    cell_plant,
-    plant_model,
-)
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.model import Duty
 from warmlink.controllers.regression.law import LENGTH

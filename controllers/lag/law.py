@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.controllers.fail_safe import limited, reported
-from warmlink.controllers.verdict import error_std
+from warmlink.controllers.interface import error_std
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, exp
 

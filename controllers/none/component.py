@@ -2,27 +2,14 @@
 
 from __future__ import annotations
 
-from warmlink.controllers.interface import INPUTS, OUTPUTS, TERMINALS, TOLERANCE
+from warmlink.controllers.interface import compensator, length
 from warmlink.controllers.none import law
-from warmlink.fmus.component import Component, Parameter
 
-COMPONENT = Component(
-    name="NoCompensator",
-    description="No compensation",
-    inputs=INPUTS,
-    terminals=TERMINALS,
-    parameters=(
-        TOLERANCE,
-        Parameter(
-            "elongation_std",
-            "m",
-            5e-5,
-            "standard deviation of the growth, which stays uncorrected",
-            display="um",
-            minimum=0,
-            nominal=5e-5,
-        ),
-    ),
-    outputs=OUTPUTS,
-    observe=law.outputs,
+_LEFT = "standard deviation of the growth, which stays uncorrected"
+
+COMPONENT = compensator(
+    "NoCompensator",
+    "No compensation",
+    law,
+    (length("elongation_std", 5e-5, _LEFT, minimum=0, nominal=5e-5),),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warmlink.controllers.verdict import ready
+from warmlink.controllers.interface import ready
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from warmlink.controllers import fail_safe
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, SENSED, TERMINALS, TOLERANCE
+from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
-from warmlink.controllers.observer import law, model, retained, told, witnesses
+from warmlink.controllers.observer import law, model, retained, witnesses
 from warmlink.controllers.observer.filters import filter_states
-from warmlink.controllers.start_values import shipped_design, with_values
+from warmlink.controllers.start_values import Values, shipped_design, with_values
 from warmlink.fmus.component import Check, Component, Derived, Parameter, State
 from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, temperature_parameter
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
@@ -15,14 +17,21 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 _MODES = model.MODES
 
 
-def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
+def _of_modes(name: str, unit: str, description: str, nominal: float | None = None, **more: Any) -> Parameter:
+    """A number for each mode."""
+    return Parameter(name, unit, 0, description, nominal=nominal, **{"size": _MODES} | more)
+
+
+def _parameters(disturbances: int) -> tuple[Parameter, ...]:
     """Parameters of an observer with so many disturbances, the two unknown heats among them."""
+
+    def of_each(name: str, unit: str, start: float, description: str, **more: Any) -> Parameter:
+        return Parameter(name, unit, start, description, size=disturbances, **more)
+
     return (
-        SAMPLE_TIME,
-        TOLERANCE,
         *fail_safe.LIMITS,
         *fail_safe.DOUBT,
-        *told.PARAMETERS,
+        *model.TOLD_PARAMETERS,
         *(parameter for parameter in MOTOR.parameters if parameter.name in model.LOSSES),
         Parameter(
             "reference_temperature",
@@ -43,12 +52,10 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
         ),
         Parameter("initial_std", "K", 0, "standard deviation of initial_temperature", minimum=0, nominal=0.1),
         fail_safe.SENSOR_STD,
-        Parameter(
+        length(
             "model_std",
-            "m",
             0,
             "error of the reduced model's elongation, computed by the design; affects only correction_std",
-            display="um",
             minimum=0,
             nominal=1e-8,
         ),
@@ -61,29 +68,26 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
             minimum=0,
             nominal=0.01,
         ),
-        Parameter(
+        of_each(
             "disturbance_std",
             "1",
             0,
             "standard deviation of each disturbance: heat in W into shaft, into link, and further ones",
-            size=disturbances,
             positive=True,
         ),
-        Parameter(
+        of_each(
             "disturbance_time",
             "s",
             0,
             "correlation time of each disturbance",
-            size=disturbances,
             positive=True,
             nominal=1000,
         ),
-        Parameter(
+        of_each(
             "disturbance_start",
             "1",
             1,
             "variance of each disturbance at the start, as a share of its stationary variance",
-            size=disturbances,
             minimum=0,
             maximum=1,
         ),
@@ -100,61 +104,24 @@ def observer_parameters(disturbances: int) -> tuple[Parameter, ...]:
     )
 
 
-def observer_derived(disturbances: int) -> tuple[Derived, ...]:
-    """Values that follow from the parameters alone: decay over a sample, and those of the witnesses."""
-    kept = (Derived("decay", "1", size=_MODES), Derived("reach", "s", size=_MODES))
-    return (*kept, Derived("fade", "1", size=disturbances), *witnesses.DERIVED)
-
-
-def observer_states(size: int) -> tuple[State, ...]:
-    """States of an observer whose filters have `size` elements."""
-    return (
-        *filter_states(size),
-        State("evidence", "1"),
-        *told.STATES,
-        *witnesses.STATES,
-        State("duty_modes", "1", size=_MODES),
-        State("plausible_heat", "W"),
-        *fail_safe.trust_states("K", len(SENSED)),
-        State("correction", "m"),
-        State("elongation", "m"),
-        State("distrusted", "1"),
-    )
-
-
 _MODEL = (
     temperature_parameter("linearisation_temperature", "temperature from which the modes count"),
-    Parameter(
-        "mode_rate", "1/s", 0, "rate of each mode at standstill", size=_MODES, maximum=-1e-12, nominal=1e-3
+    _of_modes("mode_rate", "1/s", "rate of each mode at standstill", 1e-3, maximum=-1e-12),
+    _of_modes(
+        "convection", "1/rad", "effect of speed times mode on each mode, row after row", 1e-4, size=_MODES**2
     ),
-    Parameter(
-        "convection",
-        "1/rad",
-        0,
-        "effect of speed times mode on each mode, row after row",
-        size=_MODES**2,
-        nominal=1e-4,
-    ),
-    Parameter("winding_heat_gain", "K/J", 0, "heat in the winding on each mode", size=_MODES, nominal=1e-3),
-    Parameter("shaft_heat_gain", "K/J", 0, "heat in the shaft on each mode", size=_MODES, nominal=1e-3),
-    Parameter("link_heat_gain", "K/J", 0, "heat in the link on each mode", size=_MODES, nominal=1e-3),
-    Parameter("ambient_gain", "1/s", 0, "ambient temperature on each mode", size=_MODES, nominal=1e-3),
-    Parameter(
-        "ambient_convection_gain",
-        "1/rad",
-        0,
-        "speed times ambient temperature on each mode",
-        size=_MODES,
-        nominal=1e-4,
-    ),
-    Parameter(
+    _of_modes("winding_heat_gain", "K/J", "heat in the winding on each mode", 1e-3),
+    _of_modes("shaft_heat_gain", "K/J", "heat in the shaft on each mode", 1e-3),
+    _of_modes("link_heat_gain", "K/J", "heat in the link on each mode", 1e-3),
+    _of_modes("ambient_gain", "1/s", "ambient temperature on each mode", 1e-3),
+    _of_modes("ambient_convection_gain", "1/rad", "speed times ambient temperature on each mode", 1e-4),
+    _of_modes(
         "sensor_rows",
         "1",
-        0,
         "each mode on each sensor's temperature, sensor after sensor",
         size=len(SENSED) * _MODES,
     ),
-    Parameter("elongation_row", "m/K", 0, "each mode on the elongation", size=_MODES, nominal=1e-5),
+    _of_modes("elongation_row", "m/K", "each mode on the elongation", 1e-5),
     Parameter(
         "elongation_per_kelvin", "m/K", 0, "elongation when all is warmer by 1 K", positive=True, nominal=1e-5
     ),
@@ -173,27 +140,24 @@ _MODEL = (
         minimum=0,
         nominal=0.01,
     ),
-    Parameter("uniform_profile", "1", 0, "modes when all is warmer by 1 K", size=_MODES),
-    Parameter(
+    _of_modes("uniform_profile", "1", "modes when all is warmer by 1 K"),
+    _of_modes(
         "warm_spread",
         "1",
-        0,
         "covariance of the modes in a warm cell per squared kelvin at the shaft, upper triangle by rows",
         size=packed_size(_MODES),
     ),
-    Parameter(
+    _of_modes(
         "profile_std",
         "K",
-        0,
         "standard deviation of each mode that the model does not explain",
-        size=_MODES,
+        0.01,
         minimum=0,
-        nominal=0.01,
     ),
 )
 """The reduced plant; its values come from `warmlink.controllers.design`."""
 
-CHECKS = (
+_CHECKS = (
     Check(
         lambda p: least_pivot(symmetric(p.warm_spread, _MODES)) + 1e-6,
         "warm_spread: no covariance of the modes, some combination of them has less than none; "
@@ -207,18 +171,58 @@ CHECKS = (
 )
 """What must hold across the parameters of an observer."""
 
-COMPONENT = Component(
-    name="ObserverCompensator",
-    description="Growth by a Kalman filter on a reduced model of motor and link",
-    inputs=INPUTS,
-    terminals=TERMINALS,
-    parameters=with_values(observer_parameters(model.HEATS), shipped_design("observer")),
-    states=observer_states(model.STATES),
-    outputs=(*OUTPUTS, *retained.outputs(model.STATES)),
-    derived=observer_derived(model.HEATS),
-    derive=law.derive,
-    update=law.update,
-    begin=law.begin,
-    observe=law.outputs,
-    checks=CHECKS,
+
+def observer(
+    name: str,
+    description: str,
+    law: Any,
+    disturbances: int,
+    values: Values,
+    parameters: tuple[Parameter, ...] = (),
+    states: tuple[State, ...] = (),
+) -> Component:
+    """Component of an observer with so many disturbances.
+
+    Parameters
+    ----------
+    law : module with `update`, `begin` and `outputs`
+    values : the design
+    parameters, states : besides those of every observer
+    """
+    size = model.MODES + disturbances
+    return compensator(
+        name,
+        description,
+        law,
+        with_values((*_parameters(disturbances), *parameters), values),
+        (
+            *filter_states(size),
+            State("evidence", "1"),
+            *model.TOLD_STATES,
+            *witnesses.STATES,
+            State("duty_modes", "1", size=_MODES),
+            State("plausible_heat", "W"),
+            *fail_safe.trust_states("K", len(SENSED)),
+            *(State(name, "m") for name in ("correction", "elongation")),
+            State("distrusted", "1"),
+            *states,
+        ),
+        retained.outputs(size),
+        derived=(
+            Derived("decay", "1", size=_MODES),
+            Derived("reach", "s", size=_MODES),
+            Derived("fade", "1", size=disturbances),
+            *model.GROWTHS,
+        ),
+        derive=model.derive,
+        checks=_CHECKS,
+    )
+
+
+COMPONENT = observer(
+    "ObserverCompensator",
+    "Growth by a Kalman filter on a reduced model of motor and link",
+    law,
+    model.HEATS,
+    shipped_design("observer"),
 )

@@ -2,48 +2,56 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import (
-    HEATS,
-    MODES,
-    SENSORS,
-    STATES,
-    losses,
-    temperature,
-)
-from warmlink.controllers.observer.told import Told
-from warmlink.fmus.calls import kept_whole
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, losses, temperature
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
+from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, truth, where
 
 WILD = 2000.0
 """K; modes whose sizes add up to more are no estimate."""
 
 
+class Examined(NamedTuple):
+    """What shows that estimates cannot be right.
+
+    Attributes
+    ----------
+    wild : 1 where an estimate is none, so that all begins again
+    duty_modes : the modes by the duty alone, cold if they are none
+    plausible : unknown heat in W in the link that a wrong model may explain
+    too_much : 1 where there seems to be more
+    """
+
+    wild: Number
+    duty_modes: Number
+    plausible: Number
+    too_much: Number
+
+
 @kept_whole
-def tamed(filters: Filters, duty_modes: Number, told: Told, p: Record) -> tuple[Number, Number]:
-    """1 where an estimate is none, so that all begins again; and the duty's modes, cold if they are none."""
+def examined(filters: Filters, duty_modes: Number, before: Number, told: Told, p: Record) -> Examined:
+    """Examine what the filters and the duty say; `before` is the heat that was plausible."""
     lost = where(total(absolute(duty_modes)) <= WILD, 0.0, 1.0)
     cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
     wild = lost
     for each in filters:
         wild = maximum(wild, where(total(absolute(each.mean[:MODES])) <= WILD, 0.0, 1.0))
-    return wild, where(lost > 0, cold, duty_modes)
+    alert = filters.alert
+    plausible = _plausible_link_heat(before, alert.mean, told, p)
+    variances = upper_diagonal(alert.noise_spread, alert.mean.shape[0])
+    noise = maximum(variances[MODES + 1], 0.0) ** 0.5
+    too_much = truth(absolute(alert.mean[MODES + 1]) - 4.0 * noise > plausible)
+    return Examined(wild, where(lost > 0, cold, duty_modes), plausible, too_much)
 
 
-@kept_whole
 def reconciled(
-    belief: Belief,
-    trust: fail_safe.Trust,
-    readings: Number,
-    duty_modes: Number,
-    plausible: Number,
-    wild: Number,
-    u: Record,
-    p: Record,
+    belief: Belief, trust: fail_safe.Trust, readings: Number, what: Examined, u: Record, p: Record
 ) -> tuple[Belief, fail_safe.Trust, Number]:
     """Belief and trust after contradicting sensors are left out; 1 where the belief begins again.
 
@@ -53,36 +61,45 @@ def reconciled(
     the duty: with a heating pad on, it is impossible to know which sensor is right. The estimate begins
     again from the duty. It also does so where it is not a possible state.
     """
-    in_link = belief.mean[MODES + 1]
-    variances = upper_diagonal(belief.noise_spread, belief.mean.shape[0])
-    noise = maximum(variances[MODES + 1], 0.0) ** 0.5
-    too_much = absolute(in_link) - 4.0 * noise > plausible
+    begins = maximum(what.too_much, what.wild)
+    before = trust.out, trust.calm_for, 0.0
+    out, calm_for, warmth = _left_out(before, readings, what, u, p, begins)
+    trust = trust._replace(out=out, calm_for=calm_for)
+    return _begun_again(belief, what.duty_modes, warmth, p, begins), trust, begins
 
+
+@idle_at_zero
+def _left_out(
+    before: tuple[Number, Number, Number],
+    readings: Number,
+    what: Examined,
+    u: Record,
+    p: Record,
+    begins: Number,
+) -> tuple[Number, Number, Number]:
+    """Which sensors are left out, how long they have been calm, and how warm in K the cell may be."""
+    already, calm_for, warmth = before
     deviation, strangeness = [], []
     farthest: Number = 0.0
     for i in range(SENSORS):
-        expected = temperature(i, duty_modes, p)
-        candidate = where(p.sensor_std[i] > 0, (1.0 - trust.out[i]) * fail_safe.present(readings[i]), 0.0)
+        expected = temperature(i, what.duty_modes, p)
+        candidate = where(p.sensor_std[i] > 0, (1.0 - already[i]) * fail_safe.present(readings[i]), 0.0)
         deviation.append(where(candidate > 0, absolute(readings[i] - expected), 0.0))
         allowed = 3.0 * p.sensor_std[i] + p.model_share * absolute(expected - u.ambient_temperature)
         strangeness.append(deviation[i] / maximum(allowed, 1e-3))
         farthest = maximum(farthest, strangeness[i])
     left_out = []
-    warmth: Number = 0.0
     for i in range(SENSORS):
-        farthest_here = where(strangeness[i] >= farthest, where(farthest > 0, 1.0, 0.0), 0.0)
+        farthest_here = where(strangeness[i] >= farthest, truth(farthest > 0), 0.0)
         strange = where(strangeness[i] > 1.0, 1.0, farthest_here)
-        left_out.append(where(too_much, strange, 0.0))
+        left_out.append(what.too_much * strange)
         warmth = maximum(warmth, deviation[i])
     out = stack(*left_out)
-    again = _begun_again(belief, duty_modes, warmth, p)
-    begins = maximum(where(too_much, 1.0, 0.0), wild)
-    belief = either(begins, again, belief)
-    trust = trust._replace(out=where(out > 0, 1.0, trust.out), calm_for=where(out > 0, 0.0, trust.calm_for))
-    return belief, trust, begins
+    return where(out > 0, 1.0, already), where(out > 0, 0.0, calm_for), begins * warmth
 
 
-def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) -> Belief:
+@idle_at_zero
+def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record, begins: Number) -> Belief:
     """Belief from the duty alone, without unknown heat, with the uncertainty in K that the sensors suggest.
 
     What was learnt from a camera is kept.
@@ -98,15 +115,15 @@ def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record) 
     kept = [upper_diagonal(each, STATES + taught)[STATES:] for each in (belief.spread, belief.noise_spread)]
     heats = p.disturbance_std[:HEATS] ** 2
     mean = stack(duty_modes, *zero, *([belief.mean[STATES:]] if taught else []))
-    return Belief(
+    again = Belief(
         mean,
         upper(blocks(doubt, nothing, diagonal(stack(heats, *([kept[0]] if taught else []))))),
         upper(blocks(doubt, nothing, diagonal(stack(*zero, *([kept[1]] if taught else []))))),
     )
+    return either(begins, again, belief)
 
 
-@kept_whole
-def plausible_link_heat(before: Number, mean: Number, u: Record, p: Record) -> Number:
+def _plausible_link_heat(before: Number, mean: Number, u: Record, p: Record) -> Number:
     """Unknown heat in W in the link that a wrong model may explain: shares of what it loses and receives.
 
     Once plausible, it fades no faster than the unknown heat itself.

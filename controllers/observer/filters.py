@@ -5,19 +5,20 @@ within minutes and distinguishes it from a failing sensor, but lets through more
 The quiet filter expects only the share `quiet_share` of that heat, and its innovations are white while
 there is none. It uses a reading whenever the alert filter does, and the law reports its estimate. While
 unknown heat is certain, and for as long as it is remembered, the alert filter leads: the quiet one
-continues from it.
+continues from it. Both take in the thermometers one reading after the other, each judged before it is used.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from warmlink.controllers.kalman import Belief, either
-from warmlink.controllers.matrices import outer, packed_size, upper, upper_diagonal
-from warmlink.controllers.observer.model import HEATS, MODES, STATES
-from warmlink.fmus.calls import kept_whole
+from warmlink.controllers import fail_safe
+from warmlink.controllers.kalman import Belief, Sight, covariance_along, either, sighted, taught
+from warmlink.controllers.matrices import dot, outer, packed_size, upper, upper_diagonal
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, sensor_row
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, State
-from warmlink.fmus.component.arithmetic import Number, clip, exp, maximum, minimum, stack, total, where
+from warmlink.fmus.component.arithmetic import Number, clip, maximum, minimum, stack, total, truth, where
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations of its noise beyond which an estimated disturbance counts as detected."""
@@ -84,7 +85,6 @@ def quieted(alert: Belief, p: Record) -> Belief:
     return alert._replace(spread=upper(outer(share, share)) * alert.spread)
 
 
-@kept_whole
 def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filters:
     """The filters after it is decided which of them leads.
 
@@ -94,18 +94,29 @@ def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filte
     begun_again : 1 where the alert filter has just begun again from the duty, else 0
     """
     alert, quiet = filters
-    heats = alert.mean[MODES:STATES]
-    noise = upper_diagonal(alert.noise_spread, alert.mean.shape[0])[MODES:STATES]
-    certain = total(where(heats**2 > CERTAIN_SIGMAS**2 * noise, 1.0, 0.0))
-    by_noise = noise / p.disturbance_std[:HEATS] ** 2
-    least = (CERTAIN_SIGMAS**2 - EVIDENCE_SIGMAS**2) * maximum(by_noise[0], by_noise[1])
-    remembered = where(seen > least, 1.0, 0.0)
-    alert_leads = where(certain + remembered + begun_again > 0, 1.0, 0.0)
-    return Filters(alert, either(alert_leads, quieted(alert, p), quiet))
+    return Filters(alert, _follower(quiet, alert, p, alert_leads(alert, seen, begun_again, p)))
 
 
 @kept_whole
-def evidence(before: Number, belief: Belief, of: tuple[int, int], p: Record, elapsed: Number) -> Number:
+def alert_leads(alert: Belief, seen: Number, begun_again: Number, p: Record) -> Number:
+    """1 where the alert filter leads, else 0; the arguments as for `led`."""
+    heats = alert.mean[MODES:STATES]
+    noise = upper_diagonal(alert.noise_spread, alert.mean.shape[0])[MODES:STATES]
+    certain = total(truth(heats**2 > CERTAIN_SIGMAS**2 * noise))
+    by_noise = noise / p.disturbance_std[:HEATS] ** 2
+    least = (CERTAIN_SIGMAS**2 - EVIDENCE_SIGMAS**2) * maximum(by_noise[0], by_noise[1])
+    remembered = truth(seen > least)
+    return truth(certain + remembered + begun_again > 0)
+
+
+@idle_at_zero
+def _follower(quiet: Belief, alert: Belief, p: Record, leads: Number) -> Belief:
+    """The quiet filter's belief, or where the alert one leads what follows from that one's."""
+    return either(leads, quieted(alert, p), quiet)
+
+
+@kept_whole
+def evidence(before: Number, belief: Belief, of: tuple[int, int], p: Record, fades: Number) -> Number:
     """How strong disturbances are seen to be: squared, relative to those designed for.
 
     An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
@@ -115,29 +126,135 @@ def evidence(before: Number, belief: Belief, of: tuple[int, int], p: Record, ela
     ----------
     before : the evidence so far
     of : first of the disturbances, and the one after the last
-    elapsed : time in s over which what is remembered fades
+    fades : 1 where what is remembered fades in this sample, else 0
     """
     asked = slice(*of)
     doubt = upper_diagonal(belief.noise_spread, belief.mean.shape[0])[MODES:][asked]
     excess = (belief.mean[MODES:][asked] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[asked] ** 2
-    seen: Number = before * exp(-elapsed / p.disturbance_time[0])
+    seen: Number = before * where(fades > 0, p.fade[0], 1.0)
     for i in range(excess.shape[0]):
         seen = maximum(seen, excess[i])
     return clip(seen, 0.0, LARGEST_EVIDENCE)
 
 
-def believed_spread(belief: Belief, alert: Belief, seen: Number, taught: Number = 0.0) -> Number:
-    """Covariance of a belief's error: its noise, and what disturbances as strong as they are seen to be add.
+def believed_variance(
+    belief: Belief, alert: Belief, row: Number, seen: Number, taught: Number = 0.0
+) -> Number:
+    """Variance along a row of a belief's error: its noise, and what disturbances as they are seen to be add.
 
     What they add is counted as in the alert filter: by heat that is seen in temperatures and heats, by what a
     camera has taught in the elements after them, and by the weaker evidence of the two between them.
     """
-    added = alert.spread - alert.noise_spread
-    own = stack(*[1.0] * STATES, *[0.0] * (belief.mean.shape[0] - STATES))
-    both = minimum(seen, taught)
-    share = both + (seen - both) * outer(own, own) + (taught - both) * outer(1.0 - own, 1.0 - own)
-    return belief.noise_spread + upper(share) * added
+    own = stack(row[:STATES], *[0.0] * (row.shape[0] - STATES))
+    other = stack(*[0.0] * STATES, row[STATES:])
+
+    def unknown(a: Number, b: Number) -> Number:
+        return covariance_along(alert.spread, a, b) - covariance_along(alert.noise_spread, a, b)
+
+    added = seen * unknown(own, own)
+    if row.shape[0] > STATES:
+        added = added + taught * unknown(other, other) + 2.0 * minimum(seen, taught) * unknown(own, other)
+    return maximum(covariance_along(belief.noise_spread, row, row) + added, 0.0)
 
 
 def _names(prefix: str) -> tuple[str, ...]:
     return tuple(f"{prefix}{name}" for name in ("estimate", "spread", "noise_spread"))
+
+
+def sense(
+    filters: Filters,
+    trust: fail_safe.Trust,
+    readings: Number,
+    news: Number,
+    seen: Number,
+    p: Record,
+    step: Number,
+) -> tuple[Filters, fail_safe.Trust]:
+    """Beliefs and trust after the readings, taken one after the other; the alert filter judges them."""
+    gates = fail_safe.gates_of(p, step)
+    memories = []
+    for i in range(SENSORS):
+        reading = Reading(sensor_row(i, p), readings[i] - p.linearisation_temperature, p.sensor_std[i])
+        memory = Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
+        used = truth(p.sensor_std[i] > 0)
+        filters, memory = _taken((filters, memory), reading, news[i], seen, gates, step, used)
+        memories.append(memory)
+    mean, calm_for, out = (stack(*each) for each in zip(*memories, strict=True))
+    return filters, trust._replace(mean=mean, calm_for=calm_for, out=out)
+
+
+class Reading(NamedTuple):
+    """A thermometer's reading.
+
+    Attributes
+    ----------
+    row : derivative of the temperature by the modes, shape (7,)
+    value : in K above the temperature of linearisation
+    std : standard deviation of its noise in K; 0 where the sensor is not in use
+    """
+
+    row: Number
+    value: Number
+    std: Number
+
+
+class Memory(NamedTuple):
+    """What `fail_safe.Trust` remembers of one sensor's innovations."""
+
+    mean: Number
+    calm_for: Number
+    out: Number
+
+
+@idle_at_zero
+def _taken(
+    before: tuple[Filters, Memory],
+    reading: Reading,
+    news: Number,
+    seen: Number,
+    gates: fail_safe.Gates,
+    step: Number,
+    used: Number,
+) -> tuple[Filters, Memory]:
+    """Both filters and the sensor's memory after the alert filter has judged a reading.
+
+    Parameters
+    ----------
+    news : 1 if the reading is present and new, else 0
+    used : 1 where the sensor is in use, else 0
+    """
+    filters, memory = before
+    sights = [sighted(each, reading.row) for each in filters]
+    mean, sight = filters.alert.mean, sights[0]
+    memory, variance, use = _judged(memory, mean, sight, reading, used * news, seen, gates, step)
+    return Filters(
+        *(
+            taught(each, reading.row, sight, _innovation(reading, each.mean), variance, use)
+            for each, sight in zip(filters, sights, strict=True)
+        )
+    ), memory
+
+
+@kept_whole
+def _judged(
+    memory: Memory,
+    mean: Number,
+    sight: Sight,
+    reading: Reading,
+    news: Number,
+    seen: Number,
+    gates: fail_safe.Gates,
+    step: Number,
+) -> tuple[Memory, Number, Number]:
+    """What is remembered of a sensor, the variance of its noise in K2, and 1 where its reading is used."""
+    variance = where(reading.std > 0, reading.std**2, 1.0)
+    expected, by_noise = (dot(reading.row, each[:MODES]) for each in sight)
+    widest = maximum(expected, 0.0) + variance
+    sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
+    trust = fail_safe.Trust(0.0, 0.0, *memory)
+    verdict = fail_safe.judged(trust, news, _innovation(reading, mean), widest, sure, gates, step)
+    return Memory(verdict.mean, verdict.calm_for, verdict.out), variance, verdict.use
+
+
+def _innovation(reading: Reading, mean: Number) -> Number:
+    return reading.value - dot(reading.row, mean[:MODES])

@@ -15,41 +15,41 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import sensed
-from warmlink.controllers.kalman import Belief, carried, variance_along
-from warmlink.controllers.matrices import blocks, diagonal, diagonal_of, matrix, outer, symmetric, upper
+from warmlink.controllers.kalman import Belief, carried_over
+from warmlink.controllers.matrices import blocks, diagonal, matrix, outer, symmetric, upper
 from warmlink.controllers.observer import retained, witnesses
-from warmlink.controllers.observer.contradiction import plausible_link_heat, reconciled, tamed
+from warmlink.controllers.observer.contradiction import examined, reconciled
 from warmlink.controllers.observer.filters import (
     Filters,
     allowed_for,
-    believed_spread,
+    believed_variance,
     evidence,
     filters_named,
     filters_of,
     led,
     quieted,
+    sense,
 )
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
     SENSORS,
     STATES,
+    Told,
+    believed,
     by_duty,
-    decay_and_reach,
     elongation,
+    first_believed,
     known_heat,
     temperature,
+    told_named,
 )
-from warmlink.controllers.observer.readings import sense
-from warmlink.controllers.observer.told import Told, believed, first_believed
-from warmlink.controllers.observer.told import named as told_named
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
     clip,
-    exp,
     finite,
     maximum,
     minimum,
@@ -103,7 +103,7 @@ class Sample(NamedTuple):
     told : duty and surroundings as they are believed
     readings, trust, filters, duty_modes, plausible : as in the states that they become
     again : 1 where the alert filter has begun again from the duty
-    heard : time in s that counts for what is remembered, as `since_heard` gives it
+    heard : 1 where a thermometer would show that a heat has gone, else 0
     doubted : 1 where duty or surroundings are not believed
     wild : 1 where an estimate was none, and has begun again
     """
@@ -128,12 +128,13 @@ def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = by_duty(x.duty_modes, idle, p)
-    wild, duty_modes = tamed(filters, duty_modes, told, p)
-    plausible = plausible_link_heat(x.plausible_heat, filters.alert.mean, told, p)
-    alert, trust, again = reconciled(filters.alert, trust, readings, duty_modes, plausible, wild, told, p)
-    heard = fail_safe.since_heard(trust, readings, p, step)
+    what = examined(filters, duty_modes, x.plausible_heat, told, p)
+    alert, trust, again = reconciled(filters.alert, trust, readings, what, told, p)
+    heard = fail_safe.in_use(trust, readings, p)
     both = Filters(alert, filters.quiet)
-    return Sample(told, readings, trust, both, duty_modes, plausible, again, heard, doubted, wild)
+    return Sample(
+        told, readings, trust, both, what.duty_modes, what.plausible, again, heard, doubted, what.wild
+    )
 
 
 def settled(
@@ -153,9 +154,17 @@ def settled(
     estimate : elongation in m by the temperatures of the leading filter
     learnt : elongation in m that the camera adds to it
     """
-    now = witnesses.seen(x, sample.readings, step)
     verdict = witnesses.heard(
-        x, estimate, sample.duty_modes, sample.readings, now, sample.trust, sample.told, p, step, camera
+        x,
+        filters.alert.mean,
+        estimate,
+        sample.duty_modes,
+        sample.readings,
+        sample.trust,
+        sample.told,
+        p,
+        step,
+        camera,
     )
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
@@ -167,23 +176,16 @@ def settled(
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
     return wanted, {
         **told_named(sample.told),
-        "seen": now,
+        "seen": verdict.seen,
         "lagged": verdict.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
         "doubt": where(sample.wild > 0, 2.0, maximum(doubted, unconfirmed)),
-        "duty_modes": where(verdict.warm > 0, filters.alert.mean[:MODES], sample.duty_modes),
+        "duty_modes": verdict.duty_modes,
         "plausible_heat": sample.plausible,
         "correction": fail_safe.limited(x.correction, wanted, p, step),
         "distrusted": doubted,
     }
-
-
-def derive(p: Record) -> Mapping[str, Number]:
-    """Values that follow from the parameters alone: decay over a sample, and those of the witnesses."""
-    decay, reach = decay_and_reach(p, p.sample_time)
-    fade = exp(-p.sample_time / p.disturbance_time)
-    return {"decay": decay, "reach": reach, "fade": fade, **witnesses.derive(p)}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
@@ -235,16 +237,17 @@ def first_belief(recalled: retained.Recalled, told: Told, readings: Number, p: R
 
 def predict(filters: Filters, u: Told, p: Record) -> Filters:
     """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
-    step = errors_carried(u.speed, p)
-
-    def later(belief: Belief, disturbance: Number) -> Belief:
-        return carried(belief, step.transition, carried_mean(belief.mean, u, p), disturbance)
-
-    return Filters(later(filters.alert, step.alert), later(filters.quiet, step.quiet))
+    errors = _errors(u.speed, p)
+    found = []
+    for each, added in zip(filters, (errors.alert, errors.quiet), strict=True):
+        spread = _carried_over(each.spread, errors, p.fade, added)
+        noise_spread = _carried_over(each.noise_spread, errors, p.fade, 0.0 * added)
+        found.append(Belief(_mean_later(each.mean, u, p), spread, noise_spread))
+    return Filters(*found)
 
 
 @kept_whole
-def carried_mean(mean: Number, u: Told, p: Record) -> Number:
+def _mean_later(mean: Number, u: Told, p: Record) -> Number:
     """The estimate one sample later."""
     modes, disturbances = mean[:MODES], mean[MODES:]
     unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
@@ -252,35 +255,44 @@ def carried_mean(mean: Number, u: Told, p: Record) -> Number:
     return stack(p.decay * modes + p.reach * drive, p.fade * disturbances)
 
 
-class ErrorStep(NamedTuple):
-    """What a sample does to the errors: their transition, and what each filter adds to its covariance."""
+class Errors(NamedTuple):
+    """What a sample does to the errors.
 
-    transition: Number
+    Attributes
+    ----------
+    own : of each mode, what is left of it
+    by_shaft, by_link : what each mode gains of an unknown heat
+    alert, quiet : variances that either filter adds, of the size of its state
+    """
+
+    own: Number
+    by_shaft: Number
+    by_link: Number
     alert: Number
     quiet: Number
 
 
 @kept_whole
-def errors_carried(speed: Number, p: Record) -> ErrorStep:
-    """What a sample does to the errors of modes and disturbances."""
-    decay, reach, fade = p.decay, p.reach, p.fade
-    extra = fade.shape[0] - HEATS
-    by_heat = outer(reach * p.shaft_heat_gain, placed(1.0, 0, HEATS + extra)) + outer(
-        reach * p.link_heat_gain, placed(1.0, 1, HEATS + extra)
-    )
+def _errors(speed: Number, p: Record) -> Errors:
     # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
-    own = decay + reach * absolute(speed) * diagonal_of(matrix(p.convection, MODES))
-    designed = stack(p.profile_std**2 * (1.0 - decay**2), p.disturbance_std**2 * (1.0 - fade**2))
-    return ErrorStep(
-        blocks(diagonal(own), by_heat, diagonal(fade)),
-        *(upper(diagonal(allowed_for(designed, share))) for share in (1.0, p.quiet_share)),
-    )
+    own = p.decay + p.reach * absolute(speed) * diagonal(matrix(p.convection, MODES))
+    designed = stack(p.profile_std**2 * (1.0 - p.decay**2), p.disturbance_std**2 * (1.0 - p.fade**2))
+    added = (allowed_for(designed, share) for share in (1.0, p.quiet_share))
+    return Errors(own, p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain, *added)
+
+
+@kept_whole
+def _carried_over(packed: Number, errors: Errors, fade: Number, added: Number) -> Number:
+    """Covariance of the errors one sample later, packed, with the variances that are added."""
+    count = fade.shape[0]
+    by_heat = outer(errors.by_shaft, placed(1.0, 0, count)) + outer(errors.by_link, placed(1.0, 1, count))
+    transition = blocks(diagonal(errors.own), by_heat, diagonal(fade))
+    return carried_over(packed, transition) + upper(diagonal(added))
 
 
 def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:
     """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence."""
-    spread = believed_spread(filters.quiet, filters.alert, x.evidence, taught)
-    variance = variance_along(spread, row)
+    variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     return told | {

@@ -3,18 +3,31 @@
     dz/dt = diag(mode_rate) z + |speed| M z + B_w P_w + B_s P_s + (B_a + |speed| B_av) (T_a - T_0)
     T_j   = c_j z + T_0,        elongation = e z - e_1 (T_ref - T_0)
 
-P_w and P_s are the motor's losses by its own equations.
+P_w and P_s are the motor's losses by its own equations. Duty and surroundings are believed within ratings,
+bands and rates; beyond them a signal is no news.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.matrices import diagonal_of, dot, matrix, product
+from warmlink.controllers.matrices import diagonal, dot, matrix, outer, symmetric
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, minimum
+from warmlink.fmus.component import Derived, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    exp,
+    maximum,
+    minimum,
+    stack,
+    total,
+    truth,
+    where,
+)
 from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 MODES = 7
@@ -45,6 +58,10 @@ _WINDING = SENSED.index("winding_temperature")
 _SHAFT = SENSED.index("shaft_temperature")
 
 
+GROWTHS = (Derived("growth_by_all", "m/K", size=SENSORS), Derived("growth_by_one", "m/K", size=SENSORS))
+"""Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone."""
+
+
 class Duty(NamedTuple):
     """What the motor's loss equations ask of the inputs."""
 
@@ -62,7 +79,7 @@ def decay_and_reach(p: Record, step: Number) -> tuple[Number, Number]:
 def stability_margin(p: Record) -> Number:
     """By how much a sample shrinks the slowest error of a mode, at standstill and at the rated speed."""
     decay, reach = decay_and_reach(p, p.sample_time)
-    gained = reach * p.rated_speed * diagonal_of(matrix(p.convection, MODES))
+    gained = reach * p.rated_speed * diagonal(matrix(p.convection, MODES))
     least: Number = 1.0
     for i in range(MODES):
         least = minimum(least, 1.0 - maximum(absolute(decay[i] + gained[i]), decay[i]))
@@ -84,7 +101,7 @@ def known_heat(modes: Number, u: Record, p: Record) -> Number:
         p.winding_heat_gain * winding_loss
         + p.shaft_heat_gain * shaft_loss
         + (p.ambient_gain + speed * p.ambient_convection_gain) * ambient
-        + speed * product(matrix(p.convection, MODES), modes)
+        + speed * (matrix(p.convection, MODES) @ modes)
     )
 
 
@@ -109,3 +126,113 @@ def elongation(mean: Number, p: Record) -> Number:
     """Elongation in m that the modes make."""
     shift = p.elongation_per_kelvin * (p.reference_temperature - p.linearisation_temperature)
     return dot(p.elongation_row, mean[:MODES]) - shift
+
+
+def derive(p: Record) -> Mapping[str, Number]:
+    """Values that follow from the parameters alone: decay over a sample, and the growths by the sensors."""
+    decay, reach = decay_and_reach(p, p.sample_time)
+    return {"decay": decay, "reach": reach, "fade": exp(-p.sample_time / p.disturbance_time), **_growths(p)}
+
+
+def _growths(p: Record) -> Mapping[str, Number]:
+    """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
+
+    G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other
+    """
+    spread = 100.0 * (symmetric(p.warm_spread, MODES) + outer(p.uniform_profile, p.uniform_profile))
+    rows = [sensor_row(i, p) for i in range(SENSORS)]
+    alone = []
+    for i in range(SENSORS):
+        across = spread @ rows[i]
+        used = truth(p.sensor_std[i] > 0)
+        alone.append(used * total(p.elongation_row * across) / maximum(total(rows[i] * across), 1e-9))
+    # The gain of all at once, as the filter that takes one after the other makes it: mean = K y.
+    gain = outer(p.uniform_profile, stack(*[0.0] * SENSORS))
+    for i in range(SENSORS):
+        across = spread @ rows[i]
+        used = truth(p.sensor_std[i] > 0)
+        k = across * (used / (total(rows[i] * across) + p.sensor_std[i] ** 2 + 1e-9))
+        picked = stack(*[1.0 if j == i else 0.0 for j in range(SENSORS)])
+        gain = gain + outer(k, picked - gain.T @ rows[i])
+        spread = spread - outer(k, across)
+    return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}
+
+
+TOLD_PARAMETERS = (
+    Parameter(
+        "rated_speed", "rad/s", 8, "speed of the joint beyond which the signal is not believed", positive=True
+    ),
+    Parameter("rated_torque", "N.m", 8, "rms torque beyond which the signal is not believed", positive=True),
+    Parameter(
+        "ambient_rate_limit",
+        "K/s",
+        10 / 3600,
+        "fastest change of the surroundings' temperature that is believed",
+        display="K/h",
+        positive=True,
+        nominal=1e-3,
+    ),
+)
+
+TOLD_STATES = tuple(
+    State(f"believed_{name}", unit)
+    for name, unit in (("speed", "rad/s"), ("torque", "N.m"), ("ambient", "K"))
+)
+
+COLDEST, WARMEST = 223.15, 343.15
+"""K between which the surroundings' temperature is believed."""
+
+AMBIENT_DOUBT = 1.0
+"""K between given and believed temperature of the surroundings from which on it is doubted."""
+
+
+class Told(NamedTuple):
+    """Duty and surroundings as they are believed; the names are those of the inputs."""
+
+    speed: Number
+    torque: Number
+    ambient_temperature: Number
+
+
+def told_named(told: Told) -> dict[str, Number]:
+    """What is believed under the names of a law's states."""
+    return {
+        "believed_speed": told.speed,
+        "believed_torque": told.torque,
+        "believed_ambient": told.ambient_temperature,
+    }
+
+
+def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told, Number]:
+    """What to go by, the same with no duty where it tells nothing, and 1 where any of it is doubted.
+
+    A speed or torque beyond its rating is no news: the filter goes on with the last one that was, and the
+    duty as a witness with none, which is the least that can have been.
+    """
+    speed_well = truth(absolute(u.speed) <= p.rated_speed)
+    torque_well = truth(absolute(u.torque) <= p.rated_torque)
+    speed = where(speed_well > 0, u.speed, x.believed_speed)
+    torque = where(torque_well > 0, u.torque, x.believed_torque)
+    well = ambient_well(u)
+    given = where(well > 0, u.ambient_temperature, x.believed_ambient)
+    reach = p.ambient_rate_limit * step
+    ambient = x.believed_ambient + clip(given - x.believed_ambient, -reach, reach)
+    off = where(absolute(given - ambient) > AMBIENT_DOUBT, 1.0, 1.0 - well)
+    doubted = maximum(1.0 - speed_well * torque_well, off)
+    idle = Told(where(speed_well > 0, speed, 0.0), where(torque_well > 0, torque, 0.0), ambient)
+    return Told(speed, torque, ambient), idle, doubted
+
+
+def first_believed(u: Record, p: Record) -> Told:
+    """What is believed at the start."""
+    return Told(
+        where(absolute(u.speed) <= p.rated_speed, u.speed, 0.0),
+        where(absolute(u.torque) <= p.rated_torque, u.torque, 0.0),
+        where(ambient_well(u) > 0, u.ambient_temperature, p.reference_temperature),
+    )
+
+
+def ambient_well(u: Record) -> Number:
+    """1 where the surroundings' temperature can be one, else 0."""
+    above = truth(u.ambient_temperature >= COLDEST)
+    return where(u.ambient_temperature <= WARMEST, above, 0.0)

@@ -12,10 +12,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from warmlink.controllers.observer import witnesses
-from warmlink.controllers.observer.model import MODES, STATES
-from warmlink.controllers.observer.told import Told
+from warmlink.controllers.observer.model import MODES, STATES, Told
 from warmlink.fmus.component import Output, Parameter, Record
-from warmlink.fmus.component.arithmetic import Number, absolute, clip, exp, minimum, stack, total, where
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    exp,
+    minimum,
+    stack,
+    total,
+    truth,
+    where,
+)
 
 _HEAD = 3
 """Check, correction and known."""
@@ -70,7 +79,7 @@ def outputs(states: int) -> tuple[Output, ...]:
 
 def kept(x: Record, estimate: Number) -> Number:
     """What the host is to keep, for a filter's estimate."""
-    known = where(x.known_for >= witnesses.KNOWN_TIME, 1.0, 0.0)
+    known = truth(x.known_for >= witnesses.KNOWN_TIME)
     known = where(x.agreed_for >= witnesses.AGREEMENT_TIME, known, 0.0)
     taught = [estimate[STATES:]] if estimate.shape[0] > STATES else []
     held = stack(x.correction / LENGTH, known, estimate[:MODES], x.duty_modes, *taught)
@@ -81,7 +90,7 @@ def recalled(told: Told, p: Record) -> Recalled:
     """What is recalled at a start, as of now."""
     held = p.recalled[1:]
     fits = absolute(p.recalled[0] - _check(held)) <= ROUNDING * (1.0 + total(absolute(held)))
-    valid = where(p.recalled_for >= 0, where(fits, 1.0, 0.0), 0.0)
+    valid = where(p.recalled_for >= 0, truth(fits), 0.0)
     cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
     left = exp(p.mode_rate * clip(p.recalled_for, 0.0, 1e6))
     modes, duty_modes = (

@@ -8,15 +8,12 @@ README.md has the equations and the reasons.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.matrices import outer, symmetric
-from warmlink.controllers.observer.model import MODES, SENSORS, elongation, sensor_row, temperature
-from warmlink.controllers.observer.told import Told
-from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Derived, Record, State
+from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation, temperature
+from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
@@ -26,6 +23,7 @@ from warmlink.fmus.component.arithmetic import (
     minimum,
     stack,
     total,
+    truth,
     where,
 )
 
@@ -37,9 +35,6 @@ STATES = (
     State("doubt", "1"),
 )
 """Readings without their noise, and since when all agree."""
-
-DERIVED = (Derived("growth_by_all", "m/K", size=SENSORS), Derived("growth_by_one", "m/K", size=SENSORS))
-"""Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone."""
 
 SMOOTHING = 10.0
 """s over which noise is taken out of the readings."""
@@ -67,30 +62,6 @@ DUTY_SHARE, CONTRADICTED_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 what the thermometers tell."""
 
 
-def derive(p: Record) -> Mapping[str, Number]:
-    """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
-
-    G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other
-    """
-    spread = 100.0 * (symmetric(p.warm_spread, MODES) + outer(p.uniform_profile, p.uniform_profile))
-    rows = [sensor_row(i, p) for i in range(SENSORS)]
-    alone = []
-    for i in range(SENSORS):
-        across = spread @ rows[i]
-        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
-        alone.append(used * total(p.elongation_row * across) / maximum(total(rows[i] * across), 1e-9))
-    # The gain of all at once, as the filter that takes one after the other makes it: mean = K y.
-    gain = outer(p.uniform_profile, stack(*[0.0] * SENSORS))
-    for i in range(SENSORS):
-        across = spread @ rows[i]
-        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
-        k = across * (used / (total(rows[i] * across) + p.sensor_std[i] ** 2 + 1e-9))
-        picked = stack(*[1.0 if j == i else 0.0 for j in range(SENSORS)])
-        gain = gain + outer(k, picked - gain.T @ rows[i])
-        spread = spread - outer(k, across)
-    return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}
-
-
 def first_states(readings: Number, told: Told, known: Number) -> dict[str, Number]:
     """The states at the start: whether it is known how warm the cell is, and nothing contradicts it."""
     surroundings = stack(*[told.ambient_temperature] * SENSORS)
@@ -101,13 +72,6 @@ def first_states(readings: Number, told: Told, known: Number) -> dict[str, Numbe
         "agreed_for": AGREEMENT_TIME,
         "doubt": 1.0,
     }
-
-
-def seen(x: Record, readings: Number, step: Number) -> Number:
-    """Readings in K without most of their noise, and without leaps that no temperature makes."""
-    share = step / (step + SMOOTHING)
-    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
-    return where(finite(readings), x.seen + toward, x.seen)
 
 
 class Look(NamedTuple):
@@ -130,30 +94,58 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     lower, upper : bounds in m on the correction
+    seen : readings in K without most of their noise
     lagged : what the readings lie above what the duty explains, smoothed over `REACH_TIME`, in K
     known_for, agreed_for : time in s for which all has agreed since the start, and since a disagreement
-    warm : 1 where the readings have shown just now that the cell was left warm
+    duty_modes : the modes by the duty alone, from which it goes on
     doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
     disagree : 1 where they contradict each other
     """
 
     lower: Number
     upper: Number
+    seen: Number
     lagged: Number
     known_for: Number
     agreed_for: Number
-    warm: Number
+    duty_modes: Number
     doubt: Number
     disagree: Number
 
 
-@kept_whole
+class Compared(NamedTuple):
+    """Thermometers beside the duty, each of shape (5,).
+
+    Attributes
+    ----------
+    seen, lagged : as in `Verdict`
+    rise : what the duty explains, in K above the surroundings
+    excess : what they lie above that, in K; 0 for those that are missing
+    there, trusted, called : 1 for those that are present, are trusted, are heard
+    """
+
+    seen: Number
+    lagged: Number
+    rise: Number
+    excess: Number
+    there: Number
+    trusted: Number
+    called: Number
+
+
+class Known(NamedTuple):
+    """Time in s for which all has agreed; 1 where readings have just shown that the cell was left warm."""
+
+    known_for: Number
+    warm: Number
+
+
 def heard(
     x: Record,
+    alert_mean: Number,
     estimate: Number,
     duty_modes: Number,
     readings: Number,
-    now: Number,
     trust: fail_safe.Trust,
     told: Told,
     p: Record,
@@ -164,54 +156,93 @@ def heard(
 
     Parameters
     ----------
+    alert_mean : estimate of the alert filter
     estimate : elongation in m by the filter
     duty_modes : the modes by duty and surroundings alone
-    now : readings without noise, as `seen` gives them
     camera : a fourth witness
     """
-    by_duty = elongation(duty_modes, p)
-    used = where(p.sensor_std > 0, 1.0, 0.0)
+    sensors = _compared(x, duty_modes, readings, trust, told, p, step)
+    already = truth(x.known_for >= KNOWN_TIME)
+    known = _known(Known(x.known_for, 0.0), sensors, p, step, 1.0 - already)
+    return _weighed(x, alert_mean, estimate, duty_modes, sensors, known, p, step, camera)
+
+
+@kept_whole
+def _compared(
+    x: Record,
+    duty_modes: Number,
+    readings: Number,
+    trust: fail_safe.Trust,
+    told: Told,
+    p: Record,
+    step: Number,
+) -> Compared:
+    """Compare the readings, without most of their noise and without leaps, with what the duty explains."""
+    share = step / (step + SMOOTHING)
+    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
+    seen = where(finite(readings), x.seen + toward, x.seen)
+    used = truth(p.sensor_std > 0)
     there = used * fail_safe.present(readings)
     trusted = there * (1.0 - trust.out)
     expected = stack(*(temperature(i, duty_modes, p) for i in range(SENSORS)))
-    rise, excess = expected - told.ambient_temperature, there * (now - expected)
+    rise, excess = expected - told.ambient_temperature, there * (seen - expected)
     lagged = x.lagged + step / (step + REACH_TIME) * (excess - x.lagged)
 
     # Thermometers left out are heard all the same where all are off alike, or none is left.
     largest, least = _range(excess, there)
-    alike = where(
-        largest - least
-        < ALIKE * maximum(largest, -least) + 3.0 * total(p.sensor_std) / maximum(total(used), 1.0),
-        1.0,
-        0.0,
-    )
+    noise = total(p.sensor_std) / maximum(total(used), 1.0)
+    alike = truth(largest - least < ALIKE * maximum(largest, -least) + 3.0 * noise)
     called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
-    count = total(called)
-    every = where(total(used) - count < 0.5, 1.0, 0.0)
-    by_one = total(p.growth_by_one * called * excess) / maximum(count, 1.0)
-    sensed = by_duty + where(every > 0, total(p.growth_by_all * excess), by_one)
-    shaftlike = _falls(excess, called, FLATTEST, 0.0 * rise, lagged, p)
+    return Compared(seen, lagged, rise, excess, there, trusted, called)
 
-    # After a start: either all is as foreseen, or the cell was left warm. Without thermometers, hours pass.
-    some = where(total(used) > 0, 1.0, 0.0)
-    whole = where(total(used) - total(trusted) < 0.5, some, 0.0)
+
+@idle_at_zero
+def _known(before: Known, sensors: Compared, p: Record, step: Number, unknown: Number) -> Known:
+    """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
+    used = truth(p.sensor_std > 0)
+    some = truth(total(used) > 0)
+    whole = where(total(used) - total(sensors.trusted) < 0.5, some, 0.0)
+    excess, rise = sensors.excess, sensors.rise
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
-    left_warm = (
-        whole * where(least > 0, 1.0 - near, 0.0) * _falls(excess, called, FLATTEST_LEFT, rise, excess, p)
-    )
+    _, least = _range(excess, sensors.there)
+    falls = _falls(excess, sensors.called, FLATTEST_LEFT, rise, excess, p)
+    left_warm = whole * where(least > 0, 1.0 - near, 0.0) * falls
     pace = where(near > 0, KNOWN_TIME / COLD_TIME, left_warm)
     pace = where(some > 0, pace, KNOWN_TIME * absolute(p.mode_rate[0]) / 3.0)
-    already = where(x.known_for >= KNOWN_TIME, 1.0, 0.0)
-    known_for = where(already > 0, x.known_for, where(pace > 0, x.known_for + pace * step, 0.0))
-    known = where(known_for >= KNOWN_TIME, 1.0, 0.0)
-    warm = known * (1.0 - already) * left_warm
+    known_for = where(pace > 0, before.known_for + pace * step, 0.0)
+    warm = where(known_for >= KNOWN_TIME, left_warm, 0.0)
+    return Known(where(unknown > 0, known_for, before.known_for), unknown * warm)
+
+
+@kept_whole
+def _weighed(
+    x: Record,
+    alert_mean: Number,
+    estimate: Number,
+    duty_modes: Number,
+    sensors: Compared,
+    after: Known,
+    p: Record,
+    step: Number,
+    camera: Look,
+) -> Verdict:
+    """The verdict from all that the witnesses say."""
+    called, excess = sensors.called, sensors.excess
+    by_duty = elongation(duty_modes, p)
+    used = truth(p.sensor_std > 0)
+    count = total(called)
+    every = truth(total(used) - count < 0.5)
+    by_one = total(p.growth_by_one * called * excess) / maximum(count, 1.0)
+    sensed = by_duty + where(every > 0, total(p.growth_by_all * excess), by_one)
+    shaftlike = _falls(excess, called, FLATTEST, 0.0 * sensors.rise, sensors.lagged, p)
+    known = truth(after.known_for >= KNOWN_TIME)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
     margin = 0.5 * p.tolerance
-    only_one = where(total(used) < 1.5, 1.0, 0.0)
+    only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shaftlike, 0.0))
-    contradicted = total(there - trusted)
+    contradicted = total(sensors.there - sensors.trusted)
     low_d, high_d = _allowed(by_duty, where(contradicted > 0, CONTRADICTED_SHARE, DUTY_SHARE), margin)
     low_s, high_s = _allowed(sensed, SENSED_SHARE, margin)
     lasting = where(x.agreed_for >= AGREEMENT_TIME, heat, 0.0)
@@ -226,14 +257,18 @@ def heard(
     lower, upper = (where(second > 0, camera.elongation, bound) for bound in (lower, upper))
 
     outside = where(estimate > high_d, 1.0 - heat, 0.0)
-    short = where(absolute(estimate) < absolute(by_duty) / (1.0 + DUTY_SHARE) ** 1.5 - margin, 1.0, 0.0)
-    astray = where(absolute(estimate - sensed) > margin + SENSED_SHARE * absolute(sensed), 1.0, 0.0)
+    short = truth(absolute(estimate) < absolute(by_duty) / (1.0 + DUTY_SHARE) ** 1.5 - margin)
+    astray = truth(absolute(estimate - sensed) > margin + SENSED_SHARE * absolute(sensed))
     astray = where(count > 0, astray, 0.0)
+    warm = after.warm
     disagree = (1.0 - warm) * maximum(maximum(outside, short), astray)
     agreed_for = minimum(x.agreed_for + step, 10.0 * AGREEMENT_TIME)
     agreed_for = where(disagree > 0, 0.0, where(warm > 0, AGREEMENT_TIME, agreed_for))
-    doubt = maximum(1.0 - known, where(agreed_for < AGREEMENT_TIME, 1.0, 0.0))
-    return Verdict(lower, upper, lagged, known_for, agreed_for, warm, doubt, disagree)
+    doubt = maximum(1.0 - known, truth(agreed_for < AGREEMENT_TIME))
+    duty_modes = where(warm > 0, alert_mean[:MODES], duty_modes)
+    return Verdict(
+        lower, upper, sensors.seen, sensors.lagged, after.known_for, agreed_for, duty_modes, doubt, disagree
+    )
 
 
 def _allowed(witness: Number, share: Number, margin: Number) -> tuple[Number, Number]:
@@ -259,8 +294,8 @@ def _falls(
     inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0
     for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
         slack = 0.25 * (p.sensor_std[i] + noise)
-        flat = where(excess[i] > flattest * maximum(inner, maximum(earlier, 0.0)) + slack, 1.0, 0.0)
-        steep = where(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack, 1.0, 0.0)
+        flat = truth(excess[i] > flattest * maximum(inner, maximum(earlier, 0.0)) + slack)
+        steep = truth(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack)
         falls = where(called[i] * inside * maximum(flat, steep) > 0, 0.0, falls)
         here = called[i] > 0
         inner = where(here, excess[i] - absolute(rise[i]) / 3.0, inner)

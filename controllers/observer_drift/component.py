@@ -2,29 +2,14 @@
 
 from __future__ import annotations
 
-from warmlink.controllers.interface import INPUTS, OUTPUTS, TERMINALS
-from warmlink.controllers.observer import retained
-from warmlink.controllers.observer.component import (
-    CHECKS,
-    observer_derived,
-    observer_parameters,
-    observer_states,
-)
-from warmlink.controllers.observer.law import derive
+from warmlink.controllers.interface import length
+from warmlink.controllers.observer.component import observer
 from warmlink.controllers.observer_drift import law
-from warmlink.controllers.start_values import shipped_design, with_values
-from warmlink.fmus.component import Component, Parameter, State
+from warmlink.controllers.start_values import shipped_design
+from warmlink.fmus.component import Parameter, State
 
 _CAMERA = (
-    Parameter(
-        "camera_std",
-        "m",
-        3e-7,
-        "standard deviation of a camera reading",
-        display="um",
-        positive=True,
-        nominal=1e-6,
-    ),
+    length("camera_std", 3e-7, "standard deviation of a camera reading", positive=True),
     Parameter("camera_delay", "s", 30, "longest time from a picture to its reading", minimum=0),
     Parameter(
         "camera_timeout",
@@ -40,14 +25,11 @@ _CAMERA = (
         "time of small innovations after which the camera is used again",
         positive=True,
     ),
-    Parameter(
+    length(
         "camera_authority",
-        "m",
         3e-6,
         "elongation that the camera may add to the one computed from temperatures",
-        display="um",
         minimum=0,
-        nominal=1e-6,
     ),
     Parameter(
         "camera_relative_authority",
@@ -59,31 +41,12 @@ _CAMERA = (
     ),
 )
 
-COMPONENT = Component(
-    name="ObserverDriftCompensator",
-    description="Growth by a Kalman filter on motor and link, made offset-free by the camera",
-    inputs=INPUTS,
-    terminals=TERMINALS,
-    parameters=with_values(
-        (*observer_parameters(law.DISTURBANCES), *_CAMERA),
-        shipped_design("observer") | shipped_design("observer_drift"),
-    ),
-    states=(
-        *observer_states(law.STATES),
-        State("camera_last", "m"),
-        State("camera_age", "s"),
-        State("camera_calm_for", "s"),
-        State("camera_out", "1"),
-        State("camera_free_for", "s"),
-        State("camera_evidence", "1"),
-        State("camera_says", "m"),
-        State("camera_said", "1"),
-    ),
-    outputs=(*OUTPUTS, *retained.outputs(law.STATES)),
-    derived=observer_derived(law.DISTURBANCES),
-    derive=derive,
-    update=law.update,
-    begin=law.begin,
-    observe=law.outputs,
-    checks=CHECKS,
+COMPONENT = observer(
+    "ObserverDriftCompensator",
+    "Growth by a Kalman filter on motor and link, made offset-free by the camera",
+    law,
+    law.DISTURBANCES,
+    shipped_design("observer") | shipped_design("observer_drift"),
+    _CAMERA,
+    tuple(State(f"camera_{name}", unit) for name, unit in law.CAMERA_UNITS._asdict().items()),
 )

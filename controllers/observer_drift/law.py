@@ -17,14 +17,26 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.kalman import Belief, corrected, variance_along
+from warmlink.controllers.kalman import Belief, sighted, taught_in_part
+from warmlink.controllers.matrices import dot
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led
 from warmlink.controllers.observer.witnesses import Look
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import LARGEST, Number, absolute, clip, finite, maximum, stack, where
+from warmlink.fmus.component.arithmetic import (
+    LARGEST,
+    Number,
+    absolute,
+    clip,
+    exp,
+    finite,
+    maximum,
+    stack,
+    truth,
+    where,
+)
 
 DISTURBANCES = model.HEATS + 2
 """Unknown heats, then the relative error of the expansion coefficient and the offset."""
@@ -33,11 +45,8 @@ STATES = model.MODES + DISTURBANCES
 
 _SCALE, _OFFSET = STATES - 2, STATES - 1
 
-_TEACHES = (0.0,) * (STATES - 2) + (1.0, 1.0)
-"""What a reading of the camera may change: scale and offset."""
-
 _TAUGHT = (model.HEATS, DISTURBANCES)
-"""Which of the disturbances these are."""
+"""Which of the disturbances the camera reveals, and may change."""
 
 _AT_BOUND = 1.0 - 1e-6
 """Share of its authority at which the camera's teaching counts as held back."""
@@ -69,15 +78,17 @@ class Camera(NamedTuple):
     said: Number
 
 
+CAMERA_UNITS = Camera(
+    last="m", age="s", calm_for="s", out="1", free_for="s", evidence="1", says="m", said="1"
+)
+"""Units of the states that hold it."""
+
+
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: those of the observer, and no reading of the camera yet."""
     filters, states = observer.begun(u, p, STATES)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
-    return {
-        **states,
-        **_named(Camera(drift, *[0.0] * 7)),
-        "elongation": elongation(filters.quiet.mean, p),
-    }
+    return {**states, **_named(Camera(drift, *[0.0] * 7)), "elongation": elongation(filters.quiet.mean, p)}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
@@ -85,7 +96,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     sample = observer.sampled(x, u, p, step, STATES)
     filters, camera = update_from_camera(sample.filters, x, u, p, step)
     seen = evidence(x.evidence, filters.alert, observer.HEAT, p, sample.heard)
-    camera_seen = evidence(x.camera_evidence, filters.alert, _TAUGHT, p, step)
+    camera_seen = evidence(x.camera_evidence, filters.alert, _TAUGHT, p, 1.0)
     filters = led(filters, seen, sample.again, p)
     by_temperature = model.elongation(filters.quiet.mean, p)
     learnt = taught(filters.quiet.mean, by_temperature)
@@ -94,7 +105,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
     free = where(absolute(wanted - states["correction"]) < p.camera_std, camera.free_for + step, 0.0)
     unseen = where(u.drift_valid > 0.5, absolute(camera.last), 0.0)
-    off = where(maximum(unseen, absolute(learnt) / LARGEST_LEARNT) > p.tolerance, 1.0, 0.0)
+    off = truth(maximum(unseen, absolute(learnt) / LARGEST_LEARNT) > p.tolerance)
     distrusted = maximum(states["distrusted"], doubtful(camera, filters.quiet, u, p))
     return {
         **observer.named(filters, sample.trust, seen),
@@ -112,7 +123,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p, x.camera_evidence)
 
 
-@kept_whole
 def update_from_camera(
     filters: Filters, x: Record, u: Record, p: Record, step: Number
 ) -> tuple[Filters, Camera]:
@@ -122,54 +132,69 @@ def update_from_camera(
     limits have been idle since before the picture was taken.
     """
     age = x.camera_age + step
-    new = where(u.measured_drift == x.camera_last, 0.0, 1.0) * where(u.drift_valid > 0.5, 1.0, 0.0)
+    new = where(u.measured_drift == x.camera_last, 0.0, 1.0) * truth(u.drift_valid > 0.5)
     news = new * fail_safe.present(u.measured_drift)
-    free = where(x.camera_free_for > p.camera_delay + 2.0 * step, 1.0, 0.0)
-    rows = Filters(*(elongation_row(each.mean, p) for each in filters))
-    variance = p.camera_std**2
+    looked = news * truth(x.camera_free_for > p.camera_delay + 2.0 * step)
     measured = u.measured_drift + x.correction
-    innovations = Filters(*(measured - elongation(each.mean, p) for each in filters_of(x)))
-    # A leap within the camera's authority is harmless, so it is believed.
-    expected = (
-        variance_along(filters.alert.spread, rows.alert) + variance + (p.camera_authority / p.gate) ** 2
-    )
-    trust = fail_safe.Trust(0.0, 0.0, 0.0, x.camera_calm_for, x.camera_out)
-    verdict = fail_safe.judged(
-        trust,
-        news,
-        innovations.quiet,
-        expected,
-        expected,
-        fail_safe.Gates(p.gate, LARGEST, p.mean_time, p.camera_return_time),
-        age,
-    )
-    judged = news * free
-    use = verdict.use * free
-    filters = Filters(
-        *(
-            bounded(corrected(belief, row, innovation, variance, use, stack(*_TEACHES)), p)
-            for belief, row, innovation in zip(filters, rows, innovations, strict=True)
-        )
-    )
-    return filters, Camera(
+    before = filters, x.camera_calm_for, x.camera_out
+    expected = Filters(*(each.mean for each in filters_of(x)))
+    filters, calm_for, out = _looked(before, expected, measured, age, p, looked)
+    return Filters(*(each._replace(mean=bounded(each.mean, p)) for each in filters)), Camera(
         last=where(news > 0, u.measured_drift, x.camera_last),
         age=where(news > 0, 0.0, age),
-        calm_for=where(judged > 0, verdict.calm_for, x.camera_calm_for),
-        out=where(judged > 0, verdict.out, x.camera_out),
+        calm_for=calm_for,
+        out=out,
         free_for=x.camera_free_for,
         evidence=x.camera_evidence,
-        says=where(judged > 0, measured, x.camera_says),
-        said=where(judged > 0, 1.0, x.camera_said),
+        says=where(looked > 0, measured, x.camera_says),
+        said=where(looked > 0, 1.0, x.camera_said),
     )
 
 
-def bounded(belief: Belief, p: Record) -> Belief:
-    """The belief with what the camera has taught kept within its authority, lest it winds up beyond."""
-    by_temperature = model.elongation(belief.mean, p)
+@idle_at_zero
+def _looked(
+    before: tuple[Filters, Number, Number],
+    expected: Filters,
+    measured: Number,
+    age: Number,
+    p: Record,
+    looked: Number,
+) -> tuple[Filters, Number, Number]:
+    """Beliefs, and how the camera is trusted, after a look of the camera.
+
+    Parameters
+    ----------
+    before : beliefs, and `calm_for` and `out` of the camera
+    expected : means of the beliefs when the picture was taken, beside which its elongation in m is judged
+    age : time in s since the last reading
+    """
+    filters, calm_for, out = before
+    variance = p.camera_std**2
+    rows = [elongation_row(each.mean, p) for each in filters]
+    sights = [sighted(*each) for each in zip(filters, rows, strict=True)]
+    innovations = [measured - elongation(each, p) for each in expected]
+    # A leap within the camera's authority is harmless, so it is believed.
+    widest = maximum(dot(rows[0], sights[0].spread), 0.0) + variance + (p.camera_authority / p.gate) ** 2
+    trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
+    gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
+    verdict = fail_safe.judged(trust, looked, innovations[1], widest, widest, gates, age)
+    taught = Filters(
+        *(
+            taught_in_part(belief, row, sight, innovation, variance, verdict.use, _TAUGHT[1] - _TAUGHT[0])
+            for belief, row, sight, innovation in zip(filters, rows, sights, innovations, strict=True)
+        )
+    )
+    return taught, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
+
+
+@kept_whole
+def bounded(mean: Number, p: Record) -> Number:
+    """The estimate with what the camera has taught kept within its authority, lest it winds up beyond."""
+    by_temperature = model.elongation(mean, p)
     bound = authority(by_temperature, p)
-    scale = clip(belief.mean[_SCALE], -p.camera_relative_authority, p.camera_relative_authority)
-    added = clip(scale * by_temperature + belief.mean[_OFFSET], -bound, bound)
-    return belief._replace(mean=stack(belief.mean[:_SCALE], scale, added - scale * by_temperature))
+    scale = clip(mean[_SCALE], -p.camera_relative_authority, p.camera_relative_authority)
+    added = clip(scale * by_temperature + mean[_OFFSET], -bound, bound)
+    return stack(mean[:_SCALE], scale, added - scale * by_temperature)
 
 
 def elongation(mean: Number, p: Record) -> Number:

@@ -12,13 +12,15 @@ G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003,
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED, sensed
-from warmlink.controllers.kalman import Belief, carried, corrected, variance_along
+from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, upper_diagonal
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, where
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
 
 SENSORS = len(SENSED)
 
@@ -33,9 +35,16 @@ LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
 
 
+class Estimate(NamedTuple):
+    """Temperatures and growth, shape (6,), and the covariance of their error, packed."""
+
+    mean: Number
+    spread: Number
+
+
 def begin(u: Record, p: Record) -> Mapping[str, Number]:
     """States at the start: what the first readings say."""
-    belief = Belief(stack(*[0.0] * STATES), p.moments, p.moments)
+    belief = Estimate(stack(*[0.0] * STATES), p.moments)
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
     return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0}
@@ -43,24 +52,30 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
     """States after a sample."""
-    moments = p.moments
-    decay = exp(-step / p.memory_time)
-    transition = diagonal(stack(*[decay] * STATES))
-    belief = carried(
-        Belief(x.estimate, x.spread, x.spread), transition, decay * x.estimate, moments * (1.0 - decay**2)
-    )
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
-    belief, trust = sense(belief, trust, readings, news, p, step)
-    sound = absolute(LENGTH * belief.mean[SENSORS]) <= LARGEST_GROWTH
-    belief = Belief(
-        where(sound, belief.mean, 0.0 * x.estimate),
-        where(sound, belief.spread, moments),
-        where(sound, belief.noise_spread, moments),
-    )
-    wanted = where(sound, LENGTH * belief.mean[SENSORS], x.correction)
+    belief, trust = sense(_later(x.estimate, x.spread, p, step), trust, readings, news, p, step)
+    sound, belief = _tamed(belief, p)
+    wanted = where(sound > 0, LENGTH * belief.mean[SENSORS], x.correction)
     correction = fail_safe.limited(x.correction, wanted, p, step)
-    return {**_named(belief, trust, correction, readings, p), "wild": where(sound, 0.0, 1.0)}
+    return {**_named(belief, trust, correction, readings, p), "wild": 1.0 - sound}
+
+
+@kept_whole
+def _later(estimate: Number, spread: Number, p: Record, step: Number) -> Estimate:
+    """The estimate a sample later, as far as the temperatures are remembered."""
+    decay = exp(-step / p.memory_time)
+    transition = diagonal(stack(*[decay] * STATES))
+    added = p.moments * (1.0 - decay**2)
+    return Estimate(decay * estimate, carried_over(spread, transition) + added)
+
+
+@kept_whole
+def _tamed(estimate: Estimate, p: Record) -> tuple[Number, Estimate]:
+    """1 where the estimate is one, else 0; and the estimate, which otherwise begins again."""
+    sound = truth(absolute(LENGTH * estimate.mean[SENSORS]) <= LARGEST_GROWTH)
+    again = Estimate(0.0 * estimate.mean, p.moments)
+    return sound, Estimate(*(where(sound > 0, a, b) for a, b in zip(estimate, again, strict=True)))
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
@@ -72,28 +87,48 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 
 
 def sense(
-    belief: Belief, trust: fail_safe.Trust, readings: Number, news: Number, p: Record, step: Number
-) -> tuple[Belief, fail_safe.Trust]:
-    """Belief and trust after the readings, taken one after the other."""
-    gates = fail_safe.gates_of(p)
-    means, calm, out = [], [], []
+    belief: Estimate, trust: fail_safe.Trust, readings: Number, news: Number, p: Record, step: Number
+) -> tuple[Estimate, fail_safe.Trust]:
+    """Estimate and trust after the readings, taken one after the other."""
+    gates = fail_safe.gates_of(p, step)
+    memories = []
     for i in range(SENSORS):
-        used = where(p.sensor_std[i] > 0, 1.0, 0.0)
-        noise = where(used > 0, p.sensor_std[i] ** 2, 1.0)
-        row = placed(1.0, i, STATES)
-        innovation = readings[i] - p.reference_temperature - belief.mean[i]
-        variance = variance_along(belief.spread, row) + noise
-        signal = fail_safe.Trust(*(each[i] for each in trust))
-        verdict = fail_safe.judged(signal, used * news[i], innovation, variance, variance, gates, step)
-        belief = corrected(belief, row, innovation, noise, verdict.use)
-        means.append(verdict.mean)
-        calm.append(verdict.calm_for)
-        out.append(used * verdict.out)
-    return belief, trust._replace(mean=stack(*means), calm_for=stack(*calm), out=stack(*out))
+        used = truth(p.sensor_std[i] > 0)
+        memory = trust.mean[i], trust.calm_for[i], trust.out[i]
+        rise = readings[i] - p.reference_temperature
+        belief, memory = _taken((belief, memory), i, rise, p.sensor_std[i], news[i], gates, step, used)
+        memories.append(memory)
+    mean, calm, out = (stack(*each) for each in zip(*memories, strict=True))
+    return belief, trust._replace(mean=mean, calm_for=calm, out=out)
+
+
+@idle_at_zero
+@kept_whole
+def _taken(
+    before: tuple[Estimate, tuple[Number, Number, Number]],
+    sensor: int,
+    rise: Number,
+    std: Number,
+    news: Number,
+    gates: fail_safe.Gates,
+    step: Number,
+    used: Number,
+) -> tuple[Estimate, tuple[Number, Number, Number]]:
+    """Estimate, and memory of a sensor's innovations, after its reading in K above the reference."""
+    estimate, memory = before
+    belief = Belief(*estimate, estimate.spread)
+    noise = where(std > 0, std**2, 1.0)
+    row = placed(1.0, sensor, STATES)
+    innovation = rise - belief.mean[sensor]
+    variance = variance_along(belief.spread, row) + noise
+    signal = fail_safe.Trust(0.0, 0.0, *memory)
+    verdict = fail_safe.judged(signal, used * news, innovation, variance, variance, gates, step)
+    belief = corrected(belief, row, innovation, noise, verdict.use)
+    return Estimate(*belief[:2]), (verdict.mean, verdict.calm_for, used * verdict.out)
 
 
 def _named(
-    belief: Belief, trust: fail_safe.Trust, correction: Number, readings: Number, p: Record
+    belief: Estimate, trust: fail_safe.Trust, correction: Number, readings: Number, p: Record
 ) -> dict[str, Number]:
     return {
         "estimate": belief.mean,

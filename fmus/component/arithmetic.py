@@ -45,6 +45,11 @@ def where(condition: Number, then: Number, otherwise: Number) -> Number:
     return np.where(condition, then, otherwise)
 
 
+def truth(condition: Number) -> Number:
+    """1 where the condition holds, else 0."""
+    return 1.0 * condition
+
+
 def absolute(value: Number) -> Number:
     """Absolute value that lets a complex step through."""
     if symbolic(value):

@@ -1,16 +1,22 @@
-"""Which outputs depend directly on which inputs, found from the structure of the component's functions."""
+"""Which outputs depend directly on which inputs, and in which order coupled components follow each other.
+
+Dependencies are found from the structure of a component's functions.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
     import casadi
+
+    from warmlink.fmus.component.join import Joint
 
 
 @dataclass(frozen=True)
@@ -77,3 +83,84 @@ def _by_unknown(
     for row, column in zip(*pattern.get_triplet(), strict=True):
         found[unknowns[row]].append(column)
     return {name: tuple(known[column] for column in sorted(each)) for name, each in found.items()}
+
+
+def stepping_order(direct: Sequence[set[int]], every: Sequence[set[int]]) -> tuple[int, ...]:
+    """Order such that each comes after those on which its outputs depend at once.
+
+    Among those that may come next, the one with the fewest other sources still ahead is taken, then the
+    first. In a cycle of direct feedthrough the one with the fewest open dependencies goes first, so the
+    order is the same on every machine.
+
+    Parameters
+    ----------
+    direct : for each component the others whose values act on its connected outputs at once
+    every : for each component all others that it takes values from
+    """
+    ahead = set(range(len(direct)))
+    order: list[int] = []
+    while ahead:
+        order.append(min(ahead, key=lambda k: (len(direct[k] & ahead), len(every[k] & ahead), k)))
+        ahead.remove(order[-1])
+    return tuple(order)
+
+
+def sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> list[str]:
+    """Instances that sample, in the order of data flow, be it through parts that have no memory."""
+    sources: dict[str, set[str]] = {key: set() for key in parts}
+    for target, source in wires.items():
+        sources[target.rpartition(".")[0]].add(source.rpartition(".")[0])
+
+    def sampled_before(key: str, seen: set[str]) -> set[str]:
+        found: set[str] = set()
+        for giver in sources[key] - seen:
+            seen.add(giver)
+            if parts[giver].sampled:
+                found.add(giver)
+            elif not parts[giver].states:
+                found |= sampled_before(giver, seen)
+        return found
+
+    keys = [key for key, part in parts.items() if part.sampled]
+    before = [{keys.index(giver) for giver in sampled_before(key, {key})} for key in keys]
+    return [keys[i] for i in stepping_order([set() for _ in keys], before)]
+
+
+def evaluation_order(
+    joint: Joint, direct: Mapping[str, Mapping[str, Sequence[str]]]
+) -> list[tuple[str, list[str]]]:
+    """Which parts to evaluate in which order, and which of their outputs are right by then.
+
+    A part comes more than once where some of its outputs feed others that its remaining ones wait for,
+    as the link's temperature feeds the motor, whose heat flow the link waits for.
+    """
+    needs = {
+        f"{key}.{output}": {joint.wires[f"{key}.{n}"] for n in known if f"{key}.{n}" in joint.wires}
+        for key, of in direct.items()
+        for output, known in of.items()
+    }
+    steps: list[tuple[str, list[str]]] = []
+    known: set[str] = set()
+    while len(known) < len(needs):
+        before = len(known)
+        for key, part in joint.parts.items():
+            names = [n for n in part.y.names if f"{key}.{n}" not in known]
+            ready = [n for n in names if needs[f"{key}.{n}"] <= known]
+            if ready:
+                steps.append((key, ready))
+                known |= {f"{key}.{n}" for n in ready}
+        if len(known) == before:
+            raise InputError(_loop({name: on - known for name, on in needs.items() if name not in known}))
+    return steps
+
+
+def _loop(waiting: Mapping[str, set[str]]) -> str:
+    """Sentence that names a loop among outputs, each of which waits for others."""
+    path = [next(iter(waiting))]
+    while path[-1] not in path[:-1]:
+        path.append(next(iter(waiting[path[-1]])))
+    loop = path[path.index(path[-1]) :]
+    return (
+        f"{' <- '.join(loop)}: each of these signals depends on the next at once (an algebraic loop); "
+        "put something with a memory between them"
+    )

@@ -16,8 +16,7 @@ from typing import Any, TypeVar
 
 from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.component.dependencies import dependencies
-from warmlink.fmus.component.order import evaluation_order, sampling_order
+from warmlink.fmus.component.dependencies import dependencies, evaluation_order, sampling_order
 from warmlink.fmus.component.variables import Named
 from warmlink.fmus.errors import InputError
 

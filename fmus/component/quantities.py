@@ -112,6 +112,12 @@ AMBIENT_TEMPERATURE = temperature_input("ambient_temperature", "temperature of t
 tunable = partial(Parameter, tunable=True)
 """A parameter that may change between communication steps."""
 
+
+def extra(name: str, unit: str, description: str, **more: Any) -> Parameter:
+    """Tunable parameter of something that is not there unless asked for: 0, and never below."""
+    return tunable(name, unit, 0, description, minimum=0, **more)
+
+
 AMBIENT_ERROR = (
     tunable("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1),
     tunable(

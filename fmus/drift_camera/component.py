@@ -5,6 +5,7 @@ from warmlink.fmus.component import Check, Component, Input, Output, Parameter, 
 from warmlink.fmus.component.arithmetic import minimum
 from warmlink.fmus.component.quantities import (
     bus,
+    extra,
     growth_input,
     growth_output,
     sample_time_parameter,
@@ -31,9 +32,7 @@ _PARAMETERS = (
     tunable("drift_rate", "m/s", 0, "drift of the camera itself per second", display="um/h", nominal=1e-9),
     tunable("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),
     tunable("scale", "1", 1, "measured over true movement of the tool point", positive=True),
-    tunable(
-        "dropout_probability", "1", 0, "probability that a picture is lost", minimum=0, maximum=1, nominal=0.1
-    ),
+    extra("dropout_probability", "1", "probability that a picture is lost", maximum=1, nominal=0.1),
     Parameter("delay", "s", 0, "time from a picture to its reading", minimum=0),
     *faults.parameters("m", "um", 1e-5, 1e-9),
     Parameter("seed", "1", 1, "seed of noise and dropouts", type="Integer", minimum=0),

@@ -6,6 +6,8 @@ After P. Poonyapak, M. J. D. Hayes and J. M. J. McDill, "Temperature-Induced Def
 System", sections II and III: a picture each 30 s while the link moves and each 120 s while it is still.
 """
 
+from types import SimpleNamespace
+
 from warmlink.fmus import faults, noise
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, where
@@ -19,7 +21,8 @@ _EARLY = 1e-6
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start, where the first picture is taken."""
-    empty = _Film(p)
+    nothing = dict.fromkeys(("seen", "lost", "unread", "measured_drift", "drift_valid"), 0.0)
+    empty = SimpleNamespace(generator=noise.start(p.seed, _GENERATOR), age_count=-1.0, **nothing)
     return _looked(empty, u, p, 0.0, p.sample_time, 0.0, 1.0)
 
 
@@ -47,21 +50,11 @@ def picture(u: Record, p: Record, number: Number, time: Number) -> Number:
     return drift + p.pixel_size * p.centroid_noise * number + shift
 
 
-class _Film:
-    """What is remembered before the first picture."""
-
-    def __init__(self, p: Record) -> None:
-        self.generator = noise.start(p.seed, _GENERATOR)
-        self.seen = self.lost = self.unread = 0.0
-        self.measured_drift = self.drift_valid = 0.0
-        self.age_count = -1.0
-
-
 def _looked(
     x: Record, u: Record, p: Record, time: Number, step: Number, count: Number, taken: Number
 ) -> Values:
     """States once a picture was taken or not, `count` samples after the last one taken."""
-    number, generator = noise.normal(x.generator)
+    number, generator = noise.normal(x.generator, taken)
     generator = noise.advance(generator)
     shown = picture(u, p, number, time)
     # A stuck picture repeats the last; before any picture there is none to repeat.

@@ -24,21 +24,19 @@ PAD_POWER, PAD_TEMPERATURE = 1, 2
 
 def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperatures in K/s, heat delivered in W."""
-    winding, shaft = x.winding_temperature, x.shaft_temperature
-    inward = p.winding_conductance * (winding - shaft)
-    to_link = heat_flow(shaft, u, p)
+    flows, to_link = heat_flows(x, u, p, time), heat_flow(x.shaft_temperature, u, p)
+    into_winding = flows["copper_loss"] + flows["iron_loss"] - flows["winding_heat_flow"]
     into_shaft = (
-        inward
-        + friction_loss(shaft, u, p)
-        + pad_heat(shaft, u, p)
+        flows["winding_heat_flow"]
+        + flows["friction_loss"]
+        + flows["pad_heat_flow"]
         + p.standby_power
-        - housing_heat_flow(shaft, u, p, time)
+        - flows["housing_heat_flow"]
         - to_link
-        - neighbour_heat_flow(shaft, u, p)
+        - neighbour_heat_flow(x.shaft_temperature, u, p)
     )
     return {
-        "winding_temperature": (copper_loss(winding, u, p) + iron_loss(u, p) - inward)
-        / p.winding_heat_capacity,
+        "winding_temperature": into_winding / p.winding_heat_capacity,
         "shaft_temperature": into_shaft / p.shaft_heat_capacity,
         "heat_delivered": to_link,
     }

@@ -1,10 +1,10 @@
 """Archives whose bytes depend on their contents alone."""
 
-import os
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+
+from warmlink.fmus.files import whole_file
 
 _DATE = (1980, 1, 1, 0, 0, 0)
 _COMPRESSION = 6  # 9 takes over twice as long and saves half a percent
@@ -23,22 +23,9 @@ def write_archive(target: Path, files: Mapping[str, bytes]) -> None:
         modelDescription.xml first
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    temporary = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as stream, zipfile.ZipFile(stream, "w") as archive:
-            for path in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
-                archive.writestr(_entry(path), files[path], zipfile.ZIP_DEFLATED, _COMPRESSION)
-        # mkstemp makes files that their owner alone may read.
-        temporary.chmod(0o644)
-        temporary.replace(target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-
-
-def _entry(path: str) -> zipfile.ZipInfo:
-    entry = zipfile.ZipInfo(path, _DATE)
-    entry.create_system = _UNIX
-    entry.external_attr = (_LIBRARY_MODE if path.endswith(_LIBRARIES) else _FILE_MODE) << 16
-    return entry
+    with whole_file(target) as scratch, zipfile.ZipFile(scratch, "w") as archive:
+        for path in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
+            entry = zipfile.ZipInfo(path, _DATE)
+            entry.create_system = _UNIX
+            entry.external_attr = (_LIBRARY_MODE if path.endswith(_LIBRARIES) else _FILE_MODE) << 16
+            archive.writestr(entry, files[path], zipfile.ZIP_DEFLATED, _COMPRESSION)

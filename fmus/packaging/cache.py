@@ -3,7 +3,6 @@
 import hashlib
 import os
 import pickle
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.locks import lock, unlock
+from warmlink.fmus.files import lock, unlock, whole_file
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
@@ -43,10 +42,8 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
         content = kept_before(folder, made_from)  # which another process has made meanwhile
         if content is None:
             content = make()
-            with suppress(OSError):
-                scratch = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
+            with suppress(OSError), whole_file(place) as scratch:
                 scratch.write_bytes(content)
-                scratch.replace(place)
     return content
 
 

@@ -8,8 +8,9 @@ Stem conduction and lag are the usual first-order models of contact thermometers
 """
 
 from warmlink.fmus import faults, noise
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record, Values
-from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, where
+from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, total, where
 
 CHANNELS = 8
 
@@ -44,16 +45,21 @@ def begin(u: Record, p: Record) -> Values:
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: temperatures in K, and states of the random generators."""
+    noisy = where(total(p.noise) > 0, 1.0, 0.0)
+    number, a, b = noise.normals(x.generator_a, x.generator_b, noisy)
+    sensed, reading = _read(x.sensed, x.reading, number, u, p, time)
+    return {"sensed": sensed, "reading": reading, "generator_a": a, "generator_b": b}
+
+
+@kept_whole
+def _read(
+    sensed: Number, reading: Number, number: Number, u: Record, p: Record, time: Number
+) -> tuple[Number, Number]:
+    """Next values of what is sensed and read."""
     target = attained(u, p)
-    sensed = target + (x.sensed - target) * p.kept
-    number, a, b = noise.normals(x.generator_a, x.generator_b)
+    sensed = target + (sensed - target) * p.kept
     value = disturbed(sensed, number, p, time)
-    return {
-        "sensed": sensed,
-        "reading": faults.replaced(value, x.reading, p.fault_kind, time - p.fault_time),
-        "generator_a": a,
-        "generator_b": b,
-    }
+    return sensed, faults.replaced(value, reading, p.fault_kind, time - p.fault_time)
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:

@@ -7,6 +7,7 @@ from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
     bus,
+    extra,
     growth_output,
     heat_port,
     length_parameter,
@@ -65,41 +66,28 @@ _PARAMETERS = (
         "increase of the convection coefficient per m/s of the link's mean speed",
         minimum=0,
     ),
-    tunable(
+    extra(
         "convection_mixing",
         "1",
-        0,
         "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes",
-        minimum=0,
         maximum=1.8,
         rare=True,
     ),
-    tunable(
+    extra(
         "convection_rise_exponent",
         "1",
-        0,
         "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K",
-        minimum=0,
         maximum=0.5,
         rare=True,
     ),
-    tunable(
-        "emissivity", "1", 0, "emissivity of the surface; 0: no radiation", minimum=0, maximum=1, rare=True
-    ),
+    extra("emissivity", "1", "emissivity of the surface; 0: no radiation", maximum=1, rare=True),
     tunable("absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10),
-    tunable(
-        "hub_conductance",
-        "W/K",
-        0,
-        "heat loss from base position to the surroundings",
-        minimum=0,
-        nominal=0.1,
-    ),
+    extra("hub_conductance", "W/K", "heat loss from base position to the surroundings", nominal=0.1),
     Parameter(
         "hub_heat_capacity", "J/K", 0, "heat capacity of what sits at base position", minimum=0, nominal=10
     ),
     Parameter("tip_heat_capacity", "J/K", 0, "heat capacity of what the tip carries", minimum=0, nominal=10),
-    tunable("tip_conductance", "W/K", 0, "heat loss from tip position to its sink", minimum=0, nominal=0.1),
+    extra("tip_conductance", "W/K", "heat loss from tip position to its sink", nominal=0.1),
     *AMBIENT_ERROR,
     temperature_parameter("initial_temperature", "temperature at the start"),
     Parameter(

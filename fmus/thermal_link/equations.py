@@ -7,6 +7,7 @@ J. P. Holman, *Heat Transfer*, 9th ed., McGraw-Hill 2002, chapters 2 and 4 (fins
 """
 
 from itertools import pairwise
+from typing import NamedTuple
 
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
@@ -20,13 +21,6 @@ from warmlink.fmus.component.arithmetic import (
     total,
     where,
 )
-from warmlink.fmus.thermal_link.grid import (
-    control_widths,
-    interpolation_weights,
-    positions,
-    spacings,
-    stretches,
-)
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m2.K4), CODATA 2018."""
@@ -39,6 +33,9 @@ ORDINARY_RISE = 10.0
 
 SENSORS = 8
 
+SMALLEST_STRETCH = 1e-6
+"""Least length of a stretch as a share of the link's; an overhang of no length keeps its nodes."""
+
 TINY = 1e-30
 """(W/(m2.K))2 in place of 0, where a root has no slope."""
 
@@ -46,14 +43,10 @@ TINY = 1e-30
 def derive(p: Record, cells: int) -> Values:
     """Values that follow from the parameters alone: conductances in W/K, capacities in J/K, areas in m2."""
     step = spacings(p, cells)
-    places = positions(p, step)
-    width = control_widths(step)
-    section = cross_section(p)
+    places, width, section = positions(p, step), control_widths(step), cross_section(p)
+    base, tip = stretches(cells)
     faces = placed(section, 0, cells) + placed(section, cells - 1, cells)
-    parts = stretches(cells)
-    carried = placed(p.hub_heat_capacity, parts.base_node, cells) + placed(
-        p.tip_heat_capacity, parts.tip_node, cells
-    )
+    carried = placed(p.hub_heat_capacity, base, cells) + placed(p.tip_heat_capacity, tip, cells)
     heat_capacity = p.density * p.specific_heat * section * width + carried
     return {
         "conductance": p.conductivity * section / step,
@@ -66,35 +59,29 @@ def derive(p: Record, cells: int) -> Values:
 
 def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperatures in K/s, heat received in W."""
-    temperature = x.temperature
-    cells = temperature.shape[0]
-    parts = stretches(cells)
-    base, tip = parts.base_node, parts.tip_node
-    ambient = ambient_temperature(u, p, time)
-
-    between = _conducted(temperature, p)
-    at_base = u.heat_flow - _to_surroundings(temperature[base], p, ambient)
-    at_tip = u.tip_heat_flow - _to_sink(temperature[tip], u, p, ambient)
+    cells = x.temperature.shape[0]
+    base, tip = stretches(cells)
+    flows = heat_flows(x, u, p, time)
+    between = flows["conducted_heat_flow"]
     gain = (
         stack(0.0, between)
         - stack(between, 0.0)
-        - surface_loss(temperature, u, p, ambient)
-        + placed(at_base, base, cells)
-        + placed(at_tip, tip, cells)
+        - flows["surface_heat_flow"]
+        + placed(u.heat_flow - flows["hub_heat_flow"], base, cells)
+        + placed(u.tip_heat_flow - flows["tip_sink_heat_flow"], tip, cells)
     )
     return {"temperature": gain * p.rise_per_heat, "heat_received": u.heat_flow}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Temperatures in K, elongation in m, heat in W and J."""
-    temperature = x.temperature
-    cells = temperature.shape[0]
-    parts = stretches(cells)
+    temperature, cells = x.temperature, x.temperature.shape[0]
+    base, tip = stretches(cells)
     weights = [p.sensor_weight[i * cells : (i + 1) * cells] for i in range(SENSORS)]
     loss = surface_loss(temperature, u, p, ambient_temperature(u, p, time))
     return {
-        "base_temperature": temperature[parts.base_node],
-        "tip_temperature": temperature[parts.tip_node],
+        "base_temperature": temperature[base],
+        "tip_temperature": temperature[tip],
         "sensor_temperature": stack(*(total(weight * temperature) for weight in weights)),
         "elongation": elongation(temperature, p),
         "surface_heat_loss": total(loss),
@@ -106,23 +93,76 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
 def heat_flows(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Heat flows in W inside the link and out of it."""
     temperature = x.temperature
-    parts = stretches(temperature.shape[0])
+    base, tip = stretches(temperature.shape[0])
     ambient = ambient_temperature(u, p, time)
+    middle = (temperature[1:] + temperature[:-1]) / 2
+    change = 1 + p.conductivity_temperature_coefficient * (middle - REFERENCE_TEMPERATURE)
+    # The sink at tip position is wired to the same log as the surroundings.
+    sink = u.tip_sink_temperature + (ambient - u.ambient_temperature)
     return {
-        "conducted_heat_flow": _conducted(temperature, p),
+        "conducted_heat_flow": p.conductance * change * (temperature[:-1] - temperature[1:]),
         "surface_heat_flow": surface_loss(temperature, u, p, ambient),
-        "hub_heat_flow": _to_surroundings(temperature[parts.base_node], p, ambient),
-        "tip_sink_heat_flow": _to_sink(temperature[parts.tip_node], u, p, ambient),
+        "hub_heat_flow": p.hub_conductance * (temperature[base] - ambient),
+        "tip_sink_heat_flow": p.tip_conductance * (temperature[tip] - sink),
     }
 
 
 def begin(u: Record, p: Record, cells: int) -> Values:
     """States at the start: the initial temperature plus the initial rises given at the sensors."""
     rise = initial_rise(p, positions(p, spacings(p, cells)))
-    return {
-        "temperature": p.initial_temperature + rise,
-        "heat_received": 0.0,
-    }
+    return {"temperature": p.initial_temperature + rise, "heat_received": 0.0}
+
+
+class Stretches(NamedTuple):
+    """Nodes at base and tip position, which cut the grid into three stretches."""
+
+    base_node: int
+    tip_node: int
+
+
+def stretches(cells: int) -> Stretches:
+    """Share the intervals between `cells` nodes out over the three stretches.
+
+    The overhangs get about the share that they have of the nominal link.
+    """
+    intervals = cells - 1
+    before, after = max(2, round(0.08 * intervals)), max(2, round(0.05 * intervals))
+    return Stretches(before, intervals - after)
+
+
+def spacings(p: Record, cells: int) -> Number:
+    """Distances in m between neighbouring nodes, shape (cells - 1,)."""
+    smallest = SMALLEST_STRETCH * p.length
+    base, tip = stretches(cells)
+    lengths = (
+        (maximum(p.base_position, smallest), base),
+        (p.tip_position - p.base_position, tip - base),
+        (maximum(p.length - p.tip_position, smallest), cells - 1 - tip),
+    )
+    return stack(*(length / count for length, count in lengths for _ in range(count)))
+
+
+def control_widths(step: Number) -> Number:
+    """Length in m of the link that belongs to each node, shape (cells,), from the distances."""
+    return (stack(0.0, step) + stack(step, 0.0)) / 2
+
+
+def positions(p: Record, step: Number) -> Number:
+    """Distances in m of the nodes from the end nearer the base, shape (cells,), from those between them."""
+    intervals = step.shape[0]
+    base, _ = stretches(intervals + 1)
+    places = [p.base_position]
+    for i in range(base - 1, -1, -1):
+        places.insert(0, places[0] - step[i])
+    for i in range(base, intervals):
+        places.append(places[-1] + step[i])
+    return stack(*places)
+
+
+def interpolation_weights(places: Number, step: Number, place: Number) -> Number:
+    """Weights of the nodes, shape (cells,), that interpolate linearly to a place in m."""
+    share = clip((place - places[:-1]) / step, 0.0, 1.0)
+    return stack(1.0, share) - stack(share, 0.0)
 
 
 def cross_section(p: Record) -> Number:
@@ -185,11 +225,9 @@ def elongation(temperature: Number, p: Record) -> Number:
     The trapezoidal rule with Gregory's first end correction, so that the integral is of third order in
     the node distance.
     """
-    rise = _rise_between(temperature, p)
-    count = rise.shape[0] - 1
-    step = (p.tip_position - p.base_position) / count
-    inner = total(rise) - (rise[0] + rise[count]) / 2
-    ends = (rise[1] - rise[0]) - (rise[count] - rise[count - 1])
+    rise, last, step = _rise_between(temperature, p)
+    inner = total(rise) - (rise[0] + rise[last]) / 2
+    ends = (rise[1] - rise[0]) - (rise[last] - rise[last - 1])
     return p.expansion_coefficient * step * (inner + ends / 12)
 
 
@@ -199,10 +237,8 @@ def discretisation_error(temperature: Number, p: Record) -> Number:
     The size of the end correction: what the trapezoidal rule alone would miss, which bounds the error of
     the corrected rule and of the second-order temperatures.
     """
-    rise = _rise_between(temperature, p)
-    count = rise.shape[0] - 1
-    step = (p.tip_position - p.base_position) / count
-    ends = absolute(rise[1] - rise[0]) + absolute(rise[count] - rise[count - 1])
+    rise, last, step = _rise_between(temperature, p)
+    ends = absolute(rise[1] - rise[0]) + absolute(rise[last] - rise[last - 1])
     return p.expansion_coefficient * step * ends / 12
 
 
@@ -228,29 +264,12 @@ def initial_rise(p: Record, places: Number) -> Number:
     return rise
 
 
-def _conducted(temperature: Number, p: Record) -> Number:
-    """Heat flow in W from each node to the next, shape (cells - 1,)."""
-    middle = (temperature[1:] + temperature[:-1]) / 2
-    change = 1 + p.conductivity_temperature_coefficient * (middle - REFERENCE_TEMPERATURE)
-    return p.conductance * change * (temperature[:-1] - temperature[1:])
-
-
-def _to_surroundings(base: Number, p: Record, ambient: Number) -> Number:
-    """Heat flow in W from base position to the surroundings."""
-    return p.hub_conductance * (base - ambient)
-
-
-def _to_sink(tip: Number, u: Record, p: Record, ambient: Number) -> Number:
-    """Heat flow in W from tip position to its sink, which is wired to the same log as the ambient."""
-    sink = u.tip_sink_temperature + (ambient - u.ambient_temperature)
-    return p.tip_conductance * (tip - sink)
-
-
-def _rise_between(temperature: Number, p: Record) -> Number:
-    """Rise in K above the reference at the nodes from base to tip."""
-    parts = stretches(temperature.shape[0])
+def _rise_between(temperature: Number, p: Record) -> tuple[Number, int, Number]:
+    """Rise in K above the reference at the nodes from base to tip, the last one's index, their distance."""
+    base, tip = stretches(temperature.shape[0])
     reference = where(p.reference_temperature > 0, p.reference_temperature, p.initial_temperature)
-    return temperature[parts.base_node : parts.tip_node + 1] - reference
+    rise, last = temperature[base : tip + 1] - reference, tip - base
+    return rise, last, (p.tip_position - p.base_position) / last
 
 
 def _sorted_pairs(pairs: list[tuple[Number, Number]]) -> list[tuple[Number, Number]]:

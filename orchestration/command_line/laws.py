@@ -111,8 +111,7 @@ def export(
     precision : Of the arithmetic.
     out : Folder to write. Default: LAW.
     """
-    from warmlink.controllers.export.core import Core, designed
-    from warmlink.controllers.export.folder import export_files
+    from warmlink.controllers.export.core import Core, designed, export_files
     from warmlink.fmus.component import limits
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.files import fresh_folder

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.built import built
-from warmlink.controllers.export.core import Core, Precision, designed
-from warmlink.controllers.export.folder import export_files
+from warmlink.controllers.export.core import Core, Precision, designed, export_files
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.orchestration.catalogue import controllers
 

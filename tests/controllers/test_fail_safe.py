@@ -19,7 +19,7 @@ P: Any = SimpleNamespace(
     stuck_time=30.0,
     sample_time=1.0,
 )
-GATES = fail_safe.Gates(gate=5.0, mean_gate=0.6, mean_time=120.0, return_time=60.0)
+GATES = fail_safe.Gates(gate=5.0, mean_gate=0.6, share=1.0 - math.exp(-1.0 / 120.0), return_time=60.0)
 
 
 def memory(signals: int = 1) -> fail_safe.Trust:

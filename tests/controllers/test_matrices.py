@@ -1,5 +1,7 @@
 """Matrices in flat vectors: the same in floats and in CasADi's expressions."""
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -21,16 +23,16 @@ def test_both_arithmetics_agree(size: int) -> None:
     a, b, flat = DRAW.normal(size=size), DRAW.normal(size=size), DRAW.normal(size=2 * size)
     packed = DRAW.normal(size=m.packed_size(size))
 
-    def all_of(a: object, b: object, flat: object, packed: object) -> list[object]:
+    def all_of(a: Any, b: Any, flat: Any, packed: Any) -> list[Any]:
         square = m.symmetric(packed, size)
         stacked = m.blocks(square, m.outer(a, b), m.diagonal(b))
         return [
             m.dot(a, b),
             m.outer(a, b),
-            m.product(square, a),
-            m.product(m.matrix(flat, 2), a),
-            m.upper(m.product(square, m.diagonal(b))),
-            m.diagonal_of(square),
+            square @ a,
+            m.matrix(flat, 2) @ a,
+            m.upper(square @ m.diagonal(b)),
+            m.diagonal(square),
             stacked,
         ]
 

@@ -15,8 +15,7 @@ from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.snapshot import Snapshot
+from warmlink.fmus.component.instance import Instance, Snapshot
 
 LAWS = [OBSERVER, DRIFT, REGRESSION]
 COLD = 295.15

@@ -14,8 +14,7 @@ from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.snapshot import Snapshot
+from warmlink.fmus.component.instance import Instance, Snapshot
 from warmlink.fmus.errors import InputError
 
 KINDS = {kind.name: kind for kind in kinds()}

@@ -9,7 +9,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.integrator import ComplexStepJacobian
 from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.thermal_link.component import thermal_link
-from warmlink.fmus.thermal_link.grid import stretches
+from warmlink.fmus.thermal_link.equations import stretches
 
 COLD = 295.15
 SECTION, PERIMETER = 0.0254 * 0.00635, 2 * (0.0254 + 0.00635)
@@ -58,7 +58,8 @@ def transient(cells: int, parameters: Mapping[str, float], inputs: Mapping[str, 
 
 def cells_with(between: int) -> int:
     """Count of cells that puts so many intervals between base and tip."""
-    return next(n for n in range(between, 2 * between) if stretches(n).between == between)
+    parts = ((n, stretches(n)) for n in range(between, 2 * between))
+    return next(n for n, (base, tip) in parts if tip - base == between)
 
 
 def order(errors: list[float]) -> float:

@@ -27,7 +27,7 @@ from tests.fmus.links import (
 )
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
-from warmlink.fmus.thermal_link.grid import SMALLEST_STRETCH
+from warmlink.fmus.thermal_link.equations import SMALLEST_STRETCH
 
 # fin in steady state --------------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ import pytest
 from tests.fmus.links import ALPHA, COLD, cells_with, fin_exact, fin_share, flat, order, steady, transient
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.thermal_link.component import COMPONENT, thermal_link
-from warmlink.fmus.thermal_link.grid import positions, spacings
+from warmlink.fmus.thermal_link.equations import positions, spacings
 
 
 @pytest.mark.parametrize("time", [10.0, 60.0, 600.0, 3600.0])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -27,7 +26,7 @@ def failing(number: int) -> Callable[..., NoReturn]:
     ("owner", "name", "number", "reason"),
     [
         (Path, "mkdir", errno.EROFS, "Read-only file system"),
-        (tempfile, "mkstemp", errno.EACCES, "Permission denied"),
+        (zipfile.ZipFile, "__init__", errno.EACCES, "Permission denied"),
         (zipfile.ZipFile, "writestr", errno.ENOSPC, "No space left on device"),
     ],
 )

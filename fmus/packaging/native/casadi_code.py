@@ -6,15 +6,85 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
-from warmlink.fmus.packaging.native.symbols import Expression
+from warmlink.fmus.component import Component
+
+Expression = Any
+"""A CasADi SX or MX."""
+
+Function = tuple[str, list[Expression], Expression]
+"""Name, arguments and result of a function that CasADi writes."""
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """What the functions of a component depend on, flat, as CasADi symbols."""
+
+    x: Expression
+    u: Expression
+    p: Expression
+    d: Expression
+    time: Expression
+    step: Expression
+
+    @classmethod
+    def of(cls, component: Component, calls: bool = False) -> Symbols:
+        """Fresh symbols for a component; `d` are the parameters and what they settle.
+
+        Parameters
+        ----------
+        calls : whether functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
+            written out number by number (SX)
+        """
+        import casadi
+
+        kind = casadi.MX if calls else casadi.SX
+        sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "d": component.d.size}
+        vectors = {name: kind.sym(name, size) for name, size in sizes.items()}
+        return cls(**vectors, time=kind.sym("time"), step=kind.sym("step"))
+
+
+def sampling_symbols(component: Component) -> Symbols:
+    """Symbols for what runs when a component begins and samples."""
+    return Symbols.of(component, calls=component.sampled)
+
+
+def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
+    """Yield `begin`, the states at the start, and `begin_tangent`, their derivative along inputs."""
+    import casadi
+
+    if not component.states:
+        return
+    s = sampling_symbols(component)
+    yield f"begin{suffix}", [s.u, s.d], component.states_at_start(s.u, s.d)
+    s = Symbols.of(component)
+    begun, along = component.states_at_start(s.u, s.d), casadi.SX.sym("also", component.u.size)
+    yield f"begin_tangent{suffix}", [s.u, s.d, along], casadi.jtimes(begun, s.u, along)
+
+
+def sampling(component: Component, clock: int, name: str = "sample") -> Function:
+    """States of a clock after a sample; the function's name ends with the clock's number."""
+    s = sampling_symbols(component)
+    updated = component.updated(s.x, s.u, s.d, s.time, s.step, component.clocks[clock])
+    return f"{name}_{clock}", [s.x, s.u, s.d, s.time, s.step], updated
+
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""
 
-_TABLE = re.compile(r"static const casadi_int (casadi_s\d+)\[\d+\] =.*?;\n", re.DOTALL)
-"""A table of indices."""
+_TABLE = re.compile(r"static const casadi_\w+ (casadi_s\d+|casadi_zeros)\[\d+\] =.*?;\n", re.DOTALL)
+"""A table of indices, or of zeros."""
+
+_COPIES = (
+    (r"for \(i=0; i<n; \+\+i\) \*y\+\+ = \*x\+\+;", "memmove(y, x, n*sizeof *x);"),
+    (
+        r"for \(i=0, cs=(\w+); i<(\d+); \+\+i\) \*rr\+\+ = \*cs\+\+;",
+        r"memmove(rr, \1, \2*sizeof *rr); rr += \2;",
+    ),
+)
+"""Loops that copy, number by number, and what takes their place."""
 
 
 def function(name: str, arguments: list[Expression], result: Expression) -> Any:
@@ -40,7 +110,10 @@ def unsimplified() -> Iterator[None]:
 
 def functions_file(prefix: str, functions: Iterable[Any]) -> str:
     """C file with functions from `function` for `model.h`."""
-    return '#include "model.h"\n\n' + functions_text(prefix, functions)
+    text = functions_text(prefix, functions)
+    for loop, copy in _COPIES:
+        text = re.sub(loop, copy, text)
+    return '#include "model.h"\n' + "#include <string.h>\n" * ("memmove(" in text) + "\n" + text
 
 
 def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[str] = DECLARED) -> str:
@@ -72,8 +145,8 @@ def _trimmed(text: str) -> str:
             kept.append(line)
         ends = line == "}\n" or (described and line.endswith("}\n"))
         dropping = (dropping or described) and not ends
-    text = re.sub(r"(arg\[\d+\]) ?\? \1(\[\d+\]) : 0", r"\1\2", "".join(kept))
-    named = Counter(re.findall(r"casadi_s\d+", text))  # where prefixed and where defined, at least
+    text = re.sub(r"(arg\[\d+\]) ?\? \1(\[\d+\])? : (0|casadi_zeros)", r"\1\2", "".join(kept))
+    named = Counter(re.findall(r"casadi_s\d+|casadi_zeros", text))  # where prefixed and defined, at least
     return _TABLE.sub(lambda table: table[0] if named[table[1]] > 2 else "", text)
 
 

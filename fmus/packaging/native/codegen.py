@@ -8,7 +8,14 @@ from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
 from warmlink.fmus.packaging.exchange import exchanged_states
-from warmlink.fmus.packaging.native.casadi_code import function, functions_file
+from warmlink.fmus.packaging.native.casadi_code import (
+    Expression,
+    Symbols,
+    beginning,
+    function,
+    functions_file,
+    sampling,
+)
 from warmlink.fmus.packaging.native.joint_code import (
     running_parts,
     sample_glue,
@@ -17,7 +24,6 @@ from warmlink.fmus.packaging.native.joint_code import (
 )
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
 from warmlink.fmus.packaging.native.output_groups import output_groups
-from warmlink.fmus.packaging.native.symbols import Expression, Symbols, beginning, sampling
 
 
 def generate(component: Component, arrays: bool = False) -> dict[str, str]:

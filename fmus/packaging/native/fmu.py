@@ -19,6 +19,7 @@ from warmlink.fmus.packaging.exchange import opened
 from warmlink.fmus.packaging.model_description import instantiation_token, model_description
 from warmlink.fmus.packaging.native.codegen import generate, identity_header
 from warmlink.fmus.packaging.native.compile import (
+    BROWSER,
     Compiler,
     Platform,
     compilers,
@@ -167,3 +168,19 @@ __all__ = [
     "native_sources",
     "platforms_named",
 ]
+
+
+def browser_module(component: Component) -> bytes:
+    """Module that imports nothing and exports the functions of `browser.c`.
+
+    Its numbers are the native FMU's to the last bit, except where the two platforms' functions of
+    mathematics (logarithm, exponential, sine) round differently.
+
+    Raises
+    ------
+    InputError
+        If zig is not installed.
+    """
+    sources, _ = native_sources(component, "browser")
+    (compiler,) = compilers((BROWSER,))
+    return compiler.library(sources, component.name)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Joint
-from warmlink.fmus.packaging.native.symbols import Expression, Function, beginning, sampling
+from warmlink.fmus.packaging.native.casadi_code import Expression, Function, beginning, sampling
 
 
 def starting_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:

@@ -15,13 +15,12 @@ from warmlink.fmus.component.arithmetic import LARGEST
 from warmlink.fmus.component.join import Joint, join
 from warmlink.fmus.component.limits import BOUND_TOLERANCE, ordinary_size
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.native.casadi_code import function, functions_text
+from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols, function, functions_text
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.joint_code import running_parts, sample_glue
 from warmlink.fmus.packaging.native.lanes import in_lanes, processor
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
-from warmlink.fmus.packaging.native.symbols import Expression, Function, Symbols
 
 
 def compiled(whole: Component, recorded: Sequence[str]) -> Rollout:

@@ -104,14 +104,9 @@ def python_fmu_files(entry: Entry) -> dict[str, bytes]:
 
 def _libraries(identifier: str) -> dict[str, bytes]:
     """Libraries of pythonfmu for the platforms that it has, by path inside the archive."""
-    found = {}
-    platforms = importlib.resources.files("pythonfmu") / "resources" / "binaries"
-    for platform in platforms.iterdir():
-        for library in platform.iterdir():
-            suffix = Path(library.name).suffix
-            if suffix in (".so", ".dll", ".dylib"):
-                found[f"binaries/{platform.name}/{identifier}{suffix}"] = library.read_bytes()
-    return found
+    folder = Path(str(importlib.resources.files("pythonfmu"))) / "resources" / "binaries"
+    libraries = (file for file in folder.glob("*/*") if file.suffix in (".so", ".dll", ".dylib"))
+    return {f"binaries/{f.parent.name}/{identifier}{f.suffix}": f.read_bytes() for f in libraries}
 
 
 @dataclass(frozen=True)

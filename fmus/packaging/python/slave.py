@@ -25,8 +25,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.component.snapshot import VECTORS, Snapshot, is_possible
+from warmlink.fmus.component.instance import VECTORS, Instance, Snapshot, is_possible
 from warmlink.fmus.errors import InputError
 
 _TIME_TOLERANCE = 1e-6

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warmlink.fmus.component.order import stepping_order
+from warmlink.fmus.component.dependencies import stepping_order
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Slave
 

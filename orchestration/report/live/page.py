@@ -13,7 +13,7 @@ from importlib import resources
 from pathlib import Path
 
 from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
-from warmlink.fmus.packaging.native.browser import browser_module
+from warmlink.fmus.packaging.native.fmu import browser_module
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.page import rendered

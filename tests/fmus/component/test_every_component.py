@@ -13,9 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from warmlink.fmus.component import Component, Input, Parameter, Scalar, limits
-from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.component.instance import Instance, Snapshot
 from warmlink.fmus.component.integrator import ComplexStepJacobian
-from warmlink.fmus.component.snapshot import Snapshot
 from warmlink.orchestration.catalogue import components
 
 ALL = components()

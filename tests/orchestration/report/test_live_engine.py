@@ -11,8 +11,7 @@ import pytest
 from tests.node import node
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
-from warmlink.fmus.packaging.native.browser import browser_module
-from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.fmus.packaging.native.fmu import browser_module, build_native_fmus
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.master.run import simulate

@@ -9,6 +9,14 @@ typedef long long masks __attribute__((vector_size(8 * LANES)));
 #define EACH(number) ((lanes){0} + (number))
 #define TRUTH(condition) __builtin_convertvector(-(condition), lanes)
 #define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
+/* Whether a condition holds in any lane: what is idle at 0 is run for all of them. */
+static inline int any_of(lanes condition)
+{
+    int any = 0;
+    for (int i = 0; i < LANES; i++)
+        any |= condition[i] != 0;
+    return any;
+}
 /* Rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
 static inline lanes lanes_floor(lanes x)
 {

@@ -138,7 +138,15 @@ static int inputs_are_well(Model *model, double *inputs)
 /* The first state that is not finite, and NaN where it may not be; -1 where all are well. */
 static int wild_state(const double *states)
 {
-    for (int i = 0; i < WL_STATES; i++)
+    double a = 0, b = 0, c = 0, d = 0; /* a finite number less itself is 0; in fours, for the processor's sake */
+    int i = 0;
+    for (const double *x = states; i + 4 <= WL_STATES; i += 4, x += 4) {
+        a += x[0] - x[0];
+        b += x[1] - x[1];
+        c += x[2] - x[2];
+        d += x[3] - x[3];
+    }
+    for (i = (a + b) + (c + d) == 0 ? i : 0; i < WL_STATES; i++)
         if (!(fabs(states[i]) < HUGE_VAL) && !(isnan(states[i]) && WL(state_variables)[i].accepts_nan))
             return i;
     return -1;

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from warmlink.fmus.packaging.native.elimination import Factorisation, elimination_order
+from warmlink.fmus.packaging.native.micro_step import Factorisation, elimination_order
 
 
 def test_a_chain_is_worked_from_both_ends_without_fill() -> None:

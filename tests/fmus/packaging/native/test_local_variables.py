@@ -16,7 +16,7 @@ from warmlink.fmus.packaging.exchange import exchanged_states, opened
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
 from warmlink.fmus.packaging.native.output_groups import output_groups
-from warmlink.fmus.thermal_link.grid import stretches
+from warmlink.fmus.thermal_link.equations import stretches
 
 from .conftest import BuildNative
 from .running import Native, refused

@@ -21,9 +21,9 @@ from warmlink.fmus.packaging.native.compile import (
     compilers,
     host_platform,
     platforms_named,
+    universal_binary,
 )
 from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_fmu_files, native_sources
-from warmlink.fmus.packaging.native.universal_binary import universal_binary
 from warmlink.orchestration.check.validity import validity_problems
 
 from .conftest import BuildNative

@@ -1,8 +1,27 @@
-"""Locks of files and folders that end with the process that holds them, however it ends."""
+"""Files that are whole or not there, and locks that end with the process that holds them, however it ends."""
 
 import os
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+WRITING = ".writing-"
+"""How the names of files begin that are not whole yet."""
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
+    scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name}")
+    try:
+        yield scratch
+        scratch.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            scratch.unlink(missing_ok=True)
+        raise
 
 
 def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:
