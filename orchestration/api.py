@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from warmlink.fmus.errors import InputError
     from warmlink.orchestration.closed_loop.run import run
     from warmlink.orchestration.command_line.build import build_files as build
-    from warmlink.orchestration.diagnosis.found import diagnose
+    from warmlink.orchestration.diagnosis.diagnose import diagnose
     from warmlink.orchestration.report.plot import plot
     from warmlink.orchestration.simulation import simulate
     from warmlink.orchestration.studies.at_work import Means
@@ -50,7 +50,7 @@ _PLACES = {
     "build": "orchestration.command_line.build:build_files",
     "compare": "orchestration.studies.compare:compare",
     "design": "orchestration.studies.design:design",
-    "diagnose": "orchestration.diagnosis.found:diagnose",
+    "diagnose": "orchestration.diagnosis.diagnose:diagnose",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",
