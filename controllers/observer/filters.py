@@ -224,7 +224,8 @@ def _taken(
     filters, memory = before
     sights = [sighted(each, reading.row) for each in filters]
     mean, sight = filters.alert.mean, sights[0]
-    memory, variance, use = _judged(memory, mean, sight, reading, used * news, seen, gates, step)
+    judged, variance, use = _judged(memory, mean, sight, reading, used * news, seen, gates, step)
+    memory = Memory(*(where(used > 0, new, old) for new, old in zip(judged, memory, strict=True)))
     return Filters(
         *(
             taught(each, reading.row, sight, _innovation(reading, each.mean), variance, use)
