@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
-from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
-from warmlink.orchestration.command_line.build import _whole
+from warmlink.orchestration.catalogue import entries
+from warmlink.orchestration.closed_loop.load import read_scenario
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.settings import materials
 from warmlink.orchestration.studies.plan import plan_on
@@ -142,9 +144,18 @@ def test_compare_and_studies_take_the_cell(warmlink: Warmlink) -> None:
     )
 
 
-def test_the_cell_is_one_component_for_build(warmlink: Warmlink) -> None:
+def test_the_cell_is_one_component_for_build(warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("my cell.toml").write_text(CELL)
-    (whole,) = _whole(load_scenario("my cell.toml"))
+    asked: list[list[Entry]] = []
+
+    def built(components: list[Entry], *_: object) -> list[Path]:
+        asked.append(components)
+        names = [each.component.name for each in components if each.component.name in entries()]
+        return [*FmuStore("python").files(names).values()]
+
+    monkeypatch.setattr("warmlink.orchestration.command_line.build._build_native", built)
+    wl.build("dist", "native", scenario="my cell.toml")
+    whole = asked[-1][0].component
     assert whole.name == "my_cell"
     assert whole.start_values()[0][whole.p.index["link.length"]] == 0.8
 
