@@ -141,10 +141,8 @@ def _build(
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
-        if own is None:
-            joined = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
-        else:
-            joined = _whole(own)
+        shipped = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
+        joined = shipped if own is None else _whole(own)
         built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
