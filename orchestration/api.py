@@ -9,19 +9,39 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from warmlink.controllers.design.linearise import linearise as linearise
-    from warmlink.fmus.component.join import join as join
-    from warmlink.fmus.errors import InputError as InputError
-    from warmlink.orchestration.closed_loop.run import run as run
-    from warmlink.orchestration.diagnosis.found import diagnose as diagnose
-    from warmlink.orchestration.report.plot import plot as plot
-    from warmlink.orchestration.simulation import simulate as simulate
-    from warmlink.orchestration.studies.at_work import Means as Means
-    from warmlink.orchestration.studies.compare import compare as compare
-    from warmlink.orchestration.studies.design import design as design
-    from warmlink.orchestration.system.assemble import assemble as assemble
-    from warmlink.orchestration.system.read import read_system as read_system
-    from warmlink.orchestration.system.write import write_ssp as write_ssp
+    from warmlink.controllers.design.linearise import linearise
+    from warmlink.fmus.component.join import join
+    from warmlink.fmus.errors import InputError
+    from warmlink.orchestration.closed_loop.run import run
+    from warmlink.orchestration.command_line.build import build_files as build
+    from warmlink.orchestration.diagnosis.diagnose import diagnose
+    from warmlink.orchestration.report.plot import plot
+    from warmlink.orchestration.simulation import simulate
+    from warmlink.orchestration.studies.at_work import Means
+    from warmlink.orchestration.studies.compare import compare
+    from warmlink.orchestration.studies.design import design
+    from warmlink.orchestration.studies.tune import tune_study as tune
+    from warmlink.orchestration.system.assemble import assemble
+    from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.write import write_ssp
+
+__all__ = [
+    "InputError",
+    "Means",
+    "assemble",
+    "build",
+    "compare",
+    "design",
+    "diagnose",
+    "join",
+    "linearise",
+    "plot",
+    "read_system",
+    "run",
+    "simulate",
+    "tune",
+    "write_ssp",
+]
 
 _PLACES = {
     "InputError": "fmus.errors:InputError",
@@ -30,7 +50,7 @@ _PLACES = {
     "build": "orchestration.command_line.build:build_files",
     "compare": "orchestration.studies.compare:compare",
     "design": "orchestration.studies.design:design",
-    "diagnose": "orchestration.diagnosis.found:diagnose",
+    "diagnose": "orchestration.diagnosis.diagnose:diagnose",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",
@@ -41,13 +61,11 @@ _PLACES = {
     "write_ssp": "orchestration.system.write:write_ssp",
 }
 
-__all__ = [*_PLACES]
-
 
 def __getattr__(name: str) -> Any:
     """Load what is named."""
     if name not in _PLACES:
-        from warmlink.fmus.names import instead as instead
+        from warmlink.fmus.names import instead
 
         raise AttributeError(f"warmlink.orchestration.api has no {name}; {instead(name, __all__)}")
     module, _, attribute = _PLACES[name].partition(":")

@@ -1,7 +1,5 @@
 """Parameter sets of the observers: the reduced plant, what is unknown about it, and the sensors in use."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -140,7 +138,9 @@ def design_controller(
         ]
         # The camera's zero is where the run starts, so there is no offset yet.
         values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
-        values["camera_std"] = camera_noise() if camera_std is None else camera_std
+        camera = CAMERA.p.read(limits.checked(CAMERA, "camera", {})[0])
+        noise = float(camera.pixel_size * camera.centroid_noise)
+        values["camera_std"] = noise if camera_std is None else camera_std
     return Design(values, reduced)
 
 
@@ -206,12 +206,6 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
         "link_loss": reduced.link_loss,
         "link_loss_per_speed": max(0.0, reduced.link_loss_per_speed),
     }
-
-
-def camera_noise() -> float:
-    """Standard deviation in m of a reading of the DriftCamera component as it is declared."""
-    camera = CAMERA.p.read(limits.checked(CAMERA, "camera", {})[0])
-    return float(camera.pixel_size * camera.centroid_noise)
 
 
 def uniform_profile(reduced: ReducedPlant) -> Array:

@@ -8,9 +8,6 @@ this heat and the other less, see `filters.py`. Readings enter one after the oth
 out. See README.md.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -45,7 +42,7 @@ from warmlink.controllers.observer.model import (
     told_named,
 )
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
@@ -62,7 +59,7 @@ HEAT = (0, HEATS)
 """Places of the unknown heats among the disturbances: the first, and the one after the last."""
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
     filters, states = begun(u, p, STATES)
     return {**states, "elongation": elongation(filters.quiet.mean, p)}
@@ -72,21 +69,23 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     """Both filters after the first readings, and the start values of all states except the elongation."""
     told, readings = first_believed(u, p), sensed(u)
     recalled = retained.recalled(told, p)
-    start = first_filters(recalled, told, readings, p, size)
+    start = first_belief(recalled, told, readings, p, size)
     trust = fail_safe.at_start(readings)
-    filters, trust = sense(start, trust, readings, fail_safe.present(readings), 0.0, p, 0.0)
+    filters, trust = sense(
+        Filters(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
+    )
     return filters, {
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
-        "duty_modes": where(recalled.valid > 0, recalled.duty_modes, start.alert.mean[:MODES]),
+        "duty_modes": where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES]),
         "plausible_heat": 0.0,
         "correction": recalled.correction,
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: predicted by the model, corrected by the readings, and limited."""
     sample = sampled(x, u, p, step, STATES)
     seen = evidence(x.evidence, sample.filters.alert, HEAT, p, sample.heard)
@@ -188,7 +187,7 @@ def settled(
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     row = stack(p.elongation_row, *[0.0] * HEATS)
     return reported(x, filters_of(x), row, p)
@@ -197,12 +196,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
     """Name the filters' memory as the law's states are named."""
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
-
-
-def first_filters(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Filters:
-    """Both filters before any reading is taken in."""
-    start = first_belief(recalled, told, readings, p, size)
-    return Filters(start, quieted(start, p))
 
 
 def first_belief(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:

@@ -126,8 +126,7 @@ def reduce(
 
 def _write_example(part: Path) -> None:
     from warmlink.orchestration.files import fresh_file
-    from warmlink.orchestration.reduction.example import HEAT_FACE, TOOL_POINT, ribbed_link
-    from warmlink.orchestration.reduction.solid import SOLIDS
+    from warmlink.orchestration.reduction.solid import HEAT_FACE, SOLIDS, TOOL_POINT, ribbed_link
 
     if part.suffix.lower() not in SOLIDS:
         raise InputError(f"{part}: is no STEP file; give a name that ends in .step")

@@ -16,8 +16,8 @@ from warmlink.orchestration.diagnosis.answer.entries import (
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.profile import calibration, profiles_of
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
-from warmlink.orchestration.diagnosis.fit.residuals import Wrong
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
@@ -190,9 +190,8 @@ def _gain_text(diagnosis: Diagnosis) -> str:
                 for each in pair
             )
             told.append(f"{first} before, {then} after, when {words}.")
-    if not told:
-        return ""
-    return "Largest error of the tool point, of two-minute means (95 %):\n" + "\n".join(told)
+    heading = "Largest error of the tool point, of two-minute means (95 %):"
+    return "\n".join([heading, *told]) if told else ""
 
 
 def _beyond(diagnosis: Diagnosis) -> list[Section]:

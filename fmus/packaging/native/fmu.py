@@ -1,7 +1,5 @@
 """A component as a native FMU: plain C for FMI 2.0 and FMI 3.0 co-simulation, with its sources inside."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.resources
 from collections.abc import Callable, Iterable, Sequence
@@ -23,7 +21,6 @@ from warmlink.fmus.packaging.native.compile import (
     Compiler,
     Platform,
     compilers,
-    host_platform,
     merged_libraries,
     platforms_named,
 )
@@ -158,16 +155,6 @@ def _build_description(component: Component, units: Sequence[str]) -> bytes:
         ET.SubElement(files, "SourceFile", name=unit)
     ET.SubElement(configuration, "Library", name="m")
     return document(root)
-
-
-__all__ = [
-    "FmiVersion",
-    "build_native_fmus",
-    "host_platform",
-    "native_fmu_files",
-    "native_sources",
-    "platforms_named",
-]
 
 
 def browser_module(component: Component) -> bytes:

@@ -14,7 +14,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
-from warmlink.orchestration.diagnosis.fit.fitting import Columns
+from warmlink.orchestration.diagnosis.fit.fitting import of_numbers
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
@@ -64,7 +64,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
-    gram = Columns(fit.freed, fit.freed, fit.point).gram
+    gram = of_numbers(fit.freed, fit.freed, fit.point)[0]
     covariance = np.linalg.inv(gram * np.outer(span, span) + np.eye(span.size)) * np.outer(span, span)
     spreads = np.sqrt(np.diag(covariance))
     alike = np.abs(covariance) > _ALIKE * np.outer(spreads, spreads)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.fit.fitted import residuals_of
 from warmlink.orchestration.diagnosis.fit.likeliest import Integrated
-from warmlink.orchestration.diagnosis.fit.residuals import residuals_of
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
 

@@ -26,7 +26,7 @@ between = ["0 s", "300 s"]
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -124,13 +124,17 @@ class ReadingTable:
     clock: Unit = None
 
     def __post_init__(self) -> None:
-        if len([fault for fault in READING if getattr(self, fault) is not None]) != 1:
+        if len(self._faults) != 1:
             raise InputError(f'needs one of {", ".join(READING)}, with its unit, as lag = "s"')
 
     @property
     def fault(self) -> str:
         """The fault."""
-        return next(fault for fault in READING if getattr(self, fault) is not None)
+        return self._faults[0]
+
+    @property
+    def _faults(self) -> list[str]:
+        return [fault for fault in READING if getattr(self, fault) is not None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,27 +211,24 @@ def causes_of(
         place = f"{where}: {table.name}"
         if table.reading is not None:
             yield _of_reading(table, table.reading, declared, measured, place)
-        elif table.adds is not None:
-            frees = (f"{table.name}.{table.adds.parameter}",)
-            converter(table.adds.conductance or table.adds.heat or "W", _unit(table.adds), f"{place}.adds")
-            yield _cause(table, frees, declared(frees[0], place), 0.0, place)
         else:
-            scalars = [declared(name, f"{place}.frees") for name in table.frees]
-            for scalar in scalars:
-                if scalar.start is None:
-                    raise InputError(f"{place}.frees: {scalar.name} is an output; name a parameter")
-            start = known.get(table.frees[0], scalars[0].start)
-            yield _cause(table, table.frees, scalars[0], float(start or 0.0), place)
+            yield _of_plant(table, declared, known, place)
 
 
-def _unit(adds: AddsTable) -> str:
-    """SI unit of what the cause's unit is given for: a source's own, whatever its course."""
-    return "W/K" if adds.heat is None else "W"
-
-
-def _cause(table: CauseTable, frees: tuple[str, ...], scalar: Scalar, start: float, place: str) -> Cause:
-    lower, upper = (to_si(each, scalar, f"{place}.between") for each in table.between)
-    return _bounded(table, frees, lower, upper, start, scalar.variable.unit, place)
+def _of_plant(table: CauseTable, declared: Declared, known: Mapping[str, float], place: str) -> Cause:
+    frees, adds = table.frees, table.adds
+    if adds is not None:
+        frees = (f"{table.name}.{adds.parameter}",)
+        # A source's unit is its own, whatever its course.
+        unit = "W" if adds.conductance is None else "W/K"
+        converter(adds.conductance or adds.heat or "W", unit, f"{place}.adds")
+    scalars = [declared(name, f"{place}.frees") for name in frees]
+    for scalar in scalars:
+        if scalar.start is None:
+            raise InputError(f"{place}.frees: {scalar.name} is an output; name a parameter")
+    start = known.get(frees[0], scalars[0].start) if adds is None else 0.0
+    lower, upper = (to_si(each, scalars[0], f"{place}.between") for each in table.between)
+    return _bounded(table, frees, (lower, upper), float(start or 0.0), scalars[0].variable.unit, place)
 
 
 def _of_reading(
@@ -241,34 +242,24 @@ def _of_reading(
     converter(getattr(reading, reading.fault), unit, f"{place}.reading", difference=True)
     lower, upper = (quantity(each, unit, f"{place}.between", difference=True) for each in table.between)
     start = float(reading.fault == "scale")
-    return _bounded(table, (reading.of, reading.fault), lower, upper, start, unit, place, "declared reading")
+    cause = _bounded(table, (reading.of, reading.fault), (lower, upper), start, unit, place)
+    return replace(cause, kind="declared reading")
 
 
 def _bounded(
     table: CauseTable,
     frees: tuple[str, ...],
-    lower: float,
-    upper: float,
+    between: tuple[float, float],
     start: float,
     unit: str,
     place: str,
-    kind: Any = "plant",
 ) -> Cause:
+    lower, upper = between
     if not lower <= start <= upper or lower == upper:
         shown = "" if unit == "1" else f" {unit}"
         raise InputError(
             f"{place}.between: {lower:g} to {upper:g}{shown} does not contain {start:g}{shown}, the value "
             "without the cause; give a lower and an upper bound about it"
         )
-    return Cause(
-        table.name,
-        table.sentence,
-        frees,
-        lower,
-        upper,
-        table.looks_like,
-        table.check,
-        shown_unit=unit,
-        declared=True,
-        kind=kind,
-    )
+    words = table.looks_like, table.check
+    return Cause(table.name, table.sentence, frees, *between, *words, shown_unit=unit, declared=True)

@@ -27,8 +27,8 @@ def root_of(covariance: Array) -> Array:
 
 def orthonormal(columns: Array, least: float = 1e-7) -> Array:
     """Orthonormal basis of the columns' span, shape (rows, rank), without what adds less than a share."""
+    from scipy.linalg import orth
+
     size = np.linalg.norm(columns, axis=0)
-    if not size.any():
-        return np.zeros((columns.shape[0], 0))
-    left, singular, _ = np.linalg.svd(columns[:, size > 0] / size[size > 0], full_matrices=False)
-    return left[:, singular > least * singular[0]]
+    scaled = columns[:, size > 0] / size[size > 0]
+    return np.asarray(orth(scaled, rcond=least)) if scaled.size else np.zeros((len(columns), 0))

@@ -46,6 +46,12 @@ class Point:
     gram: tuple[Array, ...]
     gradient: tuple[Array, ...]
 
+    @classmethod
+    def of(cls, grams: Sequence[Array]) -> Point:
+        """The point of whitened residuals beside their derivatives, from the Gram matrix of each run."""
+        chi2 = sum(float(gram[0, 0]) for gram in grams)
+        return cls(chi2, tuple(gram[1:, 1:] for gram in grams), tuple(gram[1:, 0] for gram in grams))
+
     def moved(self, steps: Sequence[Array]) -> Point:
         """The same after a step so small that the linearisation holds, given by run, shape (slots,) each."""
         curved = [gram @ step for gram, step in zip(self.gram, steps, strict=True)]
@@ -111,21 +117,17 @@ class Fit:
 
     def covariance(self) -> Array:
         """Covariance of the fitted numbers in SI, shape (numbers, numbers)."""
-        selection = Columns(self.freed, self.freed, self.point)
-        return inverse_of(selection.gram, 1e-12)
+        return inverse_of(of_numbers(self.freed, self.freed, self.point)[0], 1e-12)
 
 
-class Columns:
+def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: Point) -> tuple[Array, Array]:
     """Gram matrix and gradient of chosen numbers, put together from those of the slots."""
-
-    def __init__(self, wanted: Sequence[Freed], overriding: Sequence[Freed], point: Point) -> None:
-        count = len(wanted)
-        self.gram: Array = np.zeros((count, count))
-        self.gradient: Array = np.zeros(count)
-        for run, (gram, gradient) in enumerate(zip(point.gram, point.gradient, strict=True)):
-            selection = by_number(np.eye(gradient.size), wanted, run, overriding)
-            self.gram += selection.T @ gram @ selection
-            self.gradient += selection.T @ gradient
+    gram, gradient = np.zeros((len(wanted), len(wanted))), np.zeros(len(wanted))
+    for run, (by_slot, slope) in enumerate(zip(point.gram, point.gradient, strict=True)):
+        selection = by_number(np.eye(slope.size), wanted, run, overriding)
+        gram += selection.T @ by_slot @ selection
+        gradient += selection.T @ slope
+    return gram, gradient
 
 
 def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Array:
@@ -197,14 +199,8 @@ class Fitter:
 
     def at(self, freed: Sequence[Freed], theta: Array) -> Point:
         """Chi-square and its linearisation at given values."""
-        chi2, grams, gradients = 0.0, [], []
-        for channels in self.whitened(freed, theta):
-            joined = np.concatenate(channels)
-            gram = joined.T @ joined
-            chi2 += float(gram[0, 0])
-            grams.append(gram[1:, 1:])
-            gradients.append(gram[1:, 0])
-        return Point(chi2, tuple(grams), tuple(gradients))
+        joined = map(np.concatenate, self.whitened(freed, theta))
+        return Point.of([each.T @ each for each in joined])
 
     def fit(
         self, items: Sequence[Item], start: dict[Freed, float] | None = None, worth: float = np.inf
@@ -224,8 +220,8 @@ class Fitter:
         point = begun or self.at(freed, theta)
         evaluations, share = _MOST_EVALUATIONS if freed else 0, 1.0
         while evaluations > 0:
-            columns = Columns(freed, freed, point)
-            step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
+            gram, gradient = of_numbers(freed, freed, point)
+            step, expected = bounded_step(gram, gradient, lower - theta, upper - theta)
             if evaluations <= _MOST_EVALUATIONS - _TRIED and point.chi2 - expected > worth:
                 break
             tried, gained, share = None, 0.0, min(1.0, 4 * share)
@@ -238,7 +234,7 @@ class Fitter:
                 gained = point.chi2 - tried.chi2
                 if gained <= 0:
                     # The least of the parabola through both values with the slope at the first.
-                    fall = 2 * share * float(columns.gradient @ step)
+                    fall = 2 * share * float(gradient @ step)
                     share *= max(0.1, fall / (2 * (fall - gained)))
             if tried is None or gained <= 0:
                 break
@@ -252,8 +248,7 @@ class Fitter:
     def _arrived(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[Array, Point]:
         """Values and point after the last step of a fit, too small to be worth a simulation."""
         lower, upper, _ = _bounds(freed)
-        columns = Columns(freed, freed, point)
-        step, expected = bounded_step(columns.gram, columns.gradient, lower - theta, upper - theta)
+        step, expected = bounded_step(*of_numbers(freed, freed, point), lower - theta, upper - theta)
         if not 0 < expected < self._small(point):
             return theta, point
         ahead = np.clip(theta + step, lower, upper)
@@ -280,9 +275,8 @@ class Fitter:
         on &= np.abs(theta - start) > near
         if not on.any():
             return (False,) * len(freed)
-        columns = Columns(freed, freed, point)
         low, high = np.where(on, -np.inf, lower - theta), np.where(on, np.inf, upper - theta)
-        _, beyond = bounded_step(columns.gram, columns.gradient, low, high)
+        _, beyond = bounded_step(*of_numbers(freed, freed, point), low, high)
         return tuple(bool(each) and beyond > _BEYOND for each in on)
 
 

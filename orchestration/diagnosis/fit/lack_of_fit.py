@@ -106,20 +106,6 @@ def estimated_noise(
     return estimate(spectra, liked)
 
 
-def whiteness_p(residual: Array) -> float:
-    """Chance level of the cumulative periodogram's distance from a straight line (Kolmogorov-Smirnov)."""
-    from scipy.fft import dct
-    from scipy.special import kolmogorov
-
-    if residual.size < 8:
-        return 1.0
-    power = dct(residual, norm="ortho")[1:] ** 2
-    cumulated = np.cumsum(power) / power.sum()
-    straight = np.arange(1, power.size + 1) / power.size
-    # The periodogram's squares have two degrees of freedom in a pair of cosines.
-    return float(kolmogorov(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
-
-
 def _block_diagonal(blocks: list[Array]) -> Array:
     from scipy.linalg import block_diag
 

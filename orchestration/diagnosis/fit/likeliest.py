@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class Integrated:
             columns = np.concatenate(plain.whiten(run, plain.by_channel(run, responses.columns[run])))
             joined = np.concatenate(channels)
             self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
-        self._known: dict[Wander, float] = {}
+        self.misfit = cache(self._misfit)
 
     def candidates(self) -> list[Wander]:
         """Nothing and rooms that wander, the likely ones also with the likeliest heat."""
@@ -77,12 +78,6 @@ class Integrated:
         likely = [each for each in tried if self.misfit(each) < self.misfit(likeliest) + _HOPELESS]
         return tried + [replace(each, heat=heat) for each in likely]
 
-    def misfit(self, wander: Wander) -> float:
-        """Least score of the model, alone or with one or two further causes."""
-        if wander not in self._known:
-            self._known[wander] = self._misfit(wander)
-        return self._known[wander]
-
     def misfit_alone(self, wander: Wander) -> float:
         """Minus twice the log-likelihood of the model by itself, but for a constant."""
         point, constant = self._point(wander)
@@ -96,23 +91,19 @@ class Integrated:
         return covariance @ across[:, 0], covariance
 
     def _misfit(self, wander: Wander) -> float:
+        """Least score of the model, alone or with one or two further causes."""
         point, constant = self._point(wander)
         near = Neighbours(replace(self.fit, point=point), self.search.items, ())
         least = near.chi2 + self.search.penalty(self.fit.items)
         chosen = [*near.singles(), *near.pairs()]
-        for each, chi2 in zip(chosen, near.expected(chosen), strict=True):
-            items = (*self.fit.items, *(near.candidates[i] for i in each))
-            least = min(least, chi2 + self.search.penalty(items))
+        for each in near.proposals(self.fit.items, chosen):
+            least = min(least, each.chi2 + self.search.penalty(each.items))
         return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
 
     def _point(self, wander: Wander) -> tuple[Point, float]:
         """Chi-square and its linearisation, and what else belongs to the likelihood."""
-        total, chi2, grams, gradients = 0.0, 0.0, [], []
-        for run, (gram, across, inner) in enumerate(self._grams):
-            if not wander.still:
-                gram, constant = integrated_out(gram, across, inner, self.responses.root(run, wander))
-                total += constant
-            chi2 += float(gram[0, 0])
-            grams.append(gram[1:, 1:])
-            gradients.append(gram[1:, 0])
-        return Point(chi2, tuple(grams), tuple(gradients)), total
+        if wander.still:
+            return Point.of([gram for gram, _, _ in self._grams]), 0.0
+        roots = (self.responses.root(run, wander) for run in range(len(self._grams)))
+        out = [integrated_out(*each, root) for each, root in zip(self._grams, roots, strict=True)]
+        return Point.of([gram for gram, _ in out]), sum(constant for _, constant in out)

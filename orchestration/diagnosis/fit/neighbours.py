@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of, root_of
-from warmlink.orchestration.diagnosis.fit.fitting import Columns, Fit
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, of_numbers
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 
 _COLLINEAR = 1 - 1e-6
@@ -45,21 +45,16 @@ class Neighbours:
     """
 
     def __init__(self, fit: Fit, candidates: Sequence[Item], removed: Sequence[Item]) -> None:
-        self.fit, self.removed = fit, tuple(removed)
-        taken = {item.name for item in fit.items}
-        self.candidates = [
-            item for item in candidates if item.name not in taken or item.name in {r.name for r in removed}
-        ]
-        self.candidates = [item for item in self.candidates if item.title not in fit.key]
+        taken = {item.name for item in fit.items} - {item.name for item in removed}
+        self.candidates = [i for i in candidates if i.name not in taken and i.title not in fit.key]
         gone = {f for item in removed for f in item.freed}
         base = [f for f in fit.freed if f not in gone]
         back = [f for f in fit.freed if f in gone]
         added = [f for item in self.candidates for f in item.freed]
-        columns = Columns([*base, *back, *added], fit.freed, fit.point)
+        gram, gradient = of_numbers([*base, *back, *added], fit.freed, fit.point)
         nb, nr = len(base), len(back)
         values = fit.values
         change = np.array([f.start - values[f] for f in back])
-        gram, gradient = columns.gram, columns.gradient
         shifted = gradient - gram[:, nb : nb + nr] @ change
         self.chi2 = (
             fit.chi2
@@ -153,10 +148,6 @@ class Neighbours:
         gain = np.where(left > 1 - _COLLINEAR, found, 0.0)
         order = np.argsort(gain)[::-1][:30]
         return [(usable[a[k]], usable[b[k]]) for k in order]
-
-    def expected(self, chosen: Sequence[Sequence[int]]) -> list[float]:
-        """Chi-square expected of adding each set of candidates; infinite where that is not feasible."""
-        return [self.chi2 - gain for gain, _ in self.outcomes(chosen)]
 
     def proposals(self, kept: tuple[Item, ...], chosen: Sequence[Sequence[int]]) -> Iterable[Proposal]:
         """Sets of the kept causes and each set of candidates, with what is expected of them."""

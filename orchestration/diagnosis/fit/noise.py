@@ -180,25 +180,22 @@ class Spectrum:
     ) -> None:
         from scipy.fft import dct
 
-        powers, phases, steps, weights = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-        self._known = known
-        self._averagings: list[tuple[Averaging, int]] = []
-        for sample in samples:
+        self._known, self.least, self.unresolved = known, least, unresolved
+        long = [sample for sample in samples if sample.times.size >= FEWEST]
+        self._averagings = [sample.averaging for sample in long]
+        found = [np.zeros((5, 0))]
+        for place, sample in enumerate(long):
             size = sample.times.size
-            if size < FEWEST:
-                continue
             first = int(np.ceil(2 * float(np.ptp(sample.times)) / SLOW)) + 1
             kept = 1 - np.sum(dct(sample.removed, axis=0, norm="ortho") ** 2, axis=1)
             modes = np.arange(size)
             modes = modes[(modes >= first) & (kept > _KEPT)]
-            powers.append(dct(sample.values, norm="ortho")[modes] ** 2 / kept[modes])
-            phases.append(np.pi * modes / size)
-            steps.append(np.full(modes.size, float(np.median(np.diff(sample.times)))))
-            weights.append(kept[modes])
-            self._averagings.append((sample.averaging, modes.size))
-        self.power, self.phase = np.concatenate(powers), np.concatenate(phases)
-        self.steps, self.weight = np.concatenate(steps), np.concatenate(weights)
-        self.least, self.unresolved = least, unresolved
+            power = dct(sample.values, norm="ortho")[modes] ** 2 / kept[modes]
+            step = float(np.median(np.diff(sample.times)))
+            same = np.repeat([[step], [place]], modes.size, axis=1)
+            found.append(np.vstack([power, np.pi * modes / size, kept[modes], same]))
+        self.power, self.phase, self.weight, self.steps, of_sample = np.concatenate(found, axis=1)
+        self._of_sample = of_sample.astype(int)
 
     def total(self, memory: float, share: float) -> float:
         """Variance for a share of it correlated over a memory in s."""
@@ -219,12 +216,10 @@ class Spectrum:
     def _sizes(self, memory: float) -> tuple[Array, Array]:
         """Variance of white and of correlated noise at each frequency, as a multiple of the known one."""
         unit = NoiseModel(1.0, 1.0, memory)
-        white, slow = [np.zeros(0)], [np.zeros(0)]
-        for averaging, size in self._averagings:
-            here = unit.averaged(averaging, self._known)
-            white.append(np.full(size, here.white**2))
-            slow.append(np.full(size, here.slow**2))
-        return np.concatenate(white), np.concatenate(slow)
+        here = [unit.averaged(averaging, self._known) for averaging in self._averagings]
+        sizes = np.array([(each.white**2, each.slow**2) for each in here]).reshape(-1, 2)
+        white, slow = sizes[self._of_sample].T
+        return white, slow
 
 
 def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseModel]:
@@ -238,9 +233,8 @@ def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseMod
     if known:
         step = min(float(np.median(spectra[i].steps)) for i in known)
         forms += [(m, s) for m in _MEMORIES if m > 0.7 * step for s in _SHARES]
-    table = np.array([[spectra[i].misfit(*form) for form in forms] for i in known]).reshape(
-        len(known), len(forms)
-    )
+    losses = [[spectra[i].misfit(*form) for form in forms] for i in known]
+    table = np.array(losses).reshape(len(known), len(forms))
     together = table.sum(axis=0)
     common = int(np.argmin(together)) if known else 0
     if known and together[common] > together[0] - _WORTH:

@@ -160,7 +160,7 @@ class Predictions:
         """Readings of each run, simulated on the grid for that run."""
 
         def simulation(run: Run, grid: Resolution | Forward | Loop) -> Forward | Loop:
-            known, rig = self.known_of(run), self.experiment.rig
+            known, rig = self.known(run), self.experiment.rig
             if not isinstance(grid, Loop) and not rig.in_loop:
                 compiled = equations(rig, cells, self._inner, self.variables, derivatives)
                 return Forward(compiled, run, known, grid)
@@ -174,16 +174,12 @@ class Predictions:
                 self.variables,
                 self._outer,
                 data.within.ravel(),
-                _ambient(run, self.known_of(run)),
+                _ambient(run, self.known(run)),
             )
             for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
         ]
 
-    def known(self, run: int) -> Mapping[str, float]:
-        """Known values of a run and its initial states, in SI."""
-        return self.known_of(self.experiment.runs[run])
-
-    def known_of(self, run: Run) -> Mapping[str, float]:
+    def known(self, run: Run) -> Mapping[str, float]:
         """Known values of any run on the system and its initial states, in SI."""
         known = {**self.experiment.known, **run.known}
         if self.experiment.initial_measured:

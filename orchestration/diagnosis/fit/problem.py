@@ -13,10 +13,13 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.data.measured import names_of
-from warmlink.orchestration.diagnosis.fit.candidates import INNER, freed_by
+from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 from warmlink.orchestration.diagnosis.fit.predictions import Predictions
 from warmlink.orchestration.diagnosis.model.initial import initial_values
-from warmlink.orchestration.diagnosis.model.instruments import channel_of
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
+
+_INNER = ("plant", "input", "place")
+"""Kinds of causes that change the simulation itself, not only what is read from it."""
 
 _START, _PER_KELVIN = 10.0, 1e-5
 """K by which a measured start may be off, and m of the camera that count as much as 1 K of a sensor."""
@@ -90,7 +93,12 @@ class Problem(Predictions):
 
     def __init__(self, experiment: Experiment) -> None:
         self.names = names_of(experiment.columns)
-        inner, outer = _slots(experiment, self.names)
+        self._offered = [
+            (cause, *named)
+            for cause in experiment.catalogue
+            for named in _freed_by(cause, experiment, self.names)
+        ]
+        inner, outer = self._slots(experiment)
         super().__init__(experiment, inner, outer, lambda: self._ordinary(len(inner)))
 
     def _ordinary(self, count: int) -> tuple[Array, Array]:
@@ -133,7 +141,7 @@ class Problem(Predictions):
         return tuple(
             Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
             for i, run in enumerate(self.experiment.runs)
-            for name in (*initial_values(self.experiment.rig, run, self.known(i)), *self._camera_offsets)
+            for name in (*initial_values(self.experiment.rig, run, self.known(run)), *self._camera_offsets)
             if name in self.slots and name not in stated
             for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
         )
@@ -144,10 +152,9 @@ class Problem(Predictions):
 
         Where there is no motor, warmer air at the link is warmer air everywhere: such twins are offered once.
         """
-        offered = (item for cause in self.experiment.catalogue for item in self._items_of(cause))
         unlike: dict[tuple[object, ...], Item] = {}
         starts = {slot for freed in self._starts for slot in freed.slots}
-        for item in offered:
+        for item in (item for offer in self._offered for item in self._items_of(*offer)):
             if starts.issuperset(item.freed[0].slots):
                 continue
             frees = tuple((f.slots, f.runs, f.lower, f.upper, f.start) for f in item.freed)
@@ -159,42 +166,51 @@ class Problem(Predictions):
         for group, runs in self._groups(each.per):
             yield Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, True)
 
-    def _items_of(self, cause: Cause) -> Iterable[Item]:
-        for name, variables in freed_by(cause, self.experiment, self.names):
-            slots = tuple(self.slots.index(v) for v in variables)
-            also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
-            # An instrument stays the same from run to run; what surrounds and covers the machine may not.
-            varies = cause.kind == "plant" and not (cause.material or cause.each_run)
-            labels = ["", *(self.experiment.cause_labels if varies else ())]
-            for label in labels:
-                own = cause.each_run and len(self.experiment.runs) > 1
-                groups = self._groups(PER_RUN if own else label or None)
-                if also is not None:
-                    groups = groups[1:]  # the calibrated value serves the first group
-                if not groups or (label and len(self._groups(label)) < 2):
-                    continue
-                freed = tuple(self._freed(cause, variables[0], slots, runs, g) for g, runs in groups)
-                yield Item(name, cause, freed, label)
+    def _items_of(self, cause: Cause, name: str, variables: tuple[str, ...]) -> Iterable[Item]:
+        slots = tuple(self.slots.index(v) for v in variables)
+        also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
+        # An instrument stays the same from run to run; what surrounds and covers the machine may not.
+        varies = cause.kind == "plant" and not (cause.material or cause.each_run)
+        for label in ("", *(self.experiment.cause_labels if varies else ())):
+            own = cause.each_run and len(self.experiment.runs) > 1
+            every = self._groups(PER_RUN if own else label or None)
+            # The calibrated value serves the first group.
+            groups = every if also is None else every[1:]
+            if groups and not (label and len(every) < 2):
+                bounds = [self._bounds_of(cause, variables[0], slots[0], runs[0], also) for _, runs in groups]
+                freed = (
+                    Freed(variables[0], slots, runs, *bound, group, added=cause.added)
+                    for (group, runs), bound in zip(groups, bounds, strict=True)
+                )
+                yield Item(name, cause, tuple(freed), label)
 
-    def _freed(
-        self, cause: Cause, variable: str, slots: tuple[int, ...], runs: tuple[int, ...], group: str
-    ) -> Freed:
-        nominal = float(self.neutral[runs[0]][slots[0]])
+    def _bounds_of(
+        self, cause: Cause, variable: str, slot: int, run: int, also: Calibration | None
+    ) -> tuple[float, float, float]:
+        """Lower and upper bound of a cause's number, and its start; `also` where it is calibrated as well."""
+        nominal = float(self.neutral[run][slot])
         lower, upper = cause.lower, cause.upper
         if cause.relative:
             lower, upper = lower * nominal, upper * nominal
         if variable in self._camera_offsets and not cause.declared:
             lower, upper = lower * _PER_KELVIN, upper * _PER_KELVIN
-        also = next((c for c in self.experiment.calibrated if c.variable == variable), None)
         if also is not None:
             lower, upper, nominal = also.lower, also.upper, also.start
-        start = nominal if cause.neutral is None else cause.neutral
-        return Freed(variable, slots, runs, lower, upper, start, group, added=cause.added)
+        return lower, upper, nominal if cause.neutral is None else cause.neutral
 
     @cached_property
     def _camera_offsets(self) -> set[str]:
         channels = [channel_of(self.experiment.rig, variable) for variable in self.variables]
         return {channel.variable("offset") for channel in channels if channel.is_camera}
+
+    def _slots(self, experiment: Experiment) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What candidates may free: in the simulation, and of the instruments."""
+        inner = [c.variable for c in experiment.calibrated]
+        outer: list[str] = []
+        for cause, _, variables in self._offered:
+            (inner if cause.kind in _INNER else outer).extend(variables)
+        inner += (slot for slots in experiment.rig.wandering.values() for slot in slots)
+        return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
         """Runs by the value of a label; every run where there is none."""
@@ -207,12 +223,86 @@ class Problem(Predictions):
         return [(v, tuple(i for i in runs if self.experiment.runs[i].labels[label] == v)) for v in values]
 
 
-def _slots(experiment: Experiment, names: Mapping[str, str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What candidates may free: in the simulation, and of the instruments."""
-    inner = [c.variable for c in experiment.calibrated]
-    outer: list[str] = []
-    for cause in experiment.catalogue:
-        for _, variables in freed_by(cause, experiment, names):
-            (inner if cause.kind in INNER else outer).extend(variables)
-    wandering = (slot for slots in experiment.rig.wandering.values() for slot in slots)
-    return tuple(dict.fromkeys([*inner, *wandering])), tuple(dict.fromkeys(outer))
+Named = tuple[str, tuple[str, ...]]
+"""Name of a candidate, with its channel after a colon, and the variables that it frees."""
+
+
+def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> Iterable[Named]:
+    """Candidates of a cause, given the column by output that was measured."""
+    rig = experiment.rig
+    if cause.kind == "plant":
+        yield from _of_parts(cause, experiment)
+    elif cause.kind == "input":
+        yield from _inputs(cause, experiment)
+    elif cause.kind == "declared reading":
+        output, fault = cause.frees
+        slots = {"clock": f"{CLOCK}:{output}", "stem": channel_of(rig, output).variable("stem_conduction")}
+        yield cause.name, (slots.get(fault, channel_of(rig, output).variable(fault)),)
+    elif cause.kind == "record":
+        yield cause.name, cause.frees
+        groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
+        if cause.grouped and len(groups) > 1:
+            yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
+    elif cause.kind != "simulation":
+        cameras = [variable for variable in names if channel_of(rig, variable).is_camera]
+        for variable, name in names.items():
+            freed = _of_instrument(cause, rig, variable)
+            if freed is not None:
+                only = cause.kind == "camera" and len(cameras) == 1
+                yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
+
+
+def _of_parts(cause: Cause, experiment: Experiment) -> Iterable[Named]:
+    """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
+    rig = experiment.rig
+    if cause.declared:
+        yield cause.name, cause.frees
+        return
+    parts = dict.fromkeys(name.partition(".")[0] for name in cause.frees)
+    found = {
+        instance: [v for v in (f"{instance}.{n}" for n in names) if v in rig.parameters]
+        for part in parts
+        for names in [[name.partition(".")[2] for name in cause.frees if name.startswith(f"{part}.")]]
+        for instance in rig.called(part)
+        if cause.covariate is None or _logged(f"{instance}.{cause.covariate}", experiment)
+    }
+    several = {instance: variables for instance, variables in found.items() if variables}
+    if len(parts) == 1 and len(several) > 1:
+        yield from ((f"{cause.name}:{instance}", tuple(each)) for instance, each in several.items())
+    elif several:
+        yield cause.name, tuple(variable for each in several.values() for variable in each)
+
+
+def _logged(covariate: str, experiment: Experiment) -> bool:
+    """Whether an input that a cause needs follows a column, or another part of the plant."""
+    name = covariate.rpartition(".")[2]
+    logged = any(name in run.covariates or covariate in run.inputs for run in experiment.runs)
+    return logged or covariate not in experiment.rig.variables
+
+
+def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
+    """Logged inputs that a cause scales or shifts.
+
+    No switch is; nor is the ambient temperature, which has causes of its own; and no temperature is scaled.
+    """
+    rig, scales = experiment.rig, cause.frees[0] == SCALE
+    for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
+        unit = rig.unit(name)
+        if not (
+            rig.variables[name].is_discrete
+            or (name.endswith(".ambient_temperature") and rig.part_of(name) not in rig.foreign)
+            or unit == "1"
+            or (unit == "K" and scales)
+        ):
+            yield f"{cause.name}:{rig.column_of(name)}", (f"{SCALE if scales else OFFSET}:{name}",)
+
+
+def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
+    """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
+    if cause.kind == "place":
+        at = None if rig.in_loop else rig.on_link(variable)
+        place = None if at is None else f"{at[0]}.sensor_position[{at[1]}]"
+        return f"{PLACE}:{place}" if place in rig.parameters else None
+    channel = channel_of(rig, variable)
+    units = {"camera": ("m",), "reading": ("K", "m")}.get(cause.kind, ("K",))
+    return channel.variable(cause.frees[0]) if channel.unit in units else None

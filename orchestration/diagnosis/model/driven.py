@@ -119,11 +119,8 @@ class _Laid(ctypes.Structure):
     """The log as the compiled loop has it, see `Log` in `loop.c`."""
 
     _fields_ = (
-        ("values", ctypes.c_void_p),
-        ("times", ctypes.c_void_p),
-        ("points", ctypes.c_int64),
-        ("width", ctypes.c_int64),
-        ("point", ctypes.c_int64),
+        *((name, ctypes.c_void_p) for name in ("values", "times")),
+        *((name, ctypes.c_int64) for name in ("points", "width", "point")),
     )
 
 
@@ -188,13 +185,11 @@ class _Log:
     def step(self, time: float, step_size: float) -> None:
         self._laid.point = max(int(np.searchsorted(self._run.time, time, side="right")) - 1, 0)
 
-    def set(self, names: Names, values: Sequence[Value]) -> None: ...
+    def _nothing(self, *_: object, **__: object) -> None:
+        """What a log need not do."""
 
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None: ...
-
-    def exit_initialization(self) -> None: ...
-
-    def terminate(self) -> None: ...
+    set = enter_initialization = exit_initialization = terminate = free = _nothing
+    set_input_derivatives = deserialize = _nothing
 
     def state(self, reuse: object = None) -> object:
         return self._laid.point
@@ -202,11 +197,5 @@ class _Log:
     def restore(self, state: object) -> None:
         self._laid.point = state
 
-    def free(self, state: object) -> None: ...
-
-    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None: ...
-
     def serialize(self) -> bytes:
         return b""
-
-    def deserialize(self, data: bytes) -> None: ...

@@ -109,7 +109,9 @@ class Equations:
     def by_row(self) -> tuple[tuple[Indices, Indices], ...]:
         """Of the rates' derivatives by state and by slot: where each row begins, and its columns."""
         sparsities = [self.linear.sparsity_out(i) for i in (1, 2)]
-        return tuple((np.array(each.colind()), np.array(each.row(), dtype=int)) for each in sparsities)
+        return tuple(
+            (np.array(each.colind(), np.int64), np.array(each.row(), np.int64)) for each in sparsities
+        )
 
     def library(self) -> ctypes.CDLL | None:
         """`integrator.c` with these equations if it was compiled before or pays by now; None for CasADi."""
@@ -161,20 +163,14 @@ class Equations:
         """
         points, m, n, k = time.size, len(self.outputs), len(self.states), self.columns
         rows = np.minimum(np.arange(-(-points // _BLOCK) * _BLOCK), points - 1)
-        courses = x.T[rows], w.T[rows], time[rows]
+        at, fed, when = (np.ascontiguousarray(course[rows]) for course in (x.T, w.T, time))
+        held = [np.tile(each, (_BLOCK, 1)) for each in (z, p)]
         # CasADi stores by column: a row of NumPy is a point, and the derivatives come as transposes.
         found = [np.empty((rows.size, *shape)) for shape in ((m,), (n, m), (k, m))]
-        at, fed, when = (np.empty_like(course[:_BLOCK], order="C") for course in courses)
-        held = [np.tile(each, (_BLOCK, 1)) for each in (z, p)]
-        part = [np.empty_like(each[:_BLOCK]) for each in found]
-        _buffer, evaluate = bound(self._observe, [at, *held, fed, when], part)
-        for first in range(0, rows.size, _BLOCK):
-            block = slice(first, first + _BLOCK)
-            for course, given in zip(courses, (at, fed, when), strict=True):
-                given[:] = course[block]
+        for block in (slice(first, first + _BLOCK) for first in range(0, rows.size, _BLOCK)):
+            given = [at[block], *held, fed[block], when[block]]
+            _buffer, evaluate = bound(self._observe, given, [each[block] for each in found])
             evaluate()
-            for whole, each in zip(found, part, strict=True):
-                whole[block] = each
         y, by_state, by_slot = (each[:points] for each in found)
         return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
 

@@ -71,7 +71,8 @@ class Forward:
             if name in index:
                 self._p[index[name]] = value
         self._known, self._w, self._rows = known, input_table(rig, run, known), run.time
-        self._course = lru_cache(maxsize=1)(self._integrated)  # instruments are fitted to the same course
+        # Instruments are fitted to the same course.
+        self._course = lru_cache(maxsize=1)(lambda z: self._integrate(np.frombuffer(z)))
         discrete = np.array([rig.variables[name].is_discrete for name in rig.externals], dtype=bool)
         self._levels, self._grid = Levels(run.time, self._w, discrete), grid
 
@@ -80,7 +81,9 @@ class Forward:
         """What the steps are in time; found when they are first needed."""
         if isinstance(self._grid, Forward):
             return self._levels.halved(self._grid.steps.time)
-        return self._controlled(self._grid)
+        z = self.start_values()
+        begun, _ = self.equations.begin(z, self._p, self._w[:, 0])
+        return controlled(Integrator(self.equations, z, self._p), self._levels, begun, self._grid)
 
     @property
     def time(self) -> Array:
@@ -103,11 +106,6 @@ class Forward:
         current, torque = (self._w[rig.externals.index(f"motor.{name}")] for name in ("current", "torque"))
         return np.asarray((current + torque / constant)[held_row(self._rows, times)])
 
-    def _controlled(self, resolution: Resolution) -> Steps:
-        z = self.start_values()
-        begun, _ = self.equations.begin(z, self._p, self._w[:, 0])
-        return controlled(Integrator(self.equations, z, self._p), self._levels, begun, resolution)
-
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate.
 
@@ -124,18 +122,18 @@ class Forward:
 
         The outputs follow the courses through the states alone.
         """
-        integrated = self._integrate(z, courses, np.zeros((len(self.equations.states), courses.size)))
-        return self._interpolated(z, *integrated, times)[2]
+        return self._interpolated(z, *self._integrate(z, courses), times)[2]
 
-    def _integrated(self, z: bytes) -> tuple[Array, Array, Array]:
-        """States and sensitivities by the slots, as `_integrate` gives them."""
-        values = np.frombuffer(z)
-        _, begun = self.equations.begin(values, self._p, self._w[:, 0])
-        return self._integrate(values, each_slot(self.equations.columns), begun)
+    def _integrate(self, z: Array, courses: Courses | None = None) -> tuple[Array, Array, Array]:
+        """States and sensitivities between steps, and their slopes at both ends of each step.
 
-    def _integrate(self, z: Array, courses: Courses, begun: Array) -> tuple[Array, Array, Array]:
-        """States and sensitivities between steps, and their slopes at both ends of each step."""
-        x, _ = self.equations.begin(z, self._p, self._w[:, 0])
+        The sensitivities are those by the slots, or else by courses, which begin at rest.
+        """
+        x, begun = self.equations.begin(z, self._p, self._w[:, 0])
+        if courses is None:
+            courses = each_slot(self.equations.columns)
+        else:
+            begun = np.zeros((x.size, courses.size))
         step = Integrator(self.equations, z, self._p, courses)
         states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():

@@ -10,7 +10,6 @@ than at samples:
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -79,12 +78,9 @@ def logger_of(rig: Rig, output: str) -> str:
     return "camera" if channel_of(rig, output).is_camera else rig.part_of(output)
 
 
-_SCALE = re.compile(r"\.scale(\[\d+\])?$")
-
-
 def neutral(variable: str) -> float:
     """Value of an instrument's variable that changes nothing."""
-    return float(_SCALE.search(variable) is not None)
+    return _FAULTS.get(variable.rpartition(".")[2].partition("[")[0], 0.0)
 
 
 class Readings:

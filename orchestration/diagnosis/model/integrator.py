@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import chain, pairwise
 
 import numpy as np
@@ -47,9 +47,9 @@ class Steps:
     @cached_property
     def laid(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
         """Where the levels of each step begin, one place further on where they end; levels and shares."""
-        begins = np.cumsum([0, *(len(each) for each in self.shares)])
+        begins = np.cumsum([0, *(len(each) for each in self.shares)], dtype=np.int64)
         levels, shares = zip(*(pair for each in self.shares for pair in each), strict=True)
-        return begins, np.array(levels), np.array(shares)
+        return begins, np.array(levels, dtype=np.int64), np.array(shares)
 
 
 @dataclass(frozen=True)
@@ -72,18 +72,19 @@ class Courses:
 
     def __call__(self, by_slot: Array, time: float) -> Array:
         """Derivatives at a time by the values at the nodes, shape (n, values), from those by slot."""
+        if self is each_slot(by_slot.shape[1]):
+            return by_slot
         at = np.ones(1)
         if self.nodes.size > 1:
             k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
             later = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
             at = np.zeros(self.nodes.size)
             at[k : k + 2] = 1 - later, later
-        elif self.size == by_slot.shape[1]:
-            return by_slot
         parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
         return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
 
 
+@cache
 def each_slot(count: int) -> Courses:
     """Courses that stay the same, one added to each slot."""
     return Courses(tuple((i,) for i in range(count)), np.zeros(1))
@@ -91,7 +92,6 @@ def each_slot(count: int) -> Courses:
 
 Acting = Sequence[tuple[Array, float]]
 """Inputs that act in a step, shape (inputs,) each, and their shares of it."""
-
 
 NONE = Courses((), np.zeros(1))
 """For states without sensitivities."""
@@ -134,12 +134,17 @@ class _OnCasadi:
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses) -> None:
         self._equations, self._courses, linear = equations, courses, equations.linear
         self._x, self._w, self._time = (np.zeros(linear.size1_in(i)) for i in (0, 3, 4))
-        self._found = [np.zeros(linear.nnz_out(i)) for i in range(3)]
-        self._buffer, self._evaluate = bound(linear, [self._x, z, p, self._w, self._time], self._found)
+        sizes = [linear.nnz_out(i) for i in range(3)]
+        self._found, self._ends = np.zeros(sum(sizes)), np.cumsum(sizes)[:-1]
+        found = np.split(self._found, self._ends)
+        self._buffer, self._evaluate = bound(linear, [self._x, z, p, self._w, self._time], found)
         self._kept = z, p
         self._tables = [np.zeros((self._x.size, count)) for count in (self._x.size, equations.columns)]
         rows = np.arange(self._x.size)
-        self._places = [(np.repeat(rows, np.diff(begins)), columns) for begins, columns in equations.by_row]
+        self._places = [
+            np.repeat(rows, np.diff(begins)) * table.shape[1] + columns
+            for table, (begins, columns) in zip(self._tables, equations.by_row, strict=True)
+        ]
 
     @np.errstate(over="ignore", invalid="ignore")  # whoever asks refuses what is not finite
     def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> Array:
@@ -157,23 +162,28 @@ class _OnCasadi:
                 right[k] = ending(states[k + 1])
         return inverse
 
+    def _at(self, inputs: Array) -> Array:
+        """Rates, and what is not zero of their derivatives, until next time."""
+        self._w[:] = inputs
+        self._evaluate()
+        return self._found
+
     def _slopes_alone(self, time: float, acting: Acting, at: Array) -> Array:
         return self._slopes(time, acting, at)[0]
 
     def _slopes(self, time: float, acting: Acting, at: Array) -> tuple[Array, Array]:
         """Slopes averaged over the inputs that act, each with its share, and the Jacobian for now."""
         self._x[:], self._time[0] = at[:, 0], time
-        means = self._found if len(acting) == 1 else [np.zeros_like(each) for each in self._found]
-        for inputs, share in acting:
-            self._w[:] = inputs
-            self._evaluate()
-            for mean, each in zip(means, self._found, strict=True) if means is not self._found else ():
-                mean += share * each
-        for table, places, mean in zip(self._tables, self._places, means[1:], strict=True):
-            table[places] = mean
+        mean = self._at(acting[0][0])
+        if len(acting) > 1:
+            mean = np.sum([share * self._at(inputs) for inputs, share in acting], axis=0)
+        first, second = self._ends
+        parts = mean[first:second], mean[second:]
+        for table, places, values in zip(self._tables, self._places, parts, strict=True):
+            table.reshape(-1)[places] = values
         jacobian, by_slot = self._tables
         result: Array = jacobian @ at
-        result[:, 0] = means[0]
+        result[:, 0] = mean[:first]
         result[:, 1:] += self._courses(by_slot, time)
         return result, jacobian
 
@@ -201,7 +211,7 @@ class _InC:
         self, library: ctypes.CDLL, equations: Equations, z: Array, p: Array, courses: Courses
     ) -> None:
         linear = equations.linear
-        courses_of_slots = np.full(z.size, -1)
+        courses_of_slots = np.full(z.size, -1, dtype=np.int64)
         for course, added_to in enumerate(courses.added_to):
             courses_of_slots[list(added_to)] = course
         self._states = linear.size1_in(0)

@@ -75,15 +75,14 @@ class Levels:
     Attributes
     ----------
     starts : s at which a level begins, shape (levels,)
-    values : shape (inputs, levels)
-    table : the same level by level, shape (levels, inputs)
+    table : shape (levels, inputs)
     end : s at which the last one ends
     """
 
     def __init__(self, time: Array, inputs: Array, discrete: NDArray[np.bool_]) -> None:
         rows = _changes(inputs, discrete)
-        self.starts, self.values, self.end = time[rows], inputs[:, rows], float(time[-1])
-        self.table = np.ascontiguousarray(self.values.T)
+        self.starts, self.end = time[rows], float(time[-1])
+        self.table = np.ascontiguousarray(inputs[:, rows].T)
         self._discrete = discrete
 
     def within(self, start: float, end: float) -> Shares:
@@ -97,12 +96,10 @@ class Levels:
     def mean(self, shares: Shares) -> Array | None:
         """One level in place of several; None where they differ in an input that has no mean."""
         columns, weights = zip(*shares, strict=True)
-        values = self.values[:, list(columns)]
-        if np.any(values[self._discrete] != values[self._discrete, :1]):
+        values = self.table[list(columns)]
+        if np.any(values[:, self._discrete] != values[0, self._discrete]):
             return None
-        level = values @ np.array(weights)
-        level[self._discrete] = values[self._discrete, 0]
-        return level
+        return np.where(self._discrete, values[0], np.array(weights) @ values)
 
     def cut(self, start: float, end: float) -> float:
         """Time in s at which to cut a step in two: the change of level nearest its middle, or that itself."""
@@ -112,7 +109,7 @@ class Levels:
 
     def events(self) -> Array:
         """Times in s at which an input that is not noisy changes by much, shape (events,)."""
-        return self.starts[1:][_large(self.values)]
+        return self.starts[1:][_large(self.table.T)]
 
     def halved(self, points: Array) -> Steps:
         """Two steps for each between points in s, and every level as it is."""

@@ -1,0 +1,236 @@
+"""A fitted model: what it leaves, channel by channel, and what it predicts in other runs, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.fit.algebra import root_of
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
+from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_NOTABLE = 1.5
+"""RMSE over noise in a phase from which it counts as wrong."""
+
+_FOLLOWS = 0.5
+"""Correlation from which a residual is said to follow a signal."""
+
+_STEADY = 1.0 / 3600
+"""K/s below which temperatures count as steady."""
+
+_AFTER = 300.0
+"""s after a change of the inputs."""
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """Errors of one channel on the fitted rows; values in SI.
+
+    Attributes
+    ----------
+    rmse, noise, bias : root mean square of measured minus simulated, noise, and mean
+    whiteness_p : chance level of residuals as far from white
+    when : phases in which it is wrong
+    correlates_with : signals that the residual follows, with their correlation, strongest first
+    """
+
+    rmse: float
+    noise: float
+    bias: float
+    whiteness_p: float
+    when: tuple[str, ...]
+    correlates_with: tuple[tuple[str, float], ...]
+
+
+def residuals_of(problem: Problem, fit: Fit) -> list[Array]:
+    """Measured minus simulated by run, shape (rows, outputs)."""
+    return [
+        data.readings - problem.predict(run, problem.values(run, fit.freed, fit.theta))[0]
+        for run, data in enumerate(problem.data)
+    ]
+
+
+def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
+    """Describe a model's errors by column name."""
+    import pandas as pd
+
+    problem = fitter.problem
+    residuals = residuals_of(problem, fit)
+    whitened = fitter.whitened(fit.freed, fit.theta)
+    runs = zip(problem.experiment.runs, problem.data, strict=True)
+    phases = pd.concat([_phases(run, data.time, data.readings) for run, data in runs]).eq(True)
+    signals = pd.concat([_signals(problem, i) for i in range(len(residuals))], join="inner")
+    begins = np.cumsum([0, *(len(each) for each in residuals)])
+    found = {}
+    for channel, variable in enumerate(problem.variables):
+        rows = [begin + of_run[channel] for begin, of_run in zip(begins, fitter.rows, strict=False)]
+        at = np.concatenate(rows)
+        residual = np.concatenate(residuals)[at, channel]
+        if at.size == 0:
+            continue
+        by_run = [problem.noise_in(run, fitter.noise)[channel].sigma for run in range(len(rows))]
+        noise = float(np.sqrt(np.average(np.square(by_run), weights=[each.size for each in rows])))
+        found[problem.names[variable]] = Wrong(
+            float(np.sqrt(np.mean(residual**2))),
+            noise,
+            float(np.mean(residual)),
+            _whiteness_p(np.concatenate([each[channel][:, 0] for each in whitened])),
+            _when(residual / noise, phases.iloc[at]),
+            _followed(residual, signals.iloc[at]) if np.std(residual) > noise else (),
+        )
+    return found
+
+
+def _phases(run: Run, times: Array, readings: Array) -> pd.DataFrame:
+    """Whether each row of a run belongs to each phase."""
+    import pandas as pd
+    from scipy.ndimage import uniform_filter1d
+
+    table = pd.DataFrame(readings, index=times)
+    temperature = table.loc[:, table.mean() > 1].mean(axis=1)  # metres and strokes are small
+    filled = temperature.interpolate("index", limit_direction="both").fillna(0.0).to_numpy()
+    width = max(3, int(300 / max(float(np.median(np.diff(times))), 1e-9)))
+    rate = np.gradient(uniform_filter1d(filled, width, mode="nearest"), times)
+    phases = {"heating": rate > _STEADY, "steady": np.abs(rate) <= _STEADY, "cooling": rate < -_STEADY}
+    for name, signal in run.inputs.items():
+        word = name.partition(".")[2]
+        events = _changes(run.time, signal)
+        if 0 < events.size <= 50 and f"after a change of {word}" not in phases:
+            since = times[:, None] - events[None, :]
+            phases[f"after a change of {word}"] = np.any((since >= 0) & (since < _AFTER), axis=1)
+    return pd.DataFrame(phases)
+
+
+def _changes(times: Array, signal: Array) -> Array:
+    filled = np.nan_to_num(signal, nan=0.0)
+    span = float(np.ptp(filled))
+    return times[1:][np.abs(np.diff(filled)) > 0.1 * span] if span > 0 else times[:0]
+
+
+def _when(errors: Array, phases: pd.DataFrame) -> tuple[str, ...]:
+    """Phases in which errors, in units of the noise, are notable, worst first."""
+    by_phase = {name: errors[phase.to_numpy()] for name, phase in phases.items()}
+    sizes = {str(n): float(np.sqrt(np.mean(each**2))) for n, each in by_phase.items() if each.size >= 10}
+    wrong = [name for name, size in sizes.items() if size > _NOTABLE]
+    return tuple(sorted(wrong, key=lambda name: -sizes[name]))
+
+
+def _signals(problem: Problem, run: int) -> pd.DataFrame:
+    """Signals that a residual may follow, at the rows of a run."""
+    import pandas as pd
+
+    data, measured = problem.data[run], problem.experiment.runs[run]
+    held = measured.row_at(data.time)
+    signals = {"time": data.time}
+    for name, signal in {**measured.inputs, **measured.covariates}.items():
+        word = name.rpartition(".")[2]
+        if word != "pad_temperature":
+            signals.setdefault(word, signal[held])
+    temperatures = {
+        problem.names[v]: data.readings[:, i]
+        for i, v in enumerate(problem.variables)
+        if problem.experiment.rig.unit(v) == "K"
+    }
+    for name, values in temperatures.items():
+        signals[name] = values
+        if measured.ambient is not None:
+            signals[f"{name}^4 - ambient^4"] = values**4 - measured.ambient[held] ** 4
+    for (a, first), (b, second) in pairwise(temperatures.items()):
+        signals[f"{a} - {b}"] = first - second
+    return pd.DataFrame(signals)
+
+
+def _followed(residual: Array, signals: pd.DataFrame) -> tuple[tuple[str, float], ...]:
+    """Signals that a residual follows, with their correlation, strongest first."""
+    import pandas as pd
+
+    left = pd.Series(residual, index=signals.index)
+    found = {str(name): float(signal.corr(left, min_periods=11)) for name, signal in signals.items()}
+    followed = [(name, r) for name, r in found.items() if abs(r) > _FOLLOWS]
+    return tuple(sorted(followed, key=lambda pair: -abs(pair[1]))[:4])
+
+
+def _whiteness_p(residual: Array) -> float:
+    """Chance level of the cumulative periodogram's distance from a straight line (Kolmogorov-Smirnov)."""
+    from scipy.fft import dct
+    from scipy.special import kolmogorov
+
+    if residual.size < 8:
+        return 1.0
+    power = dct(residual, norm="ortho")[1:] ** 2
+    cumulated = np.cumsum(power) / power.sum()
+    straight = np.arange(1, power.size + 1) / power.size
+    # The periodogram's squares have two degrees of freedom in a pair of cosines.
+    return float(kolmogorov(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
+
+
+class Carried:
+    """A fitted model carried over to a problem with other runs.
+
+    A group that was never fitted takes the mean of those that were.
+
+    Parameters
+    ----------
+    problem : with the same candidates
+    fit : the model
+    plant_only : leave out causes in logs and instruments, which are wrong in the fitted runs alone
+
+    Attributes
+    ----------
+    freed : the model's numbers in the problem
+    values : slots by run, shape (slots,) each
+    """
+
+    def __init__(self, problem: Problem, fit: Fit, plant_only: bool = False) -> None:
+        self._problem, self._fit = problem, fit
+        fitted = {f.key: v for f, v in fit.values.items()}
+        items = [i for i in problem.items if i.title in fit.key]
+        kept = [i for i in items if i.cause.kind == "plant" or not plant_only]
+        self.freed = [*problem.calibrated, *(f for item in kept for f in item.freed)]
+        theta = []
+        for f in self.freed:
+            like = [v for (name, _, free), v in fitted.items() if (name, free) == (f.variable, f.calibrated)]
+            own = f.calibrated and f.added  # a start is that of its run alone
+            theta.append(fitted.get(f.key, float(np.mean(like)) if like and not own else f.start))
+        self.values = problem.values_by_run(self.freed, theta)
+        every = [*problem.calibrated, *(f for item in problem.items for f in item.freed)]
+        self._there = {f.key: f for f in every}
+        self._predicted: dict[int, tuple[Array, Array]] = {}
+
+    def predict(self, run: int) -> tuple[Array, Array]:
+        """Readings of a run and their derivatives by slot, as the problem gives them."""
+        if run not in self._predicted:
+            self._predicted[run] = self._problem.predict(run, self.values[run])
+        return self._predicted[run]
+
+    def by(self, run: int, numbers: Sequence[Freed]) -> Array:
+        """Derivatives of a run's readings by numbers of another problem, shape (rows, outputs, numbers)."""
+        wanted = [self._there.get(f.key, replace(f, runs=())) for f in numbers]
+        return by_number(self.predict(run)[1], wanted, run, self.freed)
+
+    def variance(self, run: int) -> Array:
+        """Of a run's readings, for how uncertain the fitted numbers are, shape (rows, outputs)."""
+        columns = self.by(run, self._fit.freed) @ root_of(self._fit.covariance())
+        return np.asarray(np.sum(columns**2, axis=-1))
+
+    def wandering(self, run: int, wander: Wander) -> Array:
+        """Variance of a run's readings for what wanders beside its log, shape (rows, outputs)."""
+        if wander.still:
+            return np.zeros(self.predict(run)[0].shape)
+        columns = self._responses.columns[run] @ self._responses.root(run, wander)
+        return np.asarray(np.sum(columns**2, axis=-1))
+
+    @cached_property
+    def _responses(self) -> Responses:
+        return Responses(self._problem, self.values)
