@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from warmlink.fmus.catalogue import Entry
+    from warmlink.fmus.component import Component
     from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")
@@ -140,11 +141,8 @@ def _build(
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
-        if own is None:
-            joined = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
-        else:  # called as the scenario is; none where others' FMUs are in it
-            name = re.sub(r"\W", "_", own.name)
-            joined = [] if own.setup.foreign else [replace(own.joined(), name=name)]
+        shipped = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
+        joined = shipped if own is None else _whole(own)
         built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
@@ -160,6 +158,11 @@ def _build(
             built.append(out / f"{blueprint.name}-ports.ssp")
             write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
     return built + write_arm(arm.system(fmus), out)
+
+
+def _whole(own: Scenario) -> list[Component]:
+    """A scenario's system as one component, called as the scenario is; none where others' FMUs are in it."""
+    return [] if own.setup.foreign else [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
 
 
 def _build_native(components: Sequence[Entry], platforms: str | None, out: Path, arrays: bool) -> list[Path]:
