@@ -215,9 +215,9 @@ def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
 
 def example_part(size: float | None = None, order: int | None = None) -> Part:
     """The example part, reduced for aluminium at the command's defaults; elements of a size in m."""
-    from warmlink.orchestration.reduction.example import HEAT_FACE, TOOL_POINT, ribbed_link
     from warmlink.orchestration.reduction.order import Demand
     from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
+    from warmlink.orchestration.reduction.solid import HEAT_FACE, TOOL_POINT, ribbed_link
 
     with tempfile.TemporaryDirectory() as work:
         path = Path(work) / "link.step"

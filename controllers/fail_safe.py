@@ -12,8 +12,6 @@ Innovation tests: Y. Bar-Shalom, X. R. Li and T. Kirubarajan, *Estimation with A
 Navigation*, Wiley 2001, section 5.4.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED, length, ready
@@ -168,6 +166,20 @@ def trust_named(trust: Trust) -> dict[str, Number]:
     return {f"trust_{name}": value for name, value in trust._asdict().items()}
 
 
+class Gates(NamedTuple):
+    """Bounds of the innovation tests, as the parameters of the same names describe them.
+
+    Attributes
+    ----------
+    share : of a new innovation in the mean
+    """
+
+    gate: Number
+    mean_gate: Number
+    share: Number
+    return_time: Number
+
+
 def gates_of(p: Record, step: Number) -> Gates:
     """Bounds of the innovation tests from a law's parameters, over the least number of samples."""
     share = 1.0 - exp(-step / maximum(p.mean_time, MEAN_SAMPLES * p.sample_time))
@@ -216,20 +228,6 @@ def in_use(trust: Trust, readings: Number, p: Record) -> Number:
     """1 where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
     each = where(p.sensor_std > 0, present(readings) * (1.0 - trust.out), 0.0)
     return truth(total(each) > 0)
-
-
-class Gates(NamedTuple):
-    """Bounds of the innovation tests, as the parameters of the same names describe them.
-
-    Attributes
-    ----------
-    share : of a new innovation in the mean
-    """
-
-    gate: Number
-    mean_gate: Number
-    share: Number
-    return_time: Number
 
 
 class Judgement(NamedTuple):

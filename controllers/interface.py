@@ -1,7 +1,5 @@
 """The connectors that every compensating controller has, so that one can replace another."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

@@ -6,8 +6,6 @@ heat acts (Joseph's form, which is valid for any gain). Their difference is the 
 that size. R. F. Stengel, *Optimal Control and Estimation*, Dover 1994, chapter 4.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from warmlink.controllers.matrices import dot, outer, symmetric, upper

@@ -4,8 +4,6 @@ Components have only vectors, so matrices are passed as flat vectors: row after 
 the rows of its upper triangle.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

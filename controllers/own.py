@@ -1,7 +1,5 @@
 """A user's own controller: a class that computes a correction becomes a component like a shipped law."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """Parameters whose start values come from a design."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

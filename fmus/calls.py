@@ -70,8 +70,8 @@ class _Symbol:
 def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, list[int], Any]:
     """The CasADi function for arguments of a shape, whose symbols stand for expressions; always the same.
 
-    Beside it which of the arguments it uses, and a result that shows how its results are put together.
-    What is idle most of the time is made of calls and loops, which are short; all else is written out.
+    Beside it which of the arguments it uses, and a result that shows how its results are put together. What
+    is idle most of the time is made of calls and loops, which are short; all else is written out.
     """
     import casadi
 

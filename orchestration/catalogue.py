@@ -23,20 +23,19 @@ CONTROLLERS = "warmlink.controllers"
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller that warmlink ships: what people call it, and its component."""
+    """A controller that warmlink ships: what people call it, and its component.
+
+    `digest` is of the file that it was written in; empty for a shipped one.
+    """
 
     name: str
     component: Component
+    digest: str = ""
 
     @property
     def kinds(self) -> set[str]:
         """Names of warmlink's components that it needs."""
         return {self.component.name}
-
-    @property
-    def written(self) -> str:
-        """Digest of the file that it was written in; empty for a shipped one."""
-        return ""
 
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of FMUs that it brings along, by the component's name."""
@@ -74,13 +73,7 @@ def controllers() -> dict[str, Component]:
 
 
 def controller(name: str) -> Component:
-    """Controller by its name.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
+    """Controller by its name; InputError if there is none of that name."""
     if name not in controllers():
         raise InputError(f"{name}: no such controller; {instead(name, controllers())}")
     return controllers()[name]

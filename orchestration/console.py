@@ -68,32 +68,23 @@ def _notebook_line() -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Progress on a terminal and in a notebook, nothing elsewhere; give it the share done, 0 to 1."""
-    with noted_progress_bar(what) as show:
-        yield lambda share: show(share, "")
+def progress_bar(what: str) -> Iterator[Callable[..., None]]:
+    """Progress on a terminal and in a notebook, nothing elsewhere.
 
-
-@contextmanager
-def noted_progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
-    """Progress that also shows a note; give it the share done and the note."""
+    Give it the share done, 0 to 1, and a note if there is something to note.
+    """
     if not sys.stderr.isatty():
         with _notebook_line() as write:
-            yield lambda share, note: write(f"{what} {100 * share:3.0f} % {note}")
+            yield lambda share, note="": write(f"{what} {100 * share:3.0f} % {note}")
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (
-        TextColumn(what),
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-    )
+    done, left = TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn()
+    columns = TextColumn(what), BarColumn(), done, left, TextColumn("{task.fields[note]}")
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=1.0, note="")
-        yield lambda share, note: bar.update(task, completed=share, note=note)
+        yield lambda share, note="": bar.update(task, completed=share, note=note)
 
 
 @contextmanager

@@ -30,12 +30,8 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
     """Folder to write results into; its files move to `folder` when all are written.
 
     Files of the same names are replaced, others in `folder` are left alone. Folders made for the purpose go
-    again where nothing came of it, and so does what a process that was killed left there.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written; NoRoomError where the disk is full.
+    again where nothing came of it, and so does what a process that was killed left there. InputError if the
+    folder cannot be written; NoRoomError where the disk is full.
     """
     folder = folder.absolute()
     with _made(folder):
@@ -61,10 +57,7 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
 def fresh_file(path: Path) -> Iterator[Path]:
     """Path to write a file under; it takes its own name when it is whole.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be written, as where the folder is read-only or the disk is full.
+    InputError if the file cannot be written, as where the folder is read-only or the disk is full.
     """
     try:
         with whole_file(path) as scratch:
@@ -134,12 +127,8 @@ def locked_folder(folder: Path) -> Iterator[None]:
     """Keep other processes from writing into a folder as long as this one does; it is made where absent.
 
     The lock ends with the process, however that ends, and leaves no file behind. On a file system without
-    locks (some network file systems) nobody is refused.
-
-    Raises
-    ------
-    InputError
-        If another process holds the folder, or it cannot be written.
+    locks (some network file systems) nobody is refused. InputError if another process holds the folder, or it
+    cannot be written.
     """
     folder, give_up = folder.absolute(), time.monotonic() + ENDING_SECONDS
     while True:
@@ -166,10 +155,7 @@ def locked_folder(folder: Path) -> Iterator[None]:
 def temporary_folder() -> Iterator[Path]:
     """Folder for a run's own files, gone afterwards; those that killed processes left go too.
 
-    Raises
-    ------
-    InputError
-        If it cannot be made.
+    InputError if it cannot be made.
     """
     try:
         home = Path(tempfile.gettempdir())

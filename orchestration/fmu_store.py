@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest, wanted_cache_folder
@@ -35,10 +34,7 @@ class FmuStore:
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
 
-        Raises
-        ------
-        InputError
-            If native FMUs are asked for and nothing on this machine can compile them.
+        InputError if native FMUs are asked for and nothing on this machine can compile them.
         """
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
         missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
@@ -46,18 +42,15 @@ class FmuStore:
             if remark is not None:
                 ending = "s" if len(missing) > 1 else ""
                 remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
-            self._build(missing)
+            if self.kind == "python":
+                from warmlink.fmus.packaging.python.fmu import build_python_fmus
+
+                build_python_fmus(missing, self.folder.parent)
+            else:
+                from warmlink.fmus.packaging.native.fmu import build_native_fmus
+
+                build_native_fmus(missing, self.folder)
         return wanted
-
-    def _build(self, missing: list[Entry]) -> None:
-        if self.kind == "python":
-            from warmlink.fmus.packaging.python.fmu import build_python_fmus
-
-            build_python_fmus(missing, self.folder.parent)
-            return
-        from warmlink.fmus.packaging.native.fmu import build_native_fmus
-
-        build_native_fmus(missing, self.folder)
 
 
 def kind_named(name: str | None) -> FmuKind | None:

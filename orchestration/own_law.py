@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
@@ -23,33 +22,22 @@ from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.text_files import is_file
 
-_OF_CLASS = """from warmlink.controllers.own import component_of
-from {package}.law import {attribute}
+_SHIM = """from warmlink.controllers.own import component_of
+from {package}.law import {attribute} as law
 
-COMPONENT = component_of({attribute})
+COMPONENT = component_of(law) if isinstance(law, type) else law
 """
-_OF_COMPONENT = "from {package}.law import {attribute} as COMPONENT\n"
 
 
 @dataclass(frozen=True)
 class OwnLaw(Controller):
     """A law from a user's file; tables show it under its name in the file.
 
-    Attributes
-    ----------
-    place : the file and the name in it, as given
-    module : where its component is declared
-    digest : of the file
+    `place` is the file and the name in it, as given, and `module` where its component is declared.
     """
 
-    place: str
-    module: str
-    digest: str
-
-    @property
-    def written(self) -> str:
-        """Digest of its file."""
-        return self.digest
+    place: str = ""
+    module: str = ""
 
     @property
     def kinds(self) -> set[str]:
@@ -63,10 +51,7 @@ class OwnLaw(Controller):
     def fmu(self, store: FmuStore) -> Path:
         """File of the law's FMU of the store's kind, built where it is missing.
 
-        Raises
-        ------
-        InputError
-            If the law does not become one.
+        InputError if the law does not become one.
         """
         entry = Entry(self.component, self.module)
         folder = store.folder / "own" / self.digest
@@ -95,10 +80,7 @@ class OwnLaw(Controller):
 def controller_named(name: str) -> Controller:
     """A shipped controller by its name, or a user's own law, as `my_law.py:MyLaw`.
 
-    Raises
-    ------
-    InputError
-        If there is none of that name, or as `load_own_law`.
+    InputError if there is none of that name, or as `load_own_law`.
     """
     own = Path(name.rpartition(":")[0] or name).suffix == ".py"
     return load_own_law(name) if own else shipped(name)
@@ -107,10 +89,7 @@ def controller_named(name: str) -> Controller:
 def load_own_law(place: str) -> OwnLaw:
     """Law from `my_law.py:MyLaw`: a subclass of `warmlink.controllers.own.Law`, or a Component.
 
-    Raises
-    ------
-    InputError
-        If the file or the name in it does not exist, or what it names is no law.
+    InputError if the file or the name in it does not exist, or what it names is no law.
     """
     file, colon, attribute = place.rpartition(":")
     path = Path(file)
@@ -127,7 +106,7 @@ def load_own_law(place: str) -> OwnLaw:
             _import(package, source, attribute, place)
     component = sys.modules[module].COMPONENT
     _check(component, place)
-    return OwnLaw(attribute, component, place, module, digest)
+    return OwnLaw(attribute, component, digest, place, module)
 
 
 def _import(package: str, source: bytes, attribute: str, place: str) -> None:
@@ -140,35 +119,25 @@ def _import(package: str, source: bytes, attribute: str, place: str) -> None:
     sys.path.insert(0, str(folder))
     try:
         law = importlib.import_module(f"{package}.law")
-        (home / "README.md").write_text(_readme(law, attribute), encoding="utf-8")
-        (home / "component.py").write_text(_shim(law, attribute, package, place), encoding="utf-8")
+        found = getattr(law, attribute, None)
+        if not _is_law(found):
+            there = ", ".join(name for name, each in vars(law).items() if _is_law(each) and each is not Law)
+            raise InputError(
+                f"{place}: {attribute} is no law; name a subclass of warmlink.controllers.own.Law or a "
+                f"Component; the file has {there or 'none'}"
+            )
+        about = getattr(found, "__doc__", None) or law.__doc__ or ""
+        (home / "README.md").write_text(f"# {attribute}\n\n{about.strip()}\n", encoding="utf-8")
+        shim = _SHIM.format(package=package, attribute=attribute)
+        (home / "component.py").write_text(shim, encoding="utf-8")
         importlib.invalidate_caches()
         importlib.import_module(f"{package}.component")
     finally:
         sys.path.remove(str(folder))
 
 
-def _shim(law: ModuleType, attribute: str, package: str, place: str) -> str:
-    found = getattr(law, attribute, None)
-    if isinstance(found, Component):
-        return _OF_COMPONENT.format(package=package, attribute=attribute)
-    if isinstance(found, type) and issubclass(found, Law):
-        return _OF_CLASS.format(package=package, attribute=attribute)
-    laws = [
-        name
-        for name, value in vars(law).items()
-        if isinstance(value, Component) or (isinstance(value, type) and issubclass(value, Law))
-    ]
-    there = ", ".join(name for name in laws if name != "Law") or "none"
-    raise InputError(
-        f"{place}: {attribute} is no law; name a subclass of warmlink.controllers.own.Law or a "
-        f"Component; the file has {there}"
-    )
-
-
-def _readme(law: ModuleType, attribute: str) -> str:
-    about = getattr(getattr(law, attribute, None), "__doc__", None) or law.__doc__ or ""
-    return f"# {attribute}\n\n{about.strip()}\n"
+def _is_law(found: object) -> bool:
+    return isinstance(found, Component) or (isinstance(found, type) and issubclass(found, Law))
 
 
 def _check(component: Component, place: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -55,17 +56,9 @@ def simulate(
         stop_time, step_size = experiment_of(read, stop, step)
         begins = read.default_experiment.start_time
         with progress_bar(read.name) as progress:
+            run = partial(simulate_system, read, stop_time, step_size, chosen, start_time=begins)
             return guarded(
-                lambda line: simulate_system(
-                    read,
-                    stop_time,
-                    step_size,
-                    chosen,
-                    start_time=begins,
-                    record=record,
-                    unpacked=work,
-                    line=line,
-                ),
+                lambda line: run(record=record, unpacked=work, line=line),
                 lambda done, count: progress(done / count),
                 remark,
             )
@@ -74,10 +67,7 @@ def simulate(
 def experiment_of(system: System, stop: str | float | None, step: str | float | None) -> tuple[float, float]:
     """Stop time and communication step size in s: what is given, or what the system proposes.
 
-    Raises
-    ------
-    InputError
-        If there is no stop time, or a time is none.
+    InputError if there is no stop time, or a time is none.
     """
     proposed = system.default_experiment
     stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
@@ -101,10 +91,7 @@ def largest_step(system: System, stop_time: float, longest: float | None) -> flo
 def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None) -> dict[str, float]:
     """Largest coupling error by variable, in its unit: of those watched, or of all outputs that it fits.
 
-    Raises
-    ------
-    InputError
-        If the tolerance is not above 0, or does not fit.
+    InputError if the tolerance is not above 0, or does not fit.
     """
     known = variables(system)
     if watched:

@@ -54,10 +54,7 @@ def decoded(content: bytes, name: str) -> str:
 def measured_text(path: Path) -> str:
     """Text of a file of measurements in UTF-8, UTF-16 with its mark, or else Latin-1, as spreadsheets write.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no text.
+    InputError if the file cannot be read, or holds no text.
     """
     try:
         content = path.read_bytes()
@@ -79,13 +76,7 @@ def read_toml(path: Path, remedy: str = "give an existing TOML file") -> dict[st
 
 
 def tables_of(text: str, name: str) -> dict[str, Any]:
-    """Tables of a TOML text.
-
-    Raises
-    ------
-    InputError
-        It is not TOML.
-    """
+    """Tables of a TOML text; InputError if it is not TOML."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as fault:  # numbers of 5000 digits, brackets in brackets

@@ -1,7 +1,5 @@
 """The paper's expression as a compensating controller."""
 
-from __future__ import annotations
-
 from warmlink.controllers.analytic import law
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import compensator, error_parameters

@@ -5,14 +5,11 @@ System", as printed and corrected. Both take the base for a surface of a semi-in
 its present temperature when heating began.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping
 
 from warmlink.controllers.fail_safe import limited, reported
 from warmlink.controllers.interface import error_std
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
 
 PRINTED, CORRECTED = 0, 1
@@ -31,7 +28,7 @@ _SHORTEST = 1e-9
 """s, in place of no time at all."""
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start: the first good reading is where the link does not deform."""
     reading = measured(u, p)
     first = where(finite(reading), reading, u.ambient_temperature)
@@ -46,7 +43,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     }
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample."""
     reading = measured(u, p)
     # A reading may have gone anywhere while it was missing, but does not leap while it is there.
@@ -67,7 +64,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     return reported(x, error_std(x.elongation, p), p, x.distrusted)
 

@@ -1,7 +1,5 @@
 """Work out the laws' shipped parameter sets again: `python -m warmlink.controllers.design`."""
 
-from __future__ import annotations
-
 from warmlink.controllers.design.shipped import write_all
 
 if __name__ == "__main__":

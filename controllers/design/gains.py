@@ -1,7 +1,5 @@
 """Parameter sets of the observers: the reduced plant, what is unknown about it, and the sensors in use."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

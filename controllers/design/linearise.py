@@ -1,7 +1,5 @@
 """A component as a linear state space, by complex step through its own equations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -71,7 +69,7 @@ def outputs_by(component: Component, at: Point, variables: Sequence[str]) -> Arr
     return _slopes(component, at, variables, outputs=True)
 
 
-def linearise(component: Component, at: Point | None = None) -> control.StateSpace:
+def linearise(component: Component, at: Point | None = None) -> "control.StateSpace":
     """Linear state space of a component's continuous states, its signals named.
 
     Parameters

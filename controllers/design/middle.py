@@ -1,7 +1,5 @@
 """Whether the middle thermometer sits where it says anything of the link's temperature profile."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, USUAL_SPEED, Plant, plant_model

@@ -1,7 +1,5 @@
 """Motor and link as one linear state space, one matrix for each effect."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -141,7 +139,7 @@ class LinearPlant:
         """State and input matrix at a speed in rad/s."""
         return self.A + abs(speed) * self.A_speed, self.B + abs(speed) * self.B_speed
 
-    def state_space(self, speed: float) -> control.StateSpace:
+    def state_space(self, speed: float) -> "control.StateSpace":
         """The plant at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
         import control
 

@@ -12,8 +12,6 @@ The ports are smoothed over half a minute first (frequency-weighted balancing): 
 moves no tool point, and modes are better spent on what lasts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -100,7 +98,7 @@ class ReducedPlant:
         """State and input matrix at a speed in rad/s."""
         return np.diag(self.rate) + abs(speed) * self.M, self.B + abs(speed) * self.B_speed
 
-    def state_space(self, speed: float) -> control.StateSpace:
+    def state_space(self, speed: float) -> "control.StateSpace":
         """The reduced plant at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
         import control
 

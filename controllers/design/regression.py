@@ -1,7 +1,5 @@
 """Fit of the regression law to a run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The parameter sets that the laws' components ship with."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 An export's folder holds the core, a program that tests it, and a README.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping

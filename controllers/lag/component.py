@@ -1,7 +1,5 @@
 """The first-order lag as a compensating controller."""
 
-from __future__ import annotations
-
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import compensator, error_parameters
 from warmlink.controllers.lag import law

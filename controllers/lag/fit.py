@@ -1,7 +1,5 @@
 """Gain and time constant of the lag law from a run of the cell."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

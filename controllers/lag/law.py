@@ -3,24 +3,20 @@
 time_constant dE/dt = gain P - E,   P = R I^2 + c_fe w^2 + (t_c + b_v |w|) |w|,   I = torque / k_t
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
 from warmlink.controllers.fail_safe import limited, reported
 from warmlink.controllers.interface import error_std
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample; exact for losses held over it."""
     final = p.gain * loss(u, p)
     elongation = final + (x.elongation - final) * exp(-step / p.time_constant)
     return {"elongation": elongation, "correction": limited(x.correction, elongation, p, step)}
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     return reported(x, error_std(x.elongation, p), p)
 

@@ -1,7 +1,5 @@
 """No compensation, as a component."""
 
-from __future__ import annotations
-
 from warmlink.controllers.interface import compensator, length
 from warmlink.controllers.none import law
 

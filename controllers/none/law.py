@@ -1,15 +1,11 @@
 """No correction at all."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-
 from warmlink.controllers.interface import ready
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """No correction in m, and the size of the growth that it leaves."""
     return {
         "correction": 0.0,

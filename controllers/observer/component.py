@@ -1,7 +1,5 @@
 """The observer as a component."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from warmlink.controllers import fail_safe

@@ -1,7 +1,5 @@
 """What the duty alone says of sensors that contradict each other."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe

@@ -8,8 +8,6 @@ unknown heat is certain, and for as long as it is remembered, the alert filter l
 continues from it. Both take in the thermometers one reading after the other, each judged before it is used.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe

@@ -8,9 +8,6 @@ this heat and the other less, see `filters.py`. Readings enter one after the oth
 out. See README.md.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -45,7 +42,7 @@ from warmlink.controllers.observer.model import (
     told_named,
 )
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
@@ -62,7 +59,7 @@ HEAT = (0, HEATS)
 """Places of the unknown heats among the disturbances: the first, and the one after the last."""
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
     filters, states = begun(u, p, STATES)
     return {**states, "elongation": elongation(filters.quiet.mean, p)}
@@ -86,7 +83,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     }
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: predicted by the model, corrected by the readings, and limited."""
     sample = sampled(x, u, p, step, STATES)
     seen = evidence(x.evidence, sample.filters.alert, HEAT, p, sample.heard)
@@ -188,7 +185,7 @@ def settled(
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     row = stack(p.elongation_row, *[0.0] * HEATS)
     return reported(x, filters_of(x), row, p)

@@ -7,15 +7,12 @@ P_w and P_s are the motor's losses by its own equations. Duty and surroundings a
 bands and rates; beyond them a signal is no news.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, symmetric
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Derived, Parameter, Record, State
+from warmlink.fmus.component import Derived, Parameter, Record, State, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
@@ -128,13 +125,13 @@ def elongation(mean: Number, p: Record) -> Number:
     return dot(p.elongation_row, mean[:MODES]) - shift
 
 
-def derive(p: Record) -> Mapping[str, Number]:
+def derive(p: Record) -> Values:
     """Values that follow from the parameters alone: decay over a sample, and the growths by the sensors."""
     decay, reach = decay_and_reach(p, p.sample_time)
     return {"decay": decay, "reach": reach, "fade": exp(-p.sample_time / p.disturbance_time), **_growths(p)}
 
 
-def _growths(p: Record) -> Mapping[str, Number]:
+def _growths(p: Record) -> Values:
     """Growth in m for a kelvin at the sensors: regression over links left warm and links warm throughout.
 
     G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other

@@ -7,8 +7,6 @@ The time that passed counts: motor and link have cooled towards the surroundings
 up to its check, or was never kept, is not used: the law starts unsure.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from warmlink.controllers.observer import witnesses

@@ -6,8 +6,6 @@ witness is right. So where the witnesses disagree, the correction keeps within w
 README.md has the equations and the reasons.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe

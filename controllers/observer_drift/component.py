@@ -1,7 +1,5 @@
 """The observer with the camera as a component."""
 
-from __future__ import annotations
-
 from warmlink.controllers.interface import length
 from warmlink.controllers.observer.component import observer
 from warmlink.controllers.observer_drift import law

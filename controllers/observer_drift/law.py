@@ -11,9 +11,6 @@ U. Maeder, F. Borrelli and M. Morari, "Linear offset-free model predictive contr
 2214-2222, on disturbances that make an observer offset-free.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -24,7 +21,7 @@ from warmlink.controllers.observer import model
 from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led
 from warmlink.controllers.observer.witnesses import Look
 from warmlink.fmus.calls import idle_at_zero, kept_whole
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     LARGEST,
     Number,
@@ -84,14 +81,14 @@ CAMERA_UNITS = Camera(
 """Units of the states that hold it."""
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start: those of the observer, and no reading of the camera yet."""
     filters, states = observer.begun(u, p, STATES)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
     return {**states, **_named(Camera(drift, *[0.0] * 7)), "elongation": elongation(filters.quiet.mean, p)}
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: the observer's, then what the camera teaches, limited."""
     sample = observer.sampled(x, u, p, step, STATES)
     filters, camera = update_from_camera(sample.filters, x, u, p, step)
@@ -117,7 +114,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mappi
     }
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     filters = filters_of(x)
     return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p, x.camera_evidence)

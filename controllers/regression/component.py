@@ -1,7 +1,5 @@
 """The regression as a component."""
 
-from __future__ import annotations
-
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric

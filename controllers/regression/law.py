@@ -9,9 +9,6 @@ missing then leaves the regression on the others, and a reading that does not fi
 G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003, chapter 3.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -19,7 +16,7 @@ from warmlink.controllers.interface import SENSED, sensed
 from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, upper_diagonal
 from warmlink.fmus.calls import idle_at_zero, kept_whole
-from warmlink.fmus.component import Record
+from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
 
 SENSORS = len(SENSED)
@@ -42,7 +39,7 @@ class Estimate(NamedTuple):
     spread: Number
 
 
-def begin(u: Record, p: Record) -> Mapping[str, Number]:
+def begin(u: Record, p: Record) -> Values:
     """States at the start: what the first readings say."""
     belief = Estimate(stack(*[0.0] * STATES), p.moments)
     readings = sensed(u)
@@ -50,7 +47,7 @@ def begin(u: Record, p: Record) -> Mapping[str, Number]:
     return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0}
 
 
-def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
+def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample."""
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
@@ -78,7 +75,7 @@ def _tamed(estimate: Estimate, p: Record) -> tuple[Number, Estimate]:
     return sound, Estimate(*(where(sound > 0, a, b) for a, b in zip(estimate, again, strict=True)))
 
 
-def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m: what the run that taught it left, and the sensors' noise."""
     variance = LENGTH**2 * maximum(upper_diagonal(x.spread, STATES)[SENSORS], 0.0)
     doubt = maximum(x.distrusted, x.wild)

@@ -49,7 +49,11 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
 
 def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made:
     """As `kept`, of an object that can be pickled, which this state of the source makes from the same."""
-    made: Made = pickle.loads(kept(folder, (source_state(), made_from), lambda: pickle.dumps(make())))
+    content = kept(folder, (source_state(), made_from), lambda: pickle.dumps(make()))
+    try:
+        made: Made = pickle.loads(content)
+    except Exception:  # whatever pickle makes of a damaged file, or of another Python's
+        return make()
     return made
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 from warmlink.fmus.component import Component, Derived, Output, Parameter, State
-from warmlink.fmus.component.quantities import growth_output, temperature_parameter, tunable
+from warmlink.fmus.component.quantities import temperature_parameter, tunable
 from warmlink.fmus.reduced_link import equations
 from warmlink.fmus.reduced_link.model import ReducedModel
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
@@ -22,29 +22,19 @@ _OF_THE_SHAPE = (
 )
 """Parameters of ThermalLink that are fixed once a shape is reduced, or in which its heat is not linear."""
 
+
+def _bound(of: str, whose: str, unit: str, nominal: float, display: str | None = None) -> Output:
+    about = f"estimated bound of the {whose} error due to the reduction"
+    return Output(f"{of}_error_bound", unit, about, display=display, nominal=nominal)
+
+
 _OUTPUTS = (
     *LINK.outputs,
-    growth_output("displacement", "displacement of the tool point", size=3),
+    Output("displacement", "m", "displacement of the tool point", size=3, display="um", nominal=5e-5),
     Output("rotation", "rad", "rotation of the tool", size=3, nominal=1e-4),
-    Output(
-        "displacement_error_bound",
-        "m",
-        "estimated bound of the displacement's error due to the reduction",
-        display="um",
-        nominal=1e-8,
-    ),
-    Output(
-        "rotation_error_bound",
-        "rad",
-        "estimated bound of the rotation's error due to the reduction",
-        nominal=1e-7,
-    ),
-    Output(
-        "temperature_error_bound",
-        "K",
-        "estimated bound of the temperatures' error due to the reduction",
-        nominal=5e-3,
-    ),
+    _bound("displacement", "displacement's", "m", 1e-8, "um"),
+    _bound("rotation", "rotation's", "rad", 1e-7),
+    _bound("temperature", "temperatures'", "K", 5e-3),
 )
 
 

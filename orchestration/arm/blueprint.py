@@ -6,7 +6,6 @@ the link's tip. Instances are `axis1.motor`, `axis1.link` and so on, beside `pos
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,15 +35,25 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
     components: dict[str, str] = {}
     wires: list[Wire] = []
     for i in range(1, count + 1):
-        part = axis.prefixed(axis_name(i))
+        name, place, arm = axis_name(i), (i - 1) % AXES + 1, kinematics_of(i)
+        part = axis.prefixed(name)
         components |= part.components
-        wires += [*part.wires, *_tool_wires(i, compensated)]
+        wires += [
+            *part.wires,
+            (f"{POSES}.angle[{place}]", f"{arm}.angle[{place}]"),
+            (f"{name}.link.elongation", f"{arm}.elongation[{place}]"),
+        ]
+        if compensated:
+            wires.append((f"{name}.{COMPENSATOR}.correction", f"{arm}.correction[{place}]"))
         if i > 1:
-            wires += _chain_wires(axis_name(i - 1), axis_name(i))
+            # Heat from a link's tip to the next joint, and back what left it.
+            tip, joint = f"{axis_name(i - 1)}.link", f"{name}.motor"
+            wires.append((f"{tip}.tip_temperature", f"{joint}.neighbour_temperature"))
+            wires.append((f"{joint}.neighbour_heat_flow", f"{tip}.tip_heat_flow"))
     components[POSES] = "PoseSequence"
     components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
-    name = NAME if count == AXES else f"Arm{count}"
-    return Blueprint(name, ABOUT, components, tuple(wires), stop_time=7200.0)
+    called = NAME if count == AXES else f"Arm{count}"
+    return Blueprint(called, ABOUT, components, tuple(wires), stop_time=7200.0)
 
 
 def axis_name(number: int) -> str:
@@ -114,19 +123,3 @@ def without_dots(system: System) -> System:
         for link in system.connections
     )
     return replace(system, components=components, connections=connections)
-
-
-def _chain_wires(before: str, name: str) -> Iterator[Wire]:
-    """Heat from a link's tip to the next joint, and back what left it."""
-    yield f"{before}.link.tip_temperature", f"{name}.motor.neighbour_temperature"
-    yield f"{name}.motor.neighbour_heat_flow", f"{before}.link.tip_heat_flow"
-
-
-def _tool_wires(number: int, compensated: bool) -> Iterator[Wire]:
-    """What the kinematics take from one axis."""
-    name, kinematics = axis_name(number), kinematics_of(number)
-    place = (number - 1) % AXES + 1
-    yield f"{POSES}.angle[{place}]", f"{kinematics}.angle[{place}]"
-    yield f"{name}.link.elongation", f"{kinematics}.elongation[{place}]"
-    if compensated:
-        yield f"{name}.{COMPENSATOR}.correction", f"{kinematics}.correction[{place}]"

@@ -27,7 +27,6 @@ from warmlink.orchestration.scenarios.duties.duty_files import (
     MOST_SEED,
     SHORTEST_DRAWN,
     Row,
-    Rows,
     RowsTables,
     durations,
 )
@@ -82,10 +81,11 @@ class Program(Drive):
 
 
 @dataclass(frozen=True)
-class JointsTable(Rows):
+class JointsTable:
     """Constant demands on the six joints from the base outwards."""
 
     __pydantic_config__ = TABLE
+    most = 1
 
     duration: Annotated[float, Quantity("s", positive=True)]
     speed: Annotated[tuple[float, ...], Quantities("rad/s", AXES, 0)] = STILL
@@ -99,7 +99,7 @@ class JointsTable(Rows):
 
 
 @dataclass(frozen=True)
-class JobsTable(Rows):
+class JobsTable:
     """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
 
     __pydantic_config__ = TABLE
@@ -189,10 +189,8 @@ class ProgramFile(RowsTables, Settings):
 def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:
     """Scenario of the arm from the tables of a file.
 
-    Raises
-    ------
-    InputError
-        Something is missing, misspelt, out of range, or a point is out of the arm's reach.
+    Raises InputError where something is missing, misspelt, out of range, or a point is out of the arm's
+    reach.
     """
     from warmlink.orchestration.arm.setup import arm
 

@@ -55,7 +55,7 @@ class ScenarioFile(DutyTables, Settings):
     def drive(self, name: str, folder: Path) -> Duty:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
-            return self.laid_out(name, self.stop_time or 0.0)
+            return self.duties(name, self.stop_time or 0.0, (name,))[0]
         beside = folder / self.duty
         found = duty_files.load(str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty)
         return found if self.stop_time is None else found.until(self.stop_time)
@@ -86,10 +86,7 @@ def _shipped() -> set[str]:
 def load_scenario(name: str) -> Scenario:
     """Load a shipped scenario by its name, or a scenario from a TOML or CSV file by its path.
 
-    Raises
-    ------
-    InputError
-        If no scenario has that name, or the file contains no scenario.
+    Raises InputError if no scenario has that name, or the file contains no scenario.
     """
     path = Path(name)
     for known, folder in ((_shipped(), LIBRARY), (program_names(), PROGRAMS)):
@@ -110,10 +107,7 @@ def load_scenario(name: str) -> Scenario:
 def driven(cell: Scenario, duty: Scenario) -> Scenario:
     """The scenario `cell`, driven by the duty cycle of the scenario `duty`.
 
-    Raises
-    ------
-    InputError
-        If the two are scenarios of different systems.
+    Raises InputError if the two are scenarios of different systems.
     """
     if (cell.setup.name == ARM) != (duty.setup.name == ARM):
         raise InputError(
@@ -126,10 +120,7 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:
     """Read a scenario from the text of its file; the paths in it are relative to `folder`.
 
-    Raises
-    ------
-    InputError
-        If the text contains no scenario.
+    Raises InputError if the text contains no scenario.
     """
     return of_tables(name, tables_of(text, name), folder)
 

@@ -29,26 +29,18 @@ def changed(
     master: str | None = None,
     tolerance: str | float | None = None,
 ) -> Scenario:
-    """The scenario with the given changes; what is not given stays as its file says.
+    """The scenario with the given changes, each as for `run`; what is not given stays as its file says.
 
-    Parameters
-    ----------
-    controller, parameters, mismatches, step, stop, master, tolerance : as for `run`
-
-    Raises
-    ------
-    InputError
-        If a controller or mismatch does not exist, or a time is not valid.
+    Raises InputError if a controller or mismatch does not exist, or a time is not valid.
     """
     known = scenario.as_believed
+    most = scenario.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
     asked = replace(
         known,
         duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
         step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
         master=master or scenario.master,
-        coupling_tolerance=scenario.coupling_tolerance
-        if tolerance is None
-        else positive(tolerance, "m", "--tolerance"),
+        coupling_tolerance=most,
         controller=scenario.controller if controller is None else controller_named(controller),
         parameters={**known.parameters, **given_values(parameters)},
     )

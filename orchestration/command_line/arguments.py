@@ -49,7 +49,7 @@ def for_typer(command: Command, call: Callable[[dict[str, Any]], None] | None = 
     """A command as typer takes it; `call` takes the values of its parameters in its place."""
     import typer
 
-    from warmlink.orchestration.command_line.options import EXPLAINED, PROPOSED
+    from warmlink.orchestration.command_line.options import EXPLAINED, proposals
 
     about, _, section = inspect.cleandoc(command.__doc__ or "").partition("\nParameters\n----------\n")
     entries = re.findall(r"^(\w+) : (.*(?:\n +.*)*)", section, re.MULTILINE)
@@ -58,7 +58,7 @@ def for_typer(command: Command, call: Callable[[dict[str, Any]], None] | None = 
     for each in taken(command):
         made = typer.Option if each.options else typer.Argument
         names = ["/".join(each.options)] if each.options else []
-        told = made(*names, help=explained[each.name], autocompletion=PROPOSED.get(each.name))
+        told = made(*names, help=explained[each.name], autocompletion=proposals(each.name))
         parameter = signature.parameters[each.name]
         parameters.append(parameter.replace(annotation=Annotated[parameter.annotation, told]))
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.component import Component
     from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")
@@ -92,7 +91,10 @@ def build_files(
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
+    from warmlink.orchestration.check.validity import validity_problems
     from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.files import temporary_folder
+    from warmlink.orchestration.system.read import read_system
 
     out = Path(out)
     own = None if scenario is None else load_scenario(str(scenario))
@@ -105,7 +107,12 @@ def build_files(
         shown = out if place.is_relative_to(out) else place
         raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
     for path in built:
-        _validate(path)
+        problems = validity_problems(path) if path.suffix == ".fmu" else []
+        if problems:
+            raise InputError(f"{path}: {problems[0]}; please report this")
+        if path.suffix != ".fmu":
+            with temporary_folder() as work:
+                read_system(path, work)
     return built
 
 
@@ -133,9 +140,12 @@ def _build(
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
-        if not flags:
-            joined = [WARMUP_CELL.joined(law), arm.joined()] if own is None else _whole(own)
-            built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
+        if own is None:
+            joined = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
+        else:  # called as the scenario is; none where others' FMUs are in it
+            name = re.sub(r"\W", "_", own.name)
+            joined = [] if own.setup.foreign else [replace(own.joined(), name=name)]
+        built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
         built.append(out / f"{own.name}.ssp")
@@ -152,13 +162,6 @@ def _build(
     return built + write_arm(arm.system(fmus), out)
 
 
-def _whole(own: Scenario) -> list[Component]:
-    """A scenario's system as one component, called as the scenario is; none where others' FMUs are in it."""
-    if own.setup.foreign:
-        return []
-    return [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
-
-
 def _build_native(components: Sequence[Entry], platforms: str | None, out: Path, arrays: bool) -> list[Path]:
     from warmlink.fmus.packaging.native.compile import platforms_named
     from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
@@ -171,27 +174,6 @@ def _build_native(components: Sequence[Entry], platforms: str | None, out: Path,
             folder, done = out / "native" / f"fmi{version[0]}", counted(progress, len(components))
             built += build_native_fmus(components, folder, version, chosen, done, arrays)
     return built
-
-
-def _validate(path: Path) -> None:
-    """Check a file against the standards' schemas and rules.
-
-    Raises
-    ------
-    InputError
-        If it does not pass, which is a fault of warmlink and not of its user.
-    """
-    from warmlink.orchestration.check.validity import validity_problems
-    from warmlink.orchestration.files import temporary_folder
-    from warmlink.orchestration.system.read import read_system
-
-    if path.suffix == ".fmu":
-        problems = validity_problems(path)
-        if problems:
-            raise InputError(f"{path}: {problems[0]}; please report this")
-        return
-    with temporary_folder() as work:
-        read_system(path, work)
 
 
 def save(

@@ -17,11 +17,7 @@ if TYPE_CHECKING:
 _SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
 
 
-def check(
-    file: Path,
-    *,
-    json: bool = False,
-) -> None:
+def check(file: Path, *, json: bool = False) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
 
     Parameters
@@ -67,17 +63,15 @@ def _check_system(path: Path) -> list[CheckResult]:
 def _run(system: System) -> CheckResult:
     """Check that the system runs its default experiment."""
     from warmlink.orchestration.check.fmu import CheckResult
-    from warmlink.orchestration.master.guard import guarded
-    from warmlink.orchestration.master.run import simulate
     from warmlink.orchestration.master.slaves.slave import SlaveError
+    from warmlink.orchestration.simulation import simulate
 
-    start, stop = system.default_experiment.start_time, system.default_experiment.stop_time
+    stop = system.default_experiment.stop_time
     if stop is None:
         return CheckResult("runs", "skip", "the system proposes no stop time")
-    step = system.default_experiment.step_size or stop / 500
     try:
-        run = guarded(lambda line: simulate(system, stop, step, start_time=start, line=line))
+        run = simulate(system)
     except SlaveError as fault:
         return CheckResult("runs", "fail", str(fault))
-    done = "; ".join((f"{stop:g} s in steps of {step:g} s", *run.remarks))
+    done = "; ".join((f"{stop:g} s in steps of {run.table.points.step_size:g} s", *run.remarks))
     return CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,78 +59,63 @@ def diagnose(
     check : Show how the files are understood, without a diagnosis.
     out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
     """
-    from warmlink.orchestration.diagnosis.arm.measured import is_arm_file
+    from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
-    hints = Hints(
-        assume or [],
-        set_ or [],
-        scenario,
-        noise or [],
-        unit or [],
-        map_ or [],
-        decimal,
-        calibrate_only,
-        replace or [],
-    )
-    if check:
-        _show(data, bool(whole_arm), hints, json)
-    elif not whole_arm:
-        _diagnose_cell(data, hints, folder, json)
-    elif len(data) > 1:
+    described = assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace
+    if whole_arm and not check and len(data) > 1:
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
         )
-    elif hints != Hints():
+    if whole_arm and not check and any(described):
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
             "leave out all options but --out, --check and --json"
         )
-    else:
+    measured = partial(_experiment, data, *described)
+    if check:
+        _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
+    elif whole_arm:
         _diagnose_arm(data[0], folder, json)
+    else:
+        _diagnose_cell(data, measured, folder, json)
 
 
-@dataclass(frozen=True)
-class Hints:
-    """The options that describe the measurements, as they were typed."""
+def _experiment(
+    paths: list[Path],
+    assumed: list[str] | None,
+    settings: list[str] | None,
+    scenario: str | None,
+    noise: list[str] | None,
+    units: list[str] | None,
+    names: list[str] | None,
+    decimal: str,
+    calibrate_only: bool,
+    replaced: list[str] | None,
+) -> Experiment:
+    """Read the measurements, and apply to them the options that describe them, as they were typed."""
+    from warmlink.orchestration.command_line.options import settings_given
+    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.experiment import calibrating
+    from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+    from warmlink.orchestration.diagnosis.diagnose import read
+    from warmlink.orchestration.system.replacement import Replacements
 
-    assumed: list[str] = field(default_factory=list)
-    settings: list[str] = field(default_factory=list)
-    scenario: str | None = None
-    noise: list[str] = field(default_factory=list)
-    units: list[str] = field(default_factory=list)
-    names: list[str] = field(default_factory=list)
-    decimal: str = ""
-    calibrate_only: bool = False
-    replaced: list[str] = field(default_factory=list)
-
-    def experiment(self, paths: list[Path]) -> Experiment:
-        """Read the measurements, and apply the options to them."""
-        from warmlink.orchestration.command_line.options import settings_given
-        from warmlink.orchestration.diagnosis.data.columns import said
-        from warmlink.orchestration.diagnosis.data.experiment import calibrating
-        from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
-        from warmlink.orchestration.diagnosis.diagnose import read
-        from warmlink.orchestration.system.replacement import Replacements
-
-        settings = parameters_of(self.scenario) if self.scenario else {}
-        settings |= settings_given(self.settings)
-        parts = tuple(f"{each.partition('=')[0].strip()}." for each in self.replaced)
-        own = [name for name in self.names if parts and name.startswith(parts)]
-        columns = [name for name in self.names if name not in own]
-        told = said(self.units, columns, self.decimal, Replacements.given(self.replaced, own))
-        experiment = read(paths, self.assumed, settings, told)
-        experiment = with_noise(experiment, settings_given(self.noise, "--noise"))
-        return calibrating(experiment) if self.calibrate_only else experiment
+    given = parameters_of(scenario) if scenario else {}
+    given |= settings_given(settings)
+    parts = tuple(f"{each.partition('=')[0].strip()}." for each in replaced or ())
+    own = [name for name in names or () if parts and name.startswith(parts)]
+    columns = [name for name in names or () if name not in own]
+    told = said(units or [], columns, decimal, Replacements.given(replaced, own))
+    experiment = with_noise(read(paths, assumed or [], given, told), settings_given(noise, "--noise"))
+    return calibrating(experiment) if calibrate_only else experiment
 
 
-def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
+def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
     from warmlink.orchestration.diagnosis.data import understood
 
-    experiments = list(arm_experiments(paths[0]).values()) if whole_arm else [hints.experiment(paths)]
     found = [understood.understood(experiment) for experiment in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
@@ -144,7 +129,7 @@ def _show(paths: list[Path], whole_arm: bool, hints: Hints, json: bool) -> None:
             answer(f"- {text}")
 
 
-def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) -> None:
+def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
@@ -155,7 +140,7 @@ def _diagnose_cell(paths: list[Path], hints: Hints, folder: Path, json: bool) ->
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
-        found = diagnose_experiment(hints.experiment(paths), progress)
+        found = diagnose_experiment(measured(), progress)
     for each in found.experiment.remarks:
         remark(each)
     _print_found(json_content(found, SSV, SSP) if json else summary(found))

@@ -5,13 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import answer, remark
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.practice.hide import Noise
 
 GRID, FEA = "grid", "fea"
 """Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
@@ -62,7 +58,13 @@ def hide(
             raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {with_} out")
         if duty is not None:
             raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
-        _hide_in_arm(strengths, axis, kinds[noise], seed, out)
+        from warmlink.orchestration.arm.setup import arm
+        from warmlink.orchestration.catalogue import controller
+        from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
+        from warmlink.orchestration.fmu_store import store
+
+        fmus = store(None, sorted({*arm().kinds, controller("none").name}), remark)
+        made_up.write_csv(hide_in_arm(strengths, axis, fmus, noise=kinds[noise], seed=seed), out)
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
@@ -99,15 +101,3 @@ def _strengths(effects: Sequence[str]) -> dict[str, float]:
         if not math.isfinite(strengths[name]):
             raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
     return strengths
-
-
-def _hide_in_arm(effects: dict[str, float], axis: int, noise: Noise, seed: int, out: Path) -> None:
-    from warmlink.orchestration.arm.setup import arm
-    from warmlink.orchestration.catalogue import controller
-    from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
-    from warmlink.orchestration.diagnosis.practice.hide import write_csv
-    from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-
-    fmus = store(None, sorted({*arm().kinds, controller(NO_CONTROLLER).name}), remark)
-    write_csv(hide_in_arm(effects, axis, fmus, noise=noise, seed=seed), out)

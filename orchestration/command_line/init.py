@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,7 @@ from warmlink.orchestration.console import answer, answer_json, print_table
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def init(
-    kind: str,
-    *,
-    out: Path = Path(),
-) -> None:
+def init(kind: str, *, out: Path = Path()) -> None:
     """Write a commented example file to begin with, and the data files that it names; it runs as it is.
 
     Example: `warmlink init experiment --out rig`, then `warmlink diagnose rig/experiment.toml`
@@ -36,10 +31,10 @@ def init(
         if (out / name).exists():
             raise InputError(f"{out / name}: exists already; remove it, or choose another --out")
     with fresh_folder(out) as work:
-        for name, write in KINDS[kind].items():
-            write(work / name)
+        for name in KINDS[kind]:
+            WRITERS[Path(name).suffix](work / name)
     answer("\n".join(str(out / name) for name in KINDS[kind]))
-    answer(f"try  {NEXT[kind]} {out / next(iter(KINDS[kind]))}{':MyLaw' if kind == 'law' else ''}")
+    answer(f"try  {NEXT[kind]} {out / KINDS[kind][0]}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:
@@ -65,38 +60,30 @@ def _run(path: Path) -> None:
     made_up.write_csv({named.get(name, name): values for name, values in columns.items()}, path)
 
 
-CAUSES: dict[str, Callable[[Path], None]] = {"causes.toml": _template, "causes.json": _schema}
-
-KINDS: dict[str, dict[str, Callable[[Path], None]]] = {
-    "scenario": {"scenario.toml": _template, "scenario.json": _schema},
-    "cell": {"cell.toml": _template, "scenario.json": _schema},
-    "study": {"study.toml": _template, "study.json": _schema},
-    "law": {"law.py": _template},
-    "experiment": {
-        "experiment.toml": _template,
-        "experiment.json": _schema,
-        **CAUSES,
-        "run.csv": _run,
-        "check.csv": _run,
-    },
-    "causes": CAUSES,
+KINDS: dict[str, tuple[str, ...]] = {
+    "scenario": ("scenario.toml", "scenario.json"),
+    "cell": ("cell.toml", "scenario.json"),
+    "study": ("study.toml", "study.json"),
+    "law": ("law.py",),
+    "experiment": (
+        *("experiment.toml", "experiment.json", "causes.toml", "causes.json"),
+        *("run.csv", "check.csv"),
+    ),
+    "causes": ("causes.toml", "causes.json"),
 }
-"""Files of each kind, the first of them the commented one, and what writes each."""
+"""Files of each kind, the first of them the commented one."""
+
+WRITERS = {".toml": _template, ".py": _template, ".json": _schema, ".csv": _run}
 
 NEXT = {
-    "scenario": "warmlink run",
-    "cell": "warmlink run",
-    "study": "warmlink tune",
-    "law": "warmlink run --controller",
-    "experiment": "warmlink diagnose",
+    **{"scenario": "warmlink run", "cell": "warmlink run", "study": "warmlink tune"},
+    **{"law": "warmlink run --controller", "experiment": "warmlink diagnose"},
     "causes": "warmlink diagnose an experiment with [causes] file =",
 }
 """Command that takes the commented file."""
 
 
-def schema(
-    kind: str,
-) -> None:
+def schema(kind: str) -> None:
     """Print the JSON Schema of a kind of file, so that an editor can complete and check what you write.
 
     Kinds: `scenario`, `program` (a scenario of the six-axis arm), `duty`, `study`, `mismatch`,
@@ -139,11 +126,7 @@ def kinds() -> dict[str, type[Any]]:
     }
 
 
-def list_(
-    what: list[str] | None = None,
-    *,
-    json: bool = False,
-) -> None:
+def list_(what: list[str] | None = None, *, json: bool = False) -> None:
     """List the scenarios, controllers, systems, components, mismatches, studies, effects and masters.
 
     Parameters

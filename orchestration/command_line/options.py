@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,54 +38,25 @@ EXPLAINED = {
 """What the docstrings of commands leave out, by the names of their parameters."""
 
 
-def scenarios(incomplete: str) -> list[str]:
-    """Scenarios of the cell and of the arm whose names begin with `incomplete`."""
-    from warmlink.orchestration.closed_loop.load import scenario_names
-
-    return _beginning(incomplete, scenario_names())
-
-
-def controllers(incomplete: str) -> list[str]:
-    """Shipped controllers whose names begin with `incomplete`."""
-    from warmlink.orchestration.catalogue import controllers as shipped
-
-    return _beginning(incomplete, shipped())
-
-
-def mismatches(incomplete: str) -> list[str]:
-    """Shipped mismatches whose names begin with `incomplete`."""
-    from warmlink.orchestration.scenarios.mismatch import names
-
-    return _beginning(incomplete, names())
-
-
-def masters(incomplete: str) -> list[str]:
-    """Master algorithms whose names begin with `incomplete`."""
-    from warmlink.orchestration.master.algorithms.table import ALGORITHMS
-
-    return _beginning(incomplete, ALGORITHMS)
-
-
-def studies(incomplete: str) -> list[str]:
-    """Shipped studies whose names begin with `incomplete`."""
-    from warmlink.orchestration.studies.study import names
-
-    return _beginning(incomplete, names())
-
-
-def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
-    return [name for name in names if name.startswith(incomplete)]
-
-
-PROPOSED: dict[str, Callable[[str], list[str]]] = {
-    "scenario": scenarios,
-    "controller": controllers,
-    "law": controllers,
-    "mismatch": mismatches,
-    "master": masters,
-    "study": studies,
+_NAMES = {
+    **{"scenario": "closed_loop.load:scenario_names", "study": "studies.study:names"},
+    **dict.fromkeys(("controller", "law"), "catalogue:controllers"),
+    **{"mismatch": "scenarios.mismatch:names", "master": "master.algorithms.table:ALGORITHMS"},
 }
-"""What the shell proposes, by the names of parameters."""
+"""Where the names are that the shell proposes, by the names of parameters."""
+
+
+def proposals(parameter: str) -> Callable[[str], list[str]] | None:
+    """What the shell proposes for a parameter; None where there are no names to choose from."""
+    if parameter not in _NAMES:
+        return None
+
+    def beginning(incomplete: str) -> list[str]:
+        module, _, attribute = _NAMES[parameter].partition(":")
+        found = getattr(import_module(f"warmlink.orchestration.{module}"), attribute)
+        return [name for name in (found() if callable(found) else found) if name.startswith(incomplete)]
+
+    return beginning
 
 
 def settings_given(settings: Iterable[str] | None, option: str = "--set") -> dict[str, str]:

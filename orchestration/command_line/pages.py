@@ -56,11 +56,7 @@ def live(
 
 
 def plot(
-    results: Path,
-    variables: list[str],
-    *,
-    against: Path | None = None,
-    out: Path = Path("plot.html"),
+    results: Path, variables: list[str], *, against: Path | None = None, out: Path = Path("plot.html")
 ) -> None:
     """Draw variables of a run over time, or of two runs beside each other.
 
@@ -89,11 +85,7 @@ def plot(
     answer(str(out))
 
 
-def reproduce(
-    *,
-    out: Path = Path("out/reproduce"),
-    json: bool = False,
-) -> None:
+def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
     """Compute every table and figure of the paper by Eq. (4), by the 1-D link and by 3-D finite elements.
 
     Parameters

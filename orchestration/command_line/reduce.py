@@ -126,8 +126,7 @@ def reduce(
 
 def _write_example(part: Path) -> None:
     from warmlink.orchestration.files import fresh_file
-    from warmlink.orchestration.reduction.example import HEAT_FACE, TOOL_POINT, ribbed_link
-    from warmlink.orchestration.reduction.solid import SOLIDS
+    from warmlink.orchestration.reduction.solid import HEAT_FACE, SOLIDS, TOOL_POINT, ribbed_link
 
     if part.suffix.lower() not in SOLIDS:
         raise InputError(f"{part}: is no STEP file; give a name that ends in .step")
@@ -147,20 +146,12 @@ def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
     with fresh_file(page) as scratch:
         write_faces(solid, part.name, scratch)
     if json:
-        shown = [
-            {"number": f.number, "name": f.name, "area": f.area, "centre": f.centre.tolist()} for f in faces
-        ]
-        answer_json(shown)
+        names = ("number", "name", "area")
+        answer_json([{**{n: getattr(f, n) for n in names}, "centre": f.centre.tolist()} for f in faces])
         return
-    rows = [
-        (
-            f"#{f.number}",
-            f.name,
-            f"{1e6 * f.area:.4g}",
-            ", ".join(f"{1e3 * x + 0.0:.4g}" for x in f.centre.round(8)),
-        )
-        for f in faces
-    ]
+    centres = [", ".join(f"{1e3 * x + 0.0:.4g}" for x in f.centre.round(8)) for f in faces]
+    cells = zip(faces, centres, strict=True)
+    rows = [(f"#{f.number}", f.name, f"{1e6 * f.area:.4g}", centre) for f, centre in cells]
     print_table(str(part), ("face", "name", "area [mm2]", "centre [mm]"), rows)
     answer(f"picture  {page}")
 

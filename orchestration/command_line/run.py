@@ -119,10 +119,7 @@ def _write(
     from warmlink.orchestration.files import write_files
 
     metrics = json_text.dumps(outcome.to_dict(), indent=2) + "\n"
-    writers = {
-        "metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"),
-        **series,
-    }
+    writers = {"metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"), **series}
     if asked is not None:
         from warmlink.orchestration.report.closed_loop import write_report
         from warmlink.orchestration.report.live.page import kept_live_page

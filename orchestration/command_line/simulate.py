@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
-from warmlink.orchestration.console import (
-    FAILED,
-    answer,
-    answer_json,
-    print_table,
-    progress_bar,
-    remark,
-)
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, progress_bar, remark
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.master.algorithms.algorithm import Algorithm
     from warmlink.orchestration.master.error_budget import CouplingError
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
@@ -80,6 +73,7 @@ def simulate(
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import coupling_error, tried
+    from warmlink.orchestration.master.guard import guarded
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
@@ -88,13 +82,15 @@ def simulate(
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
-    chosen, folder, pacing = algorithm(master), out or Path("out") / system.stem, _pacing(real_time)
+    chosen, folder = algorithm(master), out or Path("out") / system.stem
+    if real_time is not None and not 0 < real_time < math.inf:
+        raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
     long_run = None
     if checkpoint is not None or resume:
         every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
         long_run = LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
     # By default a run that keeps pace with the clock, or that may last for days, is not repeated.
-    repeats = error_budget if error_budget is not None else pacing is None and long_run is None
+    repeats = error_budget if error_budget is not None else real_time is None and long_run is None
     if tolerance is not None and not repeats:
         raise InputError(
             "--tolerance: needs a second run; leave out --no-error-budget, --checkpoint, --resume and "
@@ -110,38 +106,49 @@ def simulate(
             allowed = tolerances_of(read, tolerance, watch)
             step_size = largest_step(read, stop_time, step_size if step else None)
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
-        run = partial(
-            simulate_system,
-            read,
-            stop_time,
-            start_time=read.default_experiment.start_time,
-            isolation=_isolation(isolate, time_limit, memory_limit),
-            unpacked=work,
-            stepping=stepping_named(stepping),
-        )
+        isolation = _isolation(isolate, time_limit, memory_limit)
+
+        def run(step: float, by: Algorithm, shown: Callable[[int, int], None], **how: Any) -> Result:
+            usual: dict[str, Any] = {
+                "isolation": isolation,
+                "unpacked": work,
+                "stepping": stepping_named(stepping),
+            }
+            begins = read.default_experiment.start_time
+            return guarded(
+                lambda line: simulate_system(
+                    read, stop_time, step, by, start_time=begins, line=line, **usual, **how
+                ),
+                shown,
+                remark,
+            )
+
         recorded = options.listed(record) or ()
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
             for whole, finer in tried(chosen, allowed):
-                first = partial(
-                    run,
+                result = run(
                     step_size,
                     whole,
+                    lambda done, count: progress(done / count / (1 + 2 * repeats)),
                     record=[*outputs, *watch] if watch else None,
                     long_run=long_run,
-                    pacing=pacing,
+                    pacing=real_time,
                     statistics=statistics,
                 )
-                result = _apart(first, lambda done, count: progress(done / count / (1 + 2 * repeats)))
                 lost = write_files(target, series_writers(result.table, recorded, csv))
                 bounds: tuple[CouplingError, ...] = ()
                 if repeats and result.status == "completed":
                     names = watch or result.table.names
                     # The results of a run that writes checkpoints may not fit into memory.
                     streamed = None if long_run is None else LongRun(work / "half", every=None)
-                    half = partial(
-                        run, step_size / 2, finer, record=names, long_run=streamed, check_stability=False
+                    fine = run(
+                        step_size / 2,
+                        finer,
+                        lambda done, count: progress((1 + 2 * done / count) / 3),
+                        record=names,
+                        long_run=streamed,
+                        check_stability=False,
                     )
-                    fine = _apart(half, lambda done, count: progress((1 + 2 * done / count) / 3))
                     bounds = coupling_error(result, fine, whole.order, names)
                 master = master if whole is chosen else FOLLOWING
                 missed = [each for each in bounds if each.largest > allowed.get(each.variable, math.inf)]
@@ -166,13 +173,6 @@ def simulate(
         raise SystemExit(FAILED)
 
 
-def _apart(run: Callable[..., Result], progress: Callable[[int, int], None]) -> Result:
-    """Do a run in a process of its own."""
-    from warmlink.orchestration.master.guard import guarded
-
-    return guarded(lambda line: run(line=line), progress, remark)
-
-
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
     """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
@@ -188,15 +188,6 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
         if given is not None:
             raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
     return None
-
-
-def _pacing(real_time: float | None) -> float | None:
-    """The pace to keep; None without --real-time."""
-    if real_time is None:
-        return None
-    if not 0 < real_time < math.inf:
-        raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
-    return real_time
 
 
 def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:

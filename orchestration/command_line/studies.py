@@ -253,10 +253,7 @@ def _interruptible() -> Iterator[None]:
 def _results(folder: Path) -> Iterator[Path]:
     """Yield a temporary folder to write results into; its files move to `folder` when all are written.
 
-    Raises
-    ------
-    InputError
-        If the results cannot be written; the sentence says that the finished runs are kept.
+    InputError if the results cannot be written; the sentence says that the finished runs are kept.
     """
     kept = "every finished run is kept, and the same command writes the results"
     try:

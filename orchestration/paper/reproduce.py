@@ -9,10 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from warmlink.orchestration.paper.agreement import Agreement, Refinement, agreements, refinements
 from warmlink.orchestration.paper.cases import Case, CaseResult, run_case
 from warmlink.orchestration.paper.statements import Row, Statement, findings, paper_rows, paper_statements
-from warmlink.orchestration.paper.tried import Attempt, Consistency, consistency, try_everything
+from warmlink.orchestration.paper.tried import (
+    Agreement,
+    Attempt,
+    Consistency,
+    Refinement,
+    agreements,
+    consistency,
+    refinements,
+    try_everything,
+)
 
 
 @dataclass(frozen=True)

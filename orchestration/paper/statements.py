@@ -78,7 +78,7 @@ def paper_rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> 
         _elongation_row(moving, tried["moving"]),
         _row(
             still,
-            "steady_time",
+            {"measured": "steady_time"},
             "steady elongation after",
             "s",
             lambda run: steady_time(run.time, run.elongation),
@@ -101,7 +101,7 @@ def paper_rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> 
         ),
         _row(
             moving,
-            "steady_time_tip",
+            {"predicted": "steady_time_tip"},
             "steady tip after",
             "s",
             lambda run: steady_time(run.time, run.temperature["tip"]),
@@ -112,21 +112,23 @@ def paper_rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> 
 
 def _row(
     result: CaseResult,
-    key: str,
+    printed: Mapping[str, str],
     quantity: str,
     unit: str,
     of: Callable[[History], float],
     note: str,
     **ours: float,
 ) -> Row:
-    """Row of a printed number, `key` in the paper's, and of both models' by `of`; `ours`: other columns."""
-    paper, name = load_paper()[result.case.name], result.case.name
-    kinds = {"measured": f"{key}_measured", "predicted": f"{key}_predicted"}
-    if key in paper:  # only of the tip a time is predicted
-        kinds = {"predicted" if key.endswith("tip") else "measured": key}
-    printed = {kind: paper[entry].value for kind, entry in kinds.items()}
-    place = paper[next(iter(kinds.values()))].place
-    return Row(place, name, quantity, unit, of(result.link), of(result.fea), note, **printed, **ours)
+    """Row of numbers that the paper prints, names by column, and of both models' by `of`."""
+    paper = {column: load_paper()[result.case.name][name] for column, name in printed.items()}
+    values = {column: each.value for column, each in paper.items()}
+    place = next(iter(paper.values())).place
+    link, fea = of(result.link), of(result.fea)
+    return Row(place, result.case.name, quantity, unit, link, fea, note, **values, **ours)
+
+
+def _both(name: str) -> Mapping[str, str]:
+    return {column: f"{name}_{column}" for column in ("measured", "predicted")}
 
 
 def _elongation_row(result: CaseResult, tried: Mapping[str, Attempt]) -> Row:
@@ -134,7 +136,7 @@ def _elongation_row(result: CaseResult, tried: Mapping[str, Attempt]) -> Row:
     less = {name: f"{-a.effect:.1f} um" for name, a in tried.items()}
     return _row(
         result,
-        "elongation",
+        _both("elongation"),
         "elongation after 1 h",
         "um",
         lambda run: float(run.elongation[-1]) * 1e6,
@@ -153,7 +155,7 @@ def _temperature_row(result: CaseResult, where: str, note: str) -> Row:
     depth = math.sqrt(load_materials().link.diffusivity * case.duration)
     return _row(
         result,
-        where,
+        _both(where),
         f"link above the {'shaft' if where == 'base' else 'diode'}",
         "degC",
         lambda run: float(run.temperature[where][-1]) - ZERO_CELSIUS,

@@ -12,7 +12,7 @@ time scaled by heat capacity over conductivity it depends on ratios alone, and o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,13 +71,8 @@ class Demand:
     ambient_change: float = 15.0
 
 
-@dataclass(frozen=True)
-class Setting:
-    """Cooling [1/m] and loss [m] over conductivity, storage [m3] over heat capacity, at base and tip."""
-
-    cooling: tuple[float, ...]
-    loss: tuple[float, float] = (0.0, 0.0)
-    storage: tuple[float, float] = (0.0, 0.0)
+Setting = tuple[Array, Array]
+"""What conducts and cools, over the conductivity, and what stores, over the heat capacity, both (m, m)."""
 
 
 class Responses:
@@ -102,17 +97,12 @@ class Responses:
         self._scale = SAFETY * weights[:, None] * self.peaks / within.conductivity[0]
         self._per_second = within.material["conductivity"] / within.capacity
         self._times = self._per_second * np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
-        self.settings = list(_settings(within, len(heat.cooling), _volume(heat)))
+        self.settings = list(_settings(heat, within))
         self._exact = [self.steps(setting) for setting in self.settings]
 
     def modes(self, setting: Setting, basis: Array | None = None) -> tuple[Array, Array]:
         """Rates of decay in scaled time, shape (n,), and modes, in the part's span or in a basis of it."""
-        heat = self.heat
-        decay = heat.conduction + np.tensordot(setting.cooling, heat.cooling, 1)
-        mass = np.eye(len(decay))
-        for i in range(2):
-            load = np.outer(heat.loads[:, i], heat.loads[:, i])
-            decay, mass = decay + setting.loss[i] * load, mass + setting.storage[i] * load
+        decay, mass = setting
         if basis is None:
             return eigh(decay, mass)
         rates, modes = eigh(basis.T @ decay @ basis, basis.T @ mass @ basis)
@@ -151,15 +141,21 @@ class Responses:
         return np.asarray(modes @ (driven @ driven.T / np.add.outer(rates, rates)) @ modes.T)
 
 
-def _settings(within: Range, groups: int, volume: float) -> Iterator[Setting]:
+def _settings(heat: Heat, within: Range) -> Iterator[Setting]:
     """Yield the corners of the range, and samples of what is cooled, lost and carried."""
-    yield from (Setting(ratios) for ratios in within.cooled(groups))
-    low, high = within.ratios
-    loss, storage = LOST / within.material["conductivity"], CARRIED * volume
+
+    def setting(cooling: Sequence[float], loss: Array, storage: Array) -> Setting:
+        ends = heat.loads[:, :2]
+        decay = heat.conduction + np.tensordot(cooling, heat.cooling, 1) + (ends * loss) @ ends.T
+        return decay, np.eye(len(decay)) + (ends * storage) @ ends.T
+
+    groups, (low, high) = len(heat.cooling), within.ratios
+    for ratios in within.cooled(groups):
+        yield setting(ratios, np.zeros(2), np.zeros(2))
     for share in LatinHypercube(groups + 4, rng=0).random(SAMPLES):
-        cooling = tuple(low * (high / low) ** share[4:])
         held = share[:4] ** 2  # most carry and lose little
-        yield Setting(cooling, (loss * held[0], loss * held[1]), (storage * held[2], storage * held[3]))
+        loss = LOST / within.material["conductivity"] * held[:2]
+        yield setting(low * (high / low) ** share[4:], loss, CARRIED * _volume(heat) * held[2:])
 
 
 def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:

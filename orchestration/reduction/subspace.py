@@ -8,9 +8,8 @@ one along a load that is there, whose responses lie in the same span.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
@@ -49,19 +48,12 @@ class Range:
         """Lowest and highest ratio of convection and conductivity in 1/m; patterns depend on it alone."""
         return self.convection[0] / self.conductivity[1], self.convection[1] / self.conductivity[0]
 
-    def cooled(self, groups: int) -> Iterator[tuple[float, ...]]:
+    def cooled(self, groups: int) -> Sequence[tuple[float, ...]]:
         """Ratios of each group at which responses are taken: together, and each beside the others."""
         low, high = self.ratios
-        middle = float(np.sqrt(low * high))
-        yield (middle,) * groups
-        yield from (
-            product((low, high), repeat=min(groups, 2))
-            if groups <= 2
-            else (
-                *((level,) * groups for level in (low, high)),
-                *(tuple(high if i == g else low for i in range(groups)) for g in range(groups)),
-            )
-        )
+        together = ((ratio,) * groups for ratio in (float(np.sqrt(low * high)), low, high))
+        alone = (tuple(high if i == g else low for i in range(groups)) for g in range(groups))
+        return list(dict.fromkeys([*together, *alone]))
 
 
 def span(heat: Heat, within: Range) -> Array:

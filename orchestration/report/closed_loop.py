@@ -25,7 +25,10 @@ QUANTITIES = {
 }
 """Label, factor and zero by unit."""
 
-CELL_PLOTS = {
+Plots = Mapping[tuple[str, str], Mapping[str, str]]
+"""Variables by the name of their line, by heading and unit."""
+
+CELL_PLOTS: Plots = {
     ("Elongation and correction", "m"): {
         "elongation": "link.elongation",
         "correction": "compensator.correction",
@@ -90,14 +93,18 @@ def _of_the_system(outcome: ClosedLoop) -> list[Section]:
         from warmlink.orchestration.report.arm import sections
 
         return sections(outcome)
-    plots: Mapping[tuple[str, str], Mapping[str, str]] = CELL_PLOTS
-    if system != CELL.name:
-        known = [name for name in table.names if "[" not in name]
-        plots = {
-            (heading, unit): {n: n for n in [n for n in known if table.units[n] == unit][:MOST_LINES]}
-            for heading, unit in OWN_PLOTS
-        }
+    plots = plots_of(system, {name: table.units[name] for name in table.names if "[" not in name})
     return [Section(heading, figure=_plot(outcome, unit, of)) for (heading, unit), of in plots.items()]
+
+
+def plots_of(system: str, units: Mapping[str, str | None]) -> Plots:
+    """What is plotted of a system by its name; `units` are those of all that may be plotted."""
+    if system == CELL.name:
+        return CELL_PLOTS
+    return {
+        (heading, unit): {n: n for n in [n for n in units if units[n] == unit][:MOST_LINES]}
+        for heading, unit in OWN_PLOTS
+    }
 
 
 def _plot(outcome: ClosedLoop, unit: str, variables: Mapping[str, str]) -> Any:

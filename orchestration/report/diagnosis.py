@@ -190,9 +190,8 @@ def _gain_text(diagnosis: Diagnosis) -> str:
                 for each in pair
             )
             told.append(f"{first} before, {then} after, when {words}.")
-    if not told:
-        return ""
-    return "Largest error of the tool point, of two-minute means (95 %):\n" + "\n".join(told)
+    heading = "Largest error of the tool point, of two-minute means (95 %):"
+    return "\n".join([heading, *told]) if told else ""
 
 
 def _beyond(diagnosis: Diagnosis) -> list[Section]:

@@ -148,30 +148,6 @@ class Quantity(Entry):
 
 
 @dataclass(frozen=True)
-class Bounds(Entry):
-    """Two values with units, the lower one first."""
-
-    unit: str
-    least: float = 0.0
-
-    def _read(self, value: Any) -> tuple[float, float]:
-        if not isinstance(value, list) or len(value) != 2:
-            raise InputError(f"{shown(value)} is no pair of bounds; give [lowest, highest]")
-        low, high = (in_si(each, self.unit) for each in value)
-        if not self.least <= low <= high:
-            raise InputError(
-                f"from {low:g} to {high:g} {self.unit} is no range; give bounds of at least "
-                f"{self.least:g} {self.unit}, the lower first"
-            )
-        return low, high
-
-    def _schema(self) -> dict[str, Any]:
-        ends = Quantity(self.unit, least=self.least)._schema()
-        example = [f"1 {self.unit}", f"2 {self.unit}"]
-        return {"type": "array", "items": ends, "minItems": 2, "maxItems": 2, "examples": [example]}
-
-
-@dataclass(frozen=True)
 class Quantities(Entry):
     """So many values with units, as the speeds of six joints."""
 
@@ -195,6 +171,25 @@ class Quantities(Entry):
         example = [f"{i} {self.unit}" for i in range(1, self.count + 1)]
         ends = {"minItems": self.count, "maxItems": self.count}
         return {"type": "array", "items": each, **ends, "examples": [example]}
+
+
+@dataclass(frozen=True)
+class Bounds(Quantities):
+    """Two values with units, the lower one first."""
+
+    count: int = 2
+    least: float = 0.0
+
+    def _read(self, value: Any) -> tuple[float, ...]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise InputError(f"{shown(value)} is no pair of bounds; give [lowest, highest]")
+        low, high = (in_si(each, self.unit) for each in value)
+        if not self.least <= low <= high:
+            raise InputError(
+                f"from {low:g} to {high:g} {self.unit} is no range; give bounds of at least "
+                f"{self.least:g} {self.unit}, the lower first"
+            )
+        return low, high
 
 
 @dataclass(frozen=True)

@@ -31,17 +31,12 @@ LONGEST = 2000
 
 @dataclass(frozen=True)
 class Expression:
-    """Sum, difference, product, quotient, power, `sqrt` and `abs` of variables and numbers.
+    """Sum, difference, product, quotient, power, `sqrt` and `abs` of variables and numbers; else InputError.
 
     Attributes
     ----------
     text : the expression as written; variables are `instance.variable`, with `[1]` for an element of a vector
     where : place of the expression, put before an error message
-
-    Raises
-    ------
-    InputError
-        If the text is no such expression.
     """
 
     text: str
@@ -53,13 +48,8 @@ class Expression:
     @cached_property
     def variables(self) -> tuple[str, ...]:
         """Names of the variables, in the order in which they first occur."""
-        found: dict[str, None] = {}
-
-        def note(name: str) -> float:
-            found[name] = None
-            return 1.0
-
-        self.value(note)
+        found: dict[str, float] = {}
+        self.value(lambda name: found.setdefault(name, 1.0))
         return tuple(found)
 
     def value(self, of: Callable[[str], Any]) -> Any:
@@ -105,10 +95,7 @@ class Expression:
     def weights(self) -> dict[str, float]:
         """Weight of each variable in a linear expression.
 
-        Raises
-        ------
-        InputError
-            If the expression is not linear, or has a constant part.
+        Raises InputError if the expression is not linear, or has a constant part.
         """
         zero = dict.fromkeys(self.variables, 0.0)
         found = {name: float(self.value({**zero, name: 1.0}.__getitem__)) for name in self.variables}

@@ -84,10 +84,7 @@ class Mismatch:
         A change of the warm-up cell's motor applies to every motor of another system, and so on; a factor
         multiplies the start value of each. Changes of parts that a system does not have are left out.
 
-        Raises
-        ------
-        InputError
-            If the mismatch names a variable that does not exist, or a value that is no number.
+        Raises InputError if the mismatch names a variable that does not exist, or a value that is no number.
         """
         where, components = f"mismatch {self.name}", scenario.declared
         changed = dict(scenario.parameters)
@@ -122,10 +119,7 @@ def names() -> list[str]:
 def load(name: str) -> Mismatch:
     """Mismatch from the library, from a TOML file by path, or drawn.
 
-    Raises
-    ------
-    InputError
-        If no mismatch has that name, or its file contains none.
+    Raises InputError if no mismatch has that name, or its file contains none.
     """
     drawn = _DRAW.fullmatch(name)
     if drawn:

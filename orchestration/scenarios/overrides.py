@@ -106,10 +106,7 @@ def given_values(given: Mapping[str, str | float] | str | Path) -> dict[str, str
 def parameters_of(path: Path) -> dict[str, float]:
     """Start values in SI units by `instance.variable`; a name without an instance belongs to the compensator.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or contains a value that is no number.
+    Raises InputError if the file cannot be read, or contains a value that is no number.
     """
     found = {}
     for name, parameter in read_ssv(path).items():

@@ -61,18 +61,9 @@ class RolesTable:
 
 
 def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
-    """System of an SSP with the roles of its parts.
+    """System of an SSP with the roles of its parts; `where` is the name of the scenario.
 
-    Parameters
-    ----------
-    path : the .ssp file
-    roles : table of the scenario file
-    where : name of the scenario, put before an error message
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or a role names a variable that the system does not have.
+    Raises InputError if the file cannot be read, or a role names a variable that the system does not have.
     """
     where = f"{where}: roles"
     if roles is None:
@@ -162,10 +153,7 @@ def _check_variable(system: System, name: str, where: str) -> None:
 def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
     """Put FMUs in place of parts of a scenario's system.
 
-    Raises
-    ------
-    InputError
-        There is no such part, a controller's place is meant, or an FMU does not fit.
+    Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
     """
     setup, fmus = scenario.setup, replacements.fmus
     kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)

@@ -76,7 +76,9 @@ class Scenario:
     @property
     def in_use(self) -> Sensors:
         """Thermometers that the controllers use."""
-        return self.sensors.or_else(self.setup.sensors)
+        own, usual = self.sensors, self.setup.sensors
+        noise = usual.noise if own.noise is None else own.noise
+        return Sensors(noise, usual.used if own.used is None else own.used)
 
     @property
     def design(self) -> StartValues | None:
@@ -103,11 +105,8 @@ class Scenario:
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
 
-        Raises
-        ------
-        InputError
-            If the scenario names a parameter or unit that does not exist, a component refuses a value, or the
-            run would be too long.
+        Raises InputError if the scenario names a parameter or unit that does not exist, a component refuses a
+        value, or the run would be too long.
         """
         self._check_extent()
         noise = self.in_use.noise
@@ -151,15 +150,13 @@ class Scenario:
     def made_from(self) -> tuple[object, ...]:
         """What its joined system is made of, its start values apart."""
         held = self.setup.blueprint
-        return held.name, dict(held.components), held.wires, self.controller.name, self.controller.written
+        return held.name, dict(held.components), held.wires, self.controller.name, self.controller.digest
 
     def joined(self, values: StartValues | None = None) -> Component:
         """The system joined into one component, with start values: by default those of the scenario.
 
-        Raises
-        ------
-        InputError
-            If the system contains FMUs that are not made of warmlink's components, or as `values`.
+        Raises InputError if the system contains FMUs that are not made of warmlink's components, or as
+        `values`.
         """
         if self.setup.foreign:
             raise InputError(

@@ -45,10 +45,7 @@ class Settings:
     def applied(self, default: Scenario) -> Scenario:
         """The scenario changed as the file says; what the file leaves out stays.
 
-        Raises
-        ------
-        InputError
-            If the controller or a mismatch does not exist.
+        Raises InputError if the controller or a mismatch does not exist.
         """
         names = ("title", "about", "step_size", "master", "tolerance", "coupling_tolerance")
         given = {name: value for name in names if (value := getattr(self, name)) is not None}

@@ -49,11 +49,6 @@ class Sensors:
     noise: Annotated[float | None, Quantity("K", least=0, difference=True)] = None
     used: Annotated[tuple[str, ...] | None, Names("base", TEMPERATURES)] = None
 
-    def or_else(self, usual: Sensors) -> Sensors:
-        """The same, where it does not say something as `usual` does."""
-        noise = usual.noise if self.noise is None else self.noise
-        return Sensors(noise, usual.used if self.used is None else self.used)
-
 
 AS_THEY_ARE = Sensors()
 

@@ -116,7 +116,7 @@ class Ledger:
         self._end = 0
         try:
             if self._path.is_file():
-                self._read(remark)
+                self._read()
         except OSError as fault:
             raise InputError(
                 f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose another --out"
@@ -163,21 +163,17 @@ class Ledger:
         self._known[key] = outcome
         self._end += len(line)
 
-    def _read(self, remark: Remark) -> None:
+    def _read(self) -> None:
         lines = self._path.read_bytes().splitlines(keepends=True)
         if lines and not lines[-1].endswith(b"\n"):
             lines.pop()
-        good, damaged = [], []
-        for number, line in enumerate(lines, start=1):
-            found = _parsed(line)
-            if found is None:
-                damaged.append(number)
-            else:
-                self._known[found[0]] = found[1]
-                good.append(line)
+        parsed = [_parsed(line) for line in lines]
+        good = [line for line, found in zip(lines, parsed, strict=True) if found is not None]
+        damaged = [number for number, found in enumerate(parsed, start=1) if found is None]
+        self._known.update(found for found in parsed if found is not None)
         if damaged:
             more = f" and {len(damaged) - 1} more" if len(damaged) > 1 else ""
-            remark(f"{self._path}: line {damaged[0]}{more}: damaged; what was run there is run again")
+            self._remark(f"{self._path}: line {damaged[0]}{more}: damaged; what was run there is run again")
             mended = self._path.with_suffix(".mended")
             mended.write_bytes(b"".join(good))
             mended.replace(self._path)

@@ -170,10 +170,7 @@ def compare(
 def compared(plan: Plan, means: Means, out: str | Path | None) -> Comparison:
     """Run a plan; finished runs are kept in a folder, where one is given."""
     cases = plan.cases
-    with (
-        at_work(plan.scenarios, means, out) as work,
-        progress_bar(f"{len(cases)} runs") as progress,
-    ):
+    with at_work(plan.scenarios, means, out) as work, progress_bar(f"{len(cases)} runs") as progress:
         return run_comparison(cases, work.workers, progress)
 
 

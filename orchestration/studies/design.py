@@ -40,7 +40,7 @@ from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
@@ -88,7 +88,15 @@ class Designed(Answer):
 
     def write(self, path: str | Path) -> None:
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
-        write_design(self.law, self.values, Path(path))
+        units = {s.name: s.variable.unit for s in catalogue.controller(self.law).scalars()}
+        held = {
+            name: Parameter(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
+            for name, value in by_scalar(self.values).items()
+        }
+        try:
+            write_ssv(held, Path(path), f"{self.law}, designed")
+        except OSError as fault:
+            raise InputError(f"{path}: cannot be written ({fault.strerror}); choose another --out") from None
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, the gains apart."""
@@ -103,15 +111,14 @@ class Designed(Answer):
 
     def summary(self) -> str:
         """The design in a few lines."""
-        facts, changed = self.to_dict(), list(self.given)
         lines = [f"{self.law} from {', '.join(self.sensors) or 'the duty alone'}"]
         if self.reduced is not None:
-            elongation, temperature = facts["reduction_error_um"], facts["reduction_error_K"]
+            error = self.reduced.error
             lines.append(
-                f"{facts['modes']} modes; the reduction costs at most {elongation:.2g} µm "
-                f"and {temperature:.2g} K"
+                f"{self.reduced.order} modes; the reduction costs at most "
+                f"{1e6 * error.elongation_step:.2g} µm and {error.temperature_step:.2g} K"
             )
-        known = listed(changed) + " changed from nominal" if changed else "nominal"
+        known = listed(list(self.given)) + " changed from nominal" if self.given else "nominal"
         lines.append(f"plant: {'as in a run of its FMUs' if self.plant is None else known}")
         advice = None if self.reduced is None or self.plant is None else middle_advice(self.plant)
         return "\n".join([*lines, *([advice] if advice else [])])
@@ -231,11 +238,8 @@ def plant_in(scenario: Scenario) -> Plant:
     motors, links = setup.called("motor"), setup.called("link")
     if not motors or not links:
         raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
-    plant = [
-        *motors,
-        *links,
-        *(n for n, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name),
-    ]
+    paths = (name for name, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name)
+    plant = [*motors, *links, *paths]
     wires = {target: source for source, target in setup.blueprint.wires}
     among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
     joined = join(setup.name, {name: declared[name] for name in plant}, among)
@@ -271,25 +275,12 @@ def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
         if not isinstance(scalar(name, components, "--set").variable, Declared):
             raise InputError(f"--set {name}: is an input, which a design does not depend on; leave it out")
     values = start_values({**plant.given, **given}, components, "--set")
-    return cell_plant(*(_off_nominal(each, values.get(name, {})) for name, each in components.items()))
-
-
-def _off_nominal(component: Component, values: Mapping[str, Value]) -> dict[str, float]:
-    starts = {each.name: each.start for each in component.scalars()}
-    return {name: float(value) for name, value in values.items() if float(value) != starts[name]}
-
-
-def write_design(law: str, values: Values, path: Path) -> None:
-    """Write designed values as the parameter set (SSV) of the law's FMU."""
-    declared = {s.name: s.variable for s in catalogue.controller(law).scalars()}
-    held = {}
-    for name, value in by_scalar(values).items():
-        unit = declared[name].unit
-        held[name] = Parameter(name, "Real", value, None if unit == "1" else parse_unit(unit))
-    try:
-        write_ssv(held, path, f"{law}, designed")
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be written ({fault.strerror}); choose another --out") from None
+    differing: list[dict[str, float]] = []
+    for name, component in components.items():
+        starts = {each.name: each.start for each in component.scalars()}
+        chosen = {key: float(value) for key, value in values.get(name, {}).items()}
+        differing.append({key: value for key, value in chosen.items() if value != starts[key]})
+    return cell_plant(*differing)
 
 
 def _differing(system: System, component: Component) -> dict[str, float]:
@@ -302,13 +293,8 @@ def _differing(system: System, component: Component) -> dict[str, float]:
             f"{system.name}: a design needs one {component.name}, and the system has {have}; give a system "
             "with one motor and one link"
         )
-    variables = read_description(found[0].fmu).variables
-    differing = {}
-    for each in component.scalars():
-        if not isinstance(each.variable, Declared):
-            continue
-        start = variables[each.name].start if each.name in variables else None
-        value = found[0].values.get(each.name, start)
-        if value is not None and float(value) != each.start:
-            differing[each.name] = float(value)
-    return differing
+    starts = {name: each.start for name, each in read_description(found[0].fmu).variables.items()}
+    values = {**starts, **found[0].values}
+    declared = {each.name: each.start for each in component.scalars() if isinstance(each.variable, Declared)}
+    given = {name: values.get(name) for name in declared}
+    return {n: float(v) for n, v in given.items() if v is not None and float(v) != declared[n]}

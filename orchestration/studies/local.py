@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 import sys
-import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from types import ModuleType, TracebackType
+from types import ModuleType
+from typing import NamedTuple
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slaves.isolation import die_with_parent
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.workers import (
     ATTEMPTS,
@@ -36,8 +35,7 @@ SOON_DONE_HOURS = 500.0
 """Closed-loop hours that joined systems simulate in about a second."""
 
 
-@dataclass(frozen=True)
-class _Worker:
+class _Worker(NamedTuple):
     """A process and the pipe through which it takes shares of the cases and gives outcomes."""
 
     process: SpawnProcess
@@ -60,9 +58,7 @@ class LocalWorkers:
     def __enter__(self) -> LocalWorkers:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._cut_short()
         for worker in self._idle:
             worker.pipe.close()
@@ -85,22 +81,20 @@ class LocalWorkers:
                 for pipe in connection.wait(list(self._busy)):
                     assert isinstance(pipe, Connection)
                     worker, share = self._busy[pipe]
+                    outcomes: list[Outcome] | InputError | None = None
                     try:
-                        outcomes: list[Outcome] | InputError = pipe.recv()
+                        outcomes = pipe.recv()
+                        self._idle.append(worker)
                     except (EOFError, OSError):
-                        del self._busy[pipe]
                         _end(worker)
                         deaths[share[0]] += 1
-                        if deaths[share[0]] < ATTEMPTS:
-                            waiting.append(share)
-                            continue
-                        outcomes = [died(cases[place]) for place in share]
-                    else:
-                        del self._busy[pipe]
-                        self._idle.append(worker)
+                    del self._busy[pipe]
+                    if outcomes is None and deaths[share[0]] < ATTEMPTS:
+                        waiting.append(share)
+                        continue
                     if isinstance(outcomes, InputError):
                         raise outcomes
-                    yield from zip(share, outcomes, strict=True)
+                    yield from zip(share, outcomes or [died(cases[i]) for i in share], strict=True)
         finally:
             self._cut_short()
 
@@ -173,9 +167,7 @@ def without_main() -> Iterator[None]:
 
 def _work(pipe: Connection, fmus: FmuSet) -> None:
     """Run cases until the other end of the pipe is closed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    die_with_parent()
     with suppress(EOFError, OSError):
         while True:
             cases = pipe.recv()
@@ -184,8 +176,3 @@ def _work(pipe: Connection, fmus: FmuSet) -> None:
             except InputError as fault:
                 outcomes = fault
             pipe.send(outcomes)
-
-
-def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
-    parent.join()
-    os._exit(1)

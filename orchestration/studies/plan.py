@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -53,12 +54,8 @@ class Plan(NamedTuple):
     def cases(self) -> list[Case]:
         """The runs in the order of the rows, every start value checked.
 
-        The error budget of the elongation depends on the plant alone, so `none` finds it for all.
-
-        Raises
-        ------
-        InputError
-            If a scenario or mismatch names what does not exist, or a component refuses a value.
+        The error budget of the elongation depends on the plant alone, so `none` finds it for all. InputError
+        if a scenario or mismatch names what does not exist, or a component refuses a value.
         """
         cases = []
         alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
@@ -78,23 +75,17 @@ def plan(
     mismatches: Sequence[Mismatch],
     sets: Sequence[StartValueSet] = (),
 ) -> Plan:
-    """What to compare, `none` before all other controllers.
+    """What to compare: each with each, `none` before all other controllers.
 
-    Parameters
-    ----------
-    controllers, duties, mismatches : each with each
-    sets : other start values, for the controllers that have them; a mismatch comes on top
-
-    Raises
-    ------
-    InputError
-        If two have one name, which a table could not tell apart, no controller has what is set, or one has no
-        design for the system.
+    Start values of `sets` are for the controllers that have them; a mismatch comes on top. InputError if two
+    have one name, which a table could not tell apart, no controller has what is set, or one has no design for
+    the system.
     """
     laws = [shipped(NO_CONTROLLER), *(law for law in controllers if law.name != NO_CONTROLLER)]
-    _distinct(laws, "controllers")
-    _distinct(duties, "duty cycles")
-    _distinct(mismatches, "mismatches")
+    for what, held in (("controllers", laws), ("duty cycles", duties), ("mismatches", mismatches)):
+        several = Counter(each.name for each in held)
+        if twice := sorted(name for name, count in several.items() if count > 1):
+            raise InputError(f"{twice[0]}: two {what} of that name; rename one")
     given = assigned(sets, {law.name: law.component for law in laws})
     scenarios = [
         replace(duty, controller=law, parameters={**duty.parameters, **given[law.name]})
@@ -117,12 +108,8 @@ def plan_on(
 ) -> Plan:
     """What to compare, by names and files; what is None is all that is usual for the system.
 
-    The system is that of a scenario, with its parameters and sensors, where one is given.
-
-    Raises
-    ------
-    InputError
-        If there is none of a name, or as `plan`.
+    The system is that of a scenario, with its parameters and sensors, where one is given. InputError if there
+    is none of a name, or as `plan`.
     """
     cell = None if scenario is None else load_scenario(str(scenario))
     if cell is not None:
@@ -158,15 +145,7 @@ def designed_for(system: str) -> list[str]:
 
 
 def takers(given: StartValueSet, controllers: Mapping[str, Component]) -> list[str]:
-    """Controllers for which a set is: those that have every variable that it sets of the compensator.
-
-    The parameters of a designed observer, say, none but observers have.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Controllers that have every variable that a set gives the compensator; InputError if there is none."""
     names = _of_compensator(given)
     found = [name for name, law in controllers.items() if names <= settable(law).keys()]
     if found:
@@ -203,10 +182,3 @@ def reached_controllers(given: StartValueSet, controllers: Mapping[str, Componen
 def _of_compensator(given: StartValueSet) -> set[str]:
     split = (name.rpartition(".") for name in given.values)
     return {variable for instance, _, variable in split if instance == COMPENSATOR}
-
-
-def _distinct(held: Sequence[Controller | Scenario | Mismatch], what: str) -> None:
-    names = [each.name for each in held]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(f"{twice[0]}: two {what} of that name; rename one")

@@ -155,7 +155,7 @@ def directions(study: Study) -> list[optuna.study.StudyDirection]:
 
 def told(evaluation: Judged) -> list[float]:
     """The objectives as Optuna hears them."""
-    return [evaluation.objective, *([] if evaluation.second is None else [evaluation.second])]
+    return [each for each in (evaluation.objective, evaluation.second) if each is not None]
 
 
 def default_url(folder: Path) -> str:

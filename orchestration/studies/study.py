@@ -1,38 +1,4 @@
-"""Study files: what is varied, over which runs, and what is asked of them.
-
-```toml
-title = "Gain and time constant of the lag law"
-controller = "lag"                                # or a law of your own, "my_law.py:MyLaw"
-duty_cycles = ["windshield_wiper", "stop_and_go"]
-scenario = "my_cell.toml"                         # a cell of one's own; default: the nominal one
-mismatches = ["nominal", "thermal_high"]          # default: nominal
-seed = 1
-
-[parameters]                                      # instance.variable
-"compensator.gain" = { min = "2 um/W", max = "8 um/W" }
-"compensator.time_constant" = { min = "10 min", max = "3 h", log = true }
-
-[objective]                                       # smaller is better
-metric = "max_abs_um"
-over = "cvar"                                     # worst, mean, or cvar: the mean of the worst share
-level = 0.25
-
-[second_objective]                                # none by default; with it, tune shows the Pareto front
-metric = "correction_rate_um_s"
-
-[[constraint]]
-metric = "correction_rate_um_s"
-at_most = 0.5
-
-[tune]
-trials = 60
-storage = "journal:////shared/study.log"          # a shared file, or a database; default: SQLite in --out
-
-[sweep]
-kind = "latin_hypercube"                          # or grid
-points = 64
-```
-"""
+"""Study files: what is varied, over which runs, and what is asked of them; see `warmlink init study`."""
 
 from __future__ import annotations
 
@@ -163,9 +129,8 @@ class Study:
     @property
     def shipped(self) -> Point | None:
         """The point where nothing is changed; None where the bounds leave it out."""
-        if all(axis.holds_shipped for axis in self.axes):
-            return {axis.name: axis.shipped for axis in self.axes}
-        return None
+        reached = all(axis.holds_shipped for axis in self.axes)
+        return {axis.name: axis.shipped for axis in self.axes} if reached else None
 
     def lasting(self, trials: int | None) -> Study:
         """The same with another number of trials; raises InputError where that is none."""
@@ -204,10 +169,7 @@ def names() -> list[str]:
 def load_study(name: str) -> Study:
     """Study from a TOML file, or a shipped one by its name.
 
-    Raises
-    ------
-    InputError
-        If there is none, or it asks for what does not exist or cannot be.
+    InputError if there is none, or it asks for what does not exist or cannot be.
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
     if not is_file(path):

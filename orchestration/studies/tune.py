@@ -11,10 +11,10 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import noted_progress_bar
+from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, front, latin_hypercube
 from warmlink.orchestration.studies.storage import (
@@ -84,13 +84,17 @@ class Tuned(Searched):
         """A row for each trial, as in `trials.csv`."""
         import pandas
 
+        def of_two(trial: Judged) -> dict[str, float | int | None]:
+            return {"second_objective": trial.second, "in_front": int(trial in kept)} if two else {}
+
+        two, kept = self.study.second is not None, front(self.found)
         excesses = [f"{c.metric} above {c.at_most:g}" for c in self.study.constraints]
         rows = [
             {
                 "number": trial.number,
                 **{axis.heading: trial.point[axis.name] for axis in self.study.axes},
                 "objective": trial.objective if trial.reason is None else None,
-                **self._of_two(trial),
+                **of_two(trial),
                 "feasible": int(trial.feasible),
                 **dict(zip(excesses, trial.excess or [None] * len(excesses), strict=True)),
                 "reason": trial.reason,
@@ -98,12 +102,6 @@ class Tuned(Searched):
             for trial in self.trials
         ]
         return pandas.DataFrame(rows)
-
-    def _of_two(self, trial: Judged) -> dict[str, float | int | None]:
-        """What a row has besides, where there are two objectives."""
-        if self.study.second is None:
-            return {}
-        return {"second_objective": trial.second, "in_front": int(trial in front(self.found))}
 
 
 SPREAD = 16
@@ -118,10 +116,7 @@ def tune(
 ) -> Tuned:
     """Go on with a study until it has its trials, and polish its winner where joined runs are cheap.
 
-    Raises
-    ------
-    InputError
-        If the first point gives no objective, or the storage's trials do not follow from the study.
+    InputError if the first point gives no objective, or the storage's trials do not follow from the study.
     """
     done = [_of_storage(trial) for trial in storage.trials()][: study.tune.trials]
     _probe(study, workers, done)
@@ -131,9 +126,13 @@ def tune(
         first = len(trials)
         count = min(study.tune.batch, study.tune.trials - first)
         points = chooser.ask(count)
-        for trial in done[first : first + count]:
-            _check_repeats(study, trial, points[trial.number - first], storage)
         batch = done[first : first + count]
+        for trial, point in zip(batch, points, strict=False):
+            if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
+                raise InputError(
+                    f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this "
+                    "version of Optuna; choose another --out or storage"
+                )
         for trial in _run(study, points[len(batch) :], first + len(batch), workers, storage):
             batch.append(trial)
             progress(len(trials) + len(batch), best([*trials, *batch]))
@@ -172,7 +171,7 @@ def tune_study(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with at_work(asked.scenarios, means, out) as work, noted_progress_bar(asked.title) as show:
+    with at_work(asked.scenarios, means, out) as work, progress_bar(asked.title) as show:
         storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(work.folder))
         return tune(
             asked,
@@ -239,7 +238,11 @@ class _Chooser:
         from optuna.trial import TrialState
 
         for asked, trial in zip(self._asked, batch, strict=True):
-            _constrain(asked, trial.excess)
+            if _sets_constraints():
+                for i, value in enumerate(trial.excess):
+                    asked.set_constraint(str(i), value)
+            else:
+                asked.set_user_attr(EXCESS, list(trial.excess))
             if trial.reason is None:
                 self._optuna.tell(asked, told(trial))
             else:
@@ -264,7 +267,9 @@ def _sampler(study: Study, number: int) -> optuna.samplers.BaseSampler:
     seed = int(np.random.SeedSequence([study.seed, number]).generate_state(1)[0])
     if study.tune.sampler == "random":
         return optuna.samplers.RandomSampler(seed=seed)
-    function = None if _sets_constraints() or not study.constraints else _constraints
+    function = None
+    if study.constraints and not _sets_constraints():
+        function = lambda trial: list(trial.user_attrs.get(EXCESS, []))  # noqa: E731
     return optuna.samplers.TPESampler(
         seed=seed, multivariate=True, constant_liar=True, constraints_func=function
     )
@@ -277,18 +282,6 @@ def _sets_constraints() -> bool:
     return hasattr(optuna.trial.Trial, "set_constraint")
 
 
-def _constrain(asked: Any, excess: tuple[float, ...]) -> None:
-    if _sets_constraints():
-        for i, value in enumerate(excess):
-            asked.set_constraint(str(i), value)
-    else:
-        asked.set_user_attr(EXCESS, list(excess))
-
-
-def _constraints(trial: optuna.trial.FrozenTrial) -> list[float]:
-    return list(trial.user_attrs.get(EXCESS, []))
-
-
 def _of_storage(trial: optuna.trial.FrozenTrial) -> Judged:
     attributes = trial.user_attrs
     return Judged(
@@ -299,11 +292,3 @@ def _of_storage(trial: optuna.trial.FrozenTrial) -> Judged:
         attributes.get(REASON),
         second=trial.values[1] if trial.values and len(trial.values) > 1 else None,
     )
-
-
-def _check_repeats(study: Study, trial: Judged, point: Point, storage: Storage) -> None:
-    if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
-        raise InputError(
-            f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this version "
-            "of Optuna; choose another --out or storage"
-        )

@@ -190,8 +190,7 @@ def _kept(scenario: Scenario) -> Rollout:
     names = recorded(scenario.setup)
     made_from = (source_digest(), *scenario.made_from, names, processor())
     content = kept("rollouts", made_from, lambda: pickle.dumps(compiled(scenario.joined({}), names)))
-    rollout = pickle.loads(content)
-    assert isinstance(rollout, Rollout)
+    rollout: Rollout = pickle.loads(content)
     loaded(rollout.library)
     return rollout
 

@@ -81,7 +81,7 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
         If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
-    used = {name for link in links for name in (link.source_component, link.target_component)}
+    used = {name for link in links for name, _ in link.ends}
     ends = {name: replace(components[name], connectors=()) for name in components if name in used}
     return tuple(_resolved(System("", ends, tuple(links))))
 
@@ -94,10 +94,7 @@ def connect(components: Mapping[str, Component], source: str, target: str) -> Co
 def check_system(system: System) -> None:
     """Check a system against its FMUs, whoever made it.
 
-    Raises
-    ------
-    InputError
-        If a connector, start value or connection does not fit, or an input is driven twice.
+    Raises InputError if a connector, start value or connection does not fit, or an input is driven twice.
     """
     for name, held in system.components.items():
         if name != held.name:

@@ -83,21 +83,16 @@ def checked_value(variable: Variable, value: Value, where: str) -> Value:
         value, _PYTHON_TYPES[variable.kind or "Real"]
     ):
         raise InputError(f"{where}: {value!r} is not of type {variable.type}; give a value of that type")
-    if isinstance(value, str):
-        return _item(variable, value, where) if variable.kind == "Enumeration" else value
-    if variable.kind == "Boolean":
+    if isinstance(value, str) and variable.kind == "Enumeration":
+        if value not in variable.items:
+            known = instead(value, variable.items)
+            raise InputError(f"{where}: {value!r} is not an item of its enumeration; {known}")
+        return variable.items[value]
+    if isinstance(value, str | bool):
         return value
     number = float(value) if variable.kind == "Real" else int(value)
     _check_range(variable, number, where)
     return number
-
-
-def _item(variable: Variable, name: str, where: str) -> int:
-    if name not in variable.items:
-        raise InputError(
-            f"{where}: {name!r} is not an item of its enumeration; {instead(name, variable.items)}"
-        )
-    return variable.items[name]
 
 
 def _check_range(variable: Variable, number: float, where: str) -> None:

@@ -69,6 +69,14 @@ class Connection:
     offset: float = 0.0
 
     @property
+    def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Names of component and variable at the giving and at the taking end."""
+        return (
+            (self.source_component, self.source_variable),
+            (self.target_component, self.target_variable),
+        )
+
+    @property
     def converts(self) -> bool:
         """Whether the target is anything but the source itself."""
         return (self.factor, self.offset) != (1.0, 0.0)

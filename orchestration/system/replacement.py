@@ -48,10 +48,7 @@ class Replacements:
     def given(cls, fmus: list[str] | None, names: list[str] | None) -> Replacements:
         """What `--replace link=My.fmu` and `--map link.heat_flow=Q` say.
 
-        Raises
-        ------
-        InputError
-            One does not have its form, or a name is of a part that is not replaced.
+        Raises InputError where one does not have its form, or a name is of a part that is not replaced.
         """
         pairs = dict(_pair(each, "--replace", "link=My.fmu") for each in fmus or ())
         renamed = dict(_pair(each, "--map", "link.heat_flow=Q") for each in names or ())
@@ -63,15 +60,8 @@ class Replacements:
     def fmu(self, instance: str, asked: Mapping[str, Asked], interface: str) -> Path:
         """File of the FMU that replaces an instance, under the names that are asked for.
 
-        Parameters
-        ----------
-        asked : what the system asks, by the variable's name
-        interface : name of the component that is replaced
-
-        Raises
-        ------
-        InputError
-            With everything that does not fit.
+        `asked` is by the variable's name; `interface` names the component that is replaced. Raises InputError
+        with everything that does not fit.
         """
         path = self.fmus[instance]
         info = read_description(path)
@@ -98,15 +88,14 @@ class Replacements:
             if instance not in parts:
                 raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
             before = read_description(parts[instance].fmu)
-            ends = [(c.source_component, c.source_variable) for c in system.connections]
-            ends += [(c.target_component, c.target_variable) for c in system.connections]
+            ends = [link.ends[side] for side in (0, 1) for link in system.connections]
             asked = {
                 name: Asked(before.variables[name].causality, own_unit(before, before.variables[name]))
-                for part, name in dict.fromkeys(ends)
+                for part, name in ends
                 if part == instance
             }
             parts[instance] = component(instance, self.fmu(instance, asked, before.model_name))
-        touched = [c for c in system.connections if {c.source_component, c.target_component} & set(self.fmus)]
+        touched = [c for c in system.connections if any(name in self.fmus for name, _ in c.ends)]
         anew = dict(zip(touched, connected(parts, ((c.source, c.target) for c in touched)), strict=True))
         links = tuple(anew.get(each, each) for each in system.connections)
         return replace(system, components=parts, connections=links)

@@ -1,12 +1,13 @@
 """A system as it is written: a tree, whose inner systems show connectors to what is around them.
 
 The reverse of reading: a connection from one inner system into another becomes a chain through connectors
-that the systems on the way show.
+that the systems on the way show. An editor draws the parts by data flow, as a person would.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Literal
@@ -16,6 +17,12 @@ from warmlink.fmus.packaging.flags import flag_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, Connector, System
 from warmlink.orchestration.system.ssp.net import Edge, Node, edge_of
+
+WIDTH, GAP, PITCH = 40.0, 40.0, 4.0
+"""Width of a part, space between parts, and height for each connector, in the units of the drawing (mm)."""
+
+Box = tuple[float, float, float, float]
+"""x1, y1 of the lower left corner and x2, y2 of the upper right one; y grows upward."""
 
 End = tuple[str, str]
 """Name of a component and of one of its variables."""
@@ -106,8 +113,7 @@ def _connect(top: Tree, link: Connection, start: list[str], end: list[str]) -> N
     """Lay a connection through the tree: out of the source's systems, across, into the target's."""
     steps = zip(start[:-1], end[:-1], strict=False)
     shared = len(list(takewhile(lambda pair: pair[0] == pair[1], steps)))
-    source = (link.source_component, link.source_variable)
-    giving = Node((start[-1],), link.source_variable)
+    source, giving = link.ends[0], Node((start[-1],), link.source_variable)
     for depth in range(len(start) - 1, shared, -1):
         place = top.at(start[:depth])
         name = place.shows("output", source, "_".join((*start[depth:], link.source_variable)))
@@ -129,12 +135,11 @@ def opened(system: System, ports: Ports) -> tuple[System, Tree]:
     cut = [c for c in system.connections if c.source_component not in kept]
     inner = replace(system, components=kept, connections=links)
     tree = tree_of(inner)
-    given = _names((c.source_component, c.source_variable) for c in cut)
+    given = _names(link.ends[0] for link in cut)
     for link in cut:
-        name = given[link.source_component, link.source_variable]
+        name = given[link.ends[0]]
         if name not in {known.name for known in tree.connectors}:
-            target = (link.target_component, link.target_variable)
-            tree.connectors.append(SystemConnector(name, "input", target))
+            tree.connectors.append(SystemConnector(name, "input", link.ends[1]))
         tree.edges.append(replace(edge_of(link), source=Node((), name)))
     flags = [(name, flag_of(variable)) for name, variable in ports.shown]
     there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
@@ -161,10 +166,7 @@ def with_connectors(system: System) -> System:
         for name, held in system.components.items()
     }
     for link in system.connections:
-        for name, connector in (
-            (link.source_component, link.source_variable),
-            (link.target_component, link.target_variable),
-        ):
+        for name, connector in link.ends:
             if name in parts and connector not in {c.name for c in parts[name].connectors}:
                 raise InputError(
                     f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
@@ -184,3 +186,48 @@ def _connectors(held: Component, system: System) -> tuple[Connector, ...]:
         and not v.dimensions
         and (kind == "output" or v.name in (used if kind == "input" else held.values))
     )
+
+
+def boxes(heights: Mapping[str, int], links: Iterable[tuple[str, str]]) -> dict[str, Box]:
+    """Give each part its place.
+
+    A part stands one column right of the last part before it, in the order given, that feeds it; what comes
+    back from later parts moves nothing.
+
+    Parameters
+    ----------
+    heights : names of the parts in their order, each with how many connectors its longer side has
+    links : names of the parts that are connected, from and to; empty for the system around them
+    """
+    order = list(heights)
+    column: dict[str, int] = {}
+    feeding = set(links)
+    for place, name in enumerate(order):
+        before = [column[giver] for giver in order[:place] if (giver, name) in feeding]
+        column[name] = max(before, default=-1) + 1
+    top = Counter[int]()
+    found = {}
+    for name, count in heights.items():
+        x, height = column[name] * (WIDTH + GAP), int(PITCH * (count + 1))
+        y = 0.0 - top[column[name]]
+        top[column[name]] += height + int(GAP / 2)
+        found[name] = (x, y - height, x + WIDTH, y)
+    return found
+
+
+def longer_side(kinds: Iterable[str]) -> int:
+    """Give how many connectors the longer side of a part has."""
+    count = Counter(kinds)
+    return max(count["input"], count["output"])
+
+
+def places(kinds: Sequence[str]) -> list[tuple[float, float] | None]:
+    """Give places on a part's edges, from 0 to 1: inputs left, outputs right, others nowhere."""
+    side = {"input": 0.0, "output": 1.0}
+    count, met = Counter(kinds), Counter[str]()
+    found: list[tuple[float, float] | None] = []
+    for kind in kinds:
+        met[kind] += 1
+        x = side.get(kind)
+        found.append(None if x is None else (x, 1 - met[kind] / (count[kind] + 1)))
+    return found

@@ -137,16 +137,6 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
     return Conversion(factor, 0.0 if difference else (source.offset - target.offset) / target.factor)
 
 
-def fitting(source: Unit, target: Unit, difference: bool, where: str, remedy: str) -> Conversion:
-    """Give the conversion at some place; the error says where, and what to do if the quantities differ."""
-    try:
-        return conversion(source, target, difference)
-    except QuantityError as fault:
-        raise InputError(f"{where}: {fault}; {remedy}") from None
-    except InputError as fault:
-        raise InputError(f"{where}: {fault}") from None
-
-
 def meaning(unit: Unit) -> Unit:
     """Give the unit with its exponents, read from its name where the file defined none."""
     return parse_unit(unit.name) if unit.exponents is None else unit
@@ -178,10 +168,7 @@ def parse_unit(name: str) -> Unit:
 
     A radian counts as a base unit, as it does in FMI.
 
-    Raises
-    ------
-    InputError
-        If the name is no unit.
+    Raises InputError if the name is no unit.
     """
     if len(name) > _LONGEST_NAME:
         raise InputError(f"{name[:40]!r}... is not a unit; define it with a BaseUnit")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,11 +13,21 @@ from warmlink.fmus.packaging.archive import write_archive
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import Variable, read_description
-from warmlink.orchestration.system.geometry import Box, boxes, longer_side, places
 from warmlink.orchestration.system.model import Component, Connector, DefaultExperiment, System, Value
 from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
-from warmlink.orchestration.system.tree import Ports, SystemConnector, Tree, opened, tree_of, with_connectors
+from warmlink.orchestration.system.tree import (
+    Box,
+    Ports,
+    SystemConnector,
+    Tree,
+    boxes,
+    longer_side,
+    opened,
+    places,
+    tree_of,
+    with_connectors,
+)
 from warmlink.orchestration.system.units import Unit, meaning
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
@@ -56,10 +65,7 @@ def write_nested_ssp(system: System, path: Path) -> None:
     A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on
     what crosses its bounds. Reading makes it flat again, under the same names.
 
-    Raises
-    ------
-    InputError
-        As `write_ssp`, and if a name before a dot is that of a component too.
+    Raises InputError as `write_ssp`, and if a name before a dot is that of a component too.
     """
     system = _checked(system)
     _write(system, tree_of(system, nested=True), path)
@@ -89,9 +95,9 @@ class _Files:
     """
 
     def __init__(self, components: Iterable[Component]) -> None:
+        self._taken: set[str] = set()
         self.fmus: dict[Path, str] = {}
         self.parameters: dict[str, str] = {}
-        self._taken: set[str] = set()
         for held in components:
             if held.fmu not in self.fmus:
                 self.fmus[held.fmu] = self._free(held.fmu.stem, ".fmu")
@@ -99,11 +105,9 @@ class _Files:
 
     def _free(self, stem: str, suffix: str) -> str:
         plain = re.sub(r"[^A-Za-z0-9._-]", "_", stem)
-        names = (
-            f"resources/{plain}{n}{suffix}"
-            for n in itertools.chain([""], (f"-{i}" for i in itertools.count(2)))
-        )
-        name = next(name for name in names if name.casefold() not in self._taken)
+        name, number = f"resources/{plain}{suffix}", 2
+        while name.casefold() in self._taken:
+            name, number = f"resources/{plain}-{number}{suffix}", number + 1
         self._taken.add(name.casefold())
         return name
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.built import built
 from warmlink.controllers.export.core import Core, Precision, designed, export_files
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.orchestration.catalogue import controllers
@@ -24,9 +25,10 @@ def written(core: Core, folder: Path) -> Path:
 def run(folder: Path, law: str, *flags: str) -> str:
     """What the test program prints; it fails unless the test vectors are met."""
     (compiler,) = compilers(platforms_named(None))
-    command = [*compiler.command, *STRICT, "-ffp-contract=off", *flags, f"{law}_test.c", f"{law}.c"]
-    subprocess.run([*command, "-o", "test", "-lm"], cwd=folder, check=True)
-    return subprocess.run(["./test"], cwd=folder, check=True, capture_output=True, text=True).stdout
+    command = [*compiler.command, *STRICT, "-ffp-contract=off", *flags, f"{law}_test.c", f"{law}.c", "-lm"]
+    texts = [(path.name, path.read_bytes()) for path in sorted(folder.glob("*.[ch]"))]
+    program = built(command, texts, folder / "test")
+    return subprocess.run([program], cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])

@@ -77,7 +77,7 @@ def test_the_report_needs_no_network(outcome: tuple[str, Path]) -> None:
 def test_json_for_machines_and_no_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["run", "stop_and_go", "--stop", "20 min", "--fmus", "python", "--no-report", "--json"]
+    arguments = ["run", "stop_and_go", "--stop", "1 min", "--fmus", "python", "--no-report", "--json"]
     assert run([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
     assert json.loads(capsys.readouterr().out)["scenario"] == "stop_and_go"
     assert not (tmp_path / "out" / "report.html").exists()
@@ -92,7 +92,7 @@ def test_native_and_python_fmus_give_one_answer(tmp_path: Path, monkeypatch: pyt
             "run",
             "windshield_wiper",
             "--stop",
-            "10 min",
+            "4 min",
             "--fmus",
             kind,
             "--no-report",

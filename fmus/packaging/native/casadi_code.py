@@ -1,7 +1,5 @@
 """CasADi's functions as C: their text, cut down to what is called, and wrapped for `model.h`."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
@@ -30,7 +28,7 @@ class Symbols:
     step: Expression
 
     @classmethod
-    def of(cls, component: Component, calls: bool = False) -> Symbols:
+    def of(cls, component: Component, calls: bool = False) -> "Symbols":
         """Fresh symbols for a component; `d` are the parameters and what they settle.
 
         Parameters

@@ -1,7 +1,5 @@
 """From a component's declaration to C: its functions by CasADi, its variables as a table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from typing import Any

@@ -1,7 +1,5 @@
 """C to shared libraries: with this machine's compiler for itself, with zig for every platform."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import platform as machine

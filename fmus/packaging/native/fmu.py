@@ -1,7 +1,5 @@
 """A component as a native FMU: plain C for FMI 2.0 and FMI 3.0 co-simulation, with its sources inside."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.resources
 from collections.abc import Callable, Iterable, Sequence

@@ -4,8 +4,6 @@ Written out whole, six observers would be six times 16,000 lines. So the functio
 once, and called with the place of each part in the vectors of the whole.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from warmlink.fmus.component import Component

@@ -3,8 +3,6 @@
 The vectors are those of gcc and clang. Every lane computes what the plain text computes, in the same order.
 """
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from pathlib import Path

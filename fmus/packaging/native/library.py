@@ -1,7 +1,5 @@
 """Shared libraries that are called from Python."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import tempfile

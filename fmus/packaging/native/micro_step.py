@@ -3,8 +3,6 @@
 Most runs want nothing of what the rare parameters bring, which can take a fifth of a step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial

@@ -3,8 +3,6 @@
 A host asks for a few outputs of many; the others need not be computed, nor the local variables.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 from warmlink.fmus.component import Component

@@ -1,7 +1,5 @@
 """A joined component that goes through whole runs in one call, several runs side by side."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

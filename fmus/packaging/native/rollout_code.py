@@ -4,8 +4,6 @@ Parts that nothing drives and that remember nothing, as a duty cycle, are comput
 others are joined without them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace

@@ -14,7 +14,6 @@ from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibratio
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.problem import Item
-from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.units import parse_unit
 
 
@@ -48,7 +47,16 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         if proposed is None
         else {
             **asdict(proposed),
-            "duty": [_stage(segment) for segment in proposed.duty],
+            "duty": [
+                {
+                    "duration_s": segment.duration,
+                    "speed": segment.speed,
+                    "torque": segment.torque,
+                    "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+                    "ambient_temperature": segment.ambient_temperature,
+                }
+                for segment in proposed.duty
+            ],
             "alike": [list(pair) for pair in proposed.alike],
         },
         "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
@@ -102,16 +110,6 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             for each in diagnosis.claims
         ],
         "remarks": list(experiment.remarks),
-    }
-
-
-def _stage(segment: Segment) -> dict[str, float | None]:
-    return {
-        "duration_s": segment.duration,
-        "speed": segment.speed,
-        "torque": segment.torque,
-        "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
-        "ambient_temperature": segment.ambient_temperature,
     }
 
 
@@ -244,9 +242,6 @@ def _gain(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _in_um(before: Compensated, after: Compensated) -> dict[str, Any]:
-    return {
-        "before": 1e6 * before.largest,
-        "after": 1e6 * after.largest,
-        "before_95": [1e6 * before.low95, 1e6 * before.high95],
-        "after_95": [1e6 * after.low95, 1e6 * after.high95],
-    }
+    pair = {"before": before, "after": after}
+    largest = {name: 1e6 * each.largest for name, each in pair.items()}
+    return largest | {f"{name}_95": [1e6 * each.low95, 1e6 * each.high95] for name, each in pair.items()}

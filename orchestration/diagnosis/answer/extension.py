@@ -110,15 +110,10 @@ def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:
 def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
     """Largest error of the observer designed on a fitted model.
 
-    None where no elongation was measured, and where no observer can be designed for the model.
-
-    Its law does not know of a heating pad, and falls back while one is on: those stretches are left out.
-
-    Parameters
-    ----------
-    problem : every run, held-out rows included
-    fit : the model that the observer is designed on
-    truth : the best model known, by which the readings are corrected for faults of the instruments
+    None where no elongation was measured, and where no observer can be designed for the model. Readings of
+    the problem's runs, held-out rows included, are corrected for faults of the instruments by `truth`, the
+    best model known. The law does not know of a heating pad, and falls back while one is on: those
+    stretches are left out.
     """
     rig = problem.experiment.rig
     if not rig.is_cell or ELONGATION not in problem.variables:

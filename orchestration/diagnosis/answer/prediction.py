@@ -202,7 +202,8 @@ def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) 
         )
     best = every[0]
     change = f"from {before.in_noise:.2g} to {best.in_noise:.2g} times the noise"
-    if word in ("named", "ambiguous") and all(_unproved(before, each) for each in every):
+    left, grown = max(_EXCESS, _LEFT * before.excess), _GROWN * before.in_noise
+    if word in ("named", "ambiguous") and all(e.excess > left or e.in_noise > grown for e in every):
         went = "grows" if best.in_noise > before.in_noise else "falls only"
         return "empirical", f"The error on held-out rows {went} {change}, so the cause is not established."
     over, name = best.worst
@@ -216,12 +217,6 @@ def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) 
             f"No cause is established, but with these the error on held-out rows falls {change}."
         )
     return word, ""
-
-
-def _unproved(before: HeldOut, after: HeldOut) -> bool:
-    """Whether held-out rows do not bear a cause out: their error grows, or too much of it is left."""
-    left = after.excess > max(_EXCESS, _LEFT * before.excess)
-    return left or after.in_noise > _GROWN * before.in_noise
 
 
 def difference(experiment: Experiment) -> str:

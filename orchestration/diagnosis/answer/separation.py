@@ -94,9 +94,14 @@ class Foreseen:
         self.models = tuple(models)
         run = len(problem.data) - 1
         whiten = [Whitener(n, problem.data[run].time) for n in noise]
-        foreseen = [_whitened(problem, fit, run, whiten) for fit in self.models]
-        self._readings = [readings for readings, _ in foreseen]
-        self._columns = [columns for _, columns in foreseen]
+        self._readings, self._columns = [], []
+        for fit in self.models:
+            carried = Carried(problem, fit)
+            each = np.concatenate([carried.predict(run)[0][:, :, None], carried.by(run, fit.freed)], axis=2)
+            # Readings and their derivatives by the fit's numbers, all channels after one another.
+            together = np.concatenate([w(each[:, i]) for i, w in enumerate(whiten)])
+            self._readings.append(together[:, 0])
+            self._columns.append(together[:, 1:])
         self._bases = [orthonormal(columns) for columns in self._columns]
 
     def separations(self, truths: int) -> Array:
@@ -136,14 +141,6 @@ def chances(separations: Array, needed: Array) -> Array:
     beyond = np.where(np.isfinite(separations), (away**2 - needed) / (2 * away), np.inf)
     nearest: Array = np.min(beyond, axis=1)
     return np.asarray(ndtr(nearest))
-
-
-def _whitened(problem: Problem, fit: Fit, run: int, whiten: Sequence[Whitener]) -> tuple[Array, Array]:
-    """Readings, shape (rows,), and their derivatives by the fit's numbers, all channels after one another."""
-    carried = Carried(problem, fit)
-    joined = np.concatenate([carried.predict(run)[0][:, :, None], carried.by(run, fit.freed)], axis=2)
-    together = np.concatenate([w(joined[:, i]) for i, w in enumerate(whiten)])
-    return together[:, 0], together[:, 1:]
 
 
 def stand_ins(best: Titles, rivals: Sequence[Titles]) -> list[list[str]]:

@@ -14,13 +14,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.arm.measured import (
-    AMBIENT,
-    DEMANDS,
-    ELONGATIONS,
-    TEMPERATURES,
-    header_of,
-)
+from warmlink.orchestration.diagnosis.arm.measured import AMBIENT, DEMANDS, MEASURED, header_of
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
@@ -51,25 +45,11 @@ def hide_in_arm(
     noise: Noise = WHITE,
     seed: int = 0,
 ) -> dict[str, Array]:
-    """Make a run of the arm that hides effects in one of its axes.
+    """Make a run of the arm that hides effects in one of its axes: columns by header as in a CSV file.
 
-    Parameters
-    ----------
-    effects : strength in SI by effect, as `hide` of `diagnosis/practice` has them; only what a parameter of
-        the axis's motor or link can be
-    number : of the axis, from 1
-    store : the arm's FMUs
-    noise, seed : what the instruments add
-
-    Returns
-    -------
-    dict
-        Columns by header as in a CSV file.
-
-    Raises
-    ------
-    InputError
-        There is no such axis, or an effect cannot be hidden in an axis.
+    Effects are strengths in SI by name, as `hide` of `diagnosis/practice` has them; only what a parameter
+    of the motor or link of the axis `number`, from 1, can be. InputError is raised where there is no such
+    axis, or an effect cannot be hidden in an axis.
     """
     if not 1 <= number <= AXES:
         raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
@@ -101,7 +81,7 @@ def _cause(effect: str) -> Cause | None:
 
 
 def _run(scenario: Scenario, store: FmuStore) -> Result:
-    names = [*_DUTY, *TEMPERATURES.values(), *ELONGATIONS.values()]
+    names = [*_DUTY, *MEASURED.values()]
     record = [*(f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names), _ROOM]
     # No compensator acts on the plant, and what it corrects is not asked for.
     scenario = replace(scenario, controller=catalogue.shipped(NO_CONTROLLER))
@@ -125,14 +105,15 @@ def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[
             kept[1:] |= np.diff(result[f"{axis_name(i)}.{name}"]) != 0
     time = times[kept]
     columns = {"time [s]": time, AMBIENT: result[_ROOM][kept] - ZERO_CELSIUS}
-    measured = {**TEMPERATURES, **ELONGATIONS}
     for i in range(1, AXES + 1):
         for header, name in zip(DEMANDS, _DUTY, strict=True):
             columns[header_of(i, header)] = result[f"{axis_name(i)}.{name}"][kept]
         true = {
             header.partition(" ")[0]: result[f"{axis_name(i)}.{name}"][kept]
-            for header, name in measured.items()
+            for header, name in MEASURED.items()
         }
-        for header, values in zip(measured, noisy(time, true, noise, random).values(), strict=True):
-            columns[header_of(i, header)] = 1e6 * values if header in ELONGATIONS else values - ZERO_CELSIUS
+        for header, values in zip(MEASURED, noisy(time, true, noise, random).values(), strict=True):
+            columns[header_of(i, header)] = (
+                1e6 * values if header.startswith("elongation") else values - ZERO_CELSIUS
+            )
     return columns

@@ -25,13 +25,11 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
-from warmlink.orchestration.diagnosis.data.signals import Column
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"
 DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
-TEMPERATURES = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED}
-ELONGATIONS = {"elongation [um]": ELONGATION}
+MEASURED = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED} | {"elongation [um]": ELONGATION}
 """Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
 
 HALF_WIDTH = 60.0
@@ -65,16 +63,16 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
     """
     runs = {i: read_run(path, rig(CELL), _channels(i)) for i in range(1, AXES + 1)}
     changes = []
-    for run, _ in runs.values():
+    for run in runs.values():
         moves = [np.diff(run.inputs[name]) != 0 for name in DEMANDS.values()]
         changes.append(run.time[1:][np.any(moves, axis=0)])
     every = np.unique(np.concatenate(changes))
-    return {i: _experiment(i, run, columns, every) for i, (run, columns) in runs.items()}
+    return {i: _experiment(i, run, every) for i, run in runs.items()}
 
 
 def _channels(number: int) -> dict[str, str]:
     """Variable by header for one axis, its neighbours' temperatures among its inputs."""
-    own = {**DEMANDS, **TEMPERATURES, **ELONGATIONS}
+    own = {**DEMANDS, **MEASURED}
     channels = {AMBIENT: "motor.ambient_temperature"}
     channels |= {header_of(number, header): name for header, name in own.items()}
     if number > 1:
@@ -84,7 +82,7 @@ def _channels(number: int) -> dict[str, str]:
     return channels
 
 
-def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Array) -> Experiment:
+def _experiment(number: int, run: Run, changes: Array) -> Experiment:
     """One axis's experiment: its run and its nominal parameters, the next joint behind its link's tip."""
     this = axis(number)
     known = {
@@ -103,7 +101,7 @@ def _experiment(number: int, run: Run, columns: tuple[Column, ...], changes: Arr
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     name = f"{axis_name(number)}, {this.name}"
     run = replace(run, name=name, inputs=inputs, fit_until=until)
-    return Experiment(name, rig(CELL), (run,), columns, known)
+    return Experiment(name, rig(CELL), (run,), run.measured, known)
 
 
 def smoothed(time: Array, values: Array, changes: Array) -> Array:

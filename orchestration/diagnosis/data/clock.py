@@ -52,9 +52,11 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
     """
     column, cells = place.column, sheet.cells[place.column]
     kind = cells.dtype.kind
+    written = cells.dropna().astype(str).str.strip().head(200)
+    counts = sum(bool(NUMBER.fullmatch(cell)) for cell in written)
     if kind in "mM":
         values, taken = _seconds(cells), "date" if kind == "M" else "duration"
-    elif kind in "iufb" or _mostly_numbers(cells):
+    elif kind in "iufb" or 2 * counts > len(written) or written.empty:
         values, taken = _counted(sheet, column, place.unit)
     else:
         text = cells.astype(str).where(cells.notna(), "").str.strip()
@@ -62,11 +64,6 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
             text = sheet.cells[date.column].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
         values, taken = _stamped(sheet, column, text, place.unit)
     return _checked(sheet, column, values), taken
-
-
-def _mostly_numbers(cells: pd.Series) -> bool:
-    filled = cells.dropna().astype(str).str.strip().head(200)
-    return 2 * sum(bool(NUMBER.fullmatch(cell)) for cell in filled) > len(filled) or filled.empty
 
 
 def _seconds(cells: Any) -> Array:

@@ -109,9 +109,9 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
             raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
     cell = rig_of(CELL, replaced=told.replaced)
-    run, columns = read_run(source, cell, told=told)
+    run = read_run(source, cell, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
-    return Experiment(run.name, cell, (replace(run, fit_until=until),), columns)
+    return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)
 
 
 def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
@@ -171,11 +171,9 @@ class _Reader:
     def experiment(self) -> Experiment:
         file = self.file
         runs: list[Run] = []
-        columns: tuple[Column, ...] = ()
         for i, table in enumerate(file.run, 1):
-            run, columns = read_run(
-                self.folder / table.data, self.rig, self.channels, file.covariates, self.told
-            )
+            path = self.folder / table.data
+            run = read_run(path, self.rig, self.channels, file.covariates, self.told)
             known = self._known(table.known, f"run {i}.known")
             if run.name in [each.name for each in runs]:
                 raise InputError(f"{self.name}: two runs are called {run.name}; rename one file")
@@ -187,6 +185,7 @@ class _Reader:
         for label in file.causes.per:
             self._check_label(label, runs, "causes.per")
         known = self._known(file.known, "known")
+        columns = runs[-1].measured
         declared = causes_of(
             self.declared, self.rig.scalar, known, names_of(columns), f"{self.name}: {file.causes.file}"
         )

@@ -109,7 +109,9 @@ def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
         rows = [split(line, separator) for line in lines]
         width = most_common([len(cells) for cells in rows])
         fitting = [cells for cells in rows if len(cells) == width]
-        whole = sum(sum(map(_is_whole, cells)) / width for cells in fitting) / max(len(lines), 1)
+        # Cells that are empty, a number, a time or a word, rather than several of them in one.
+        single = sum(not cell or _is_value(cell) or cell.isalpha() for cells in fitting for cell in cells)
+        whole = single / max(width * len(lines), 1)
         if width > 1 and whole > best + 0.02:
             best, chosen = whole, (separator, width)
     if chosen[1]:
@@ -135,11 +137,6 @@ def split(line: str, separator: str) -> list[str]:
 
 def _is_value(cell: str) -> bool:
     return bool(NUMBER.fullmatch(cell) or _CLOCK.fullmatch(cell))
-
-
-def _is_whole(cell: str) -> bool:
-    """Whether a cell is empty, a number, a time or a word, rather than several of them in one."""
-    return not cell or _is_value(cell) or cell.isalpha()
 
 
 def most_common(counts: Sequence[int]) -> int:

@@ -80,6 +80,11 @@ class Run:
         """Logged ambient temperature in K, shape (n,); None where there is none."""
         return next((v for name, v in self.inputs.items() if name.endswith("ambient_temperature")), None)
 
+    @property
+    def measured(self) -> tuple[Column, ...]:
+        """Columns of readings, in the order of the file."""
+        return tuple(column for column in self.columns if column.variable in self.readings)
+
     def row_at(self, times: NDArray[np.floating]) -> NDArray[np.intp]:
         """Row whose inputs act at each time in s, shape of `times`."""
         return np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 1)
@@ -107,7 +112,7 @@ def read_run(
     channels: Mapping[str, str] | None = None,
     covariates: Mapping[str, str] | None = None,
     told: Said = NOTHING_SAID,
-) -> tuple[Run, tuple[Column, ...]]:
+) -> Run:
     """Read a run.
 
     Parameters
@@ -118,11 +123,6 @@ def read_run(
         may be what the run lacks is refused
     covariates : input by header of a column that only causes may use
     told : units and names of columns that the user gave
-
-    Returns
-    -------
-    Run, tuple of Column
-        The run, and its measured columns in the order of the file.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def read_run(
         form=f"{sheet.form}; times as {taken}",
     )
     discrete = [name for name in run.inputs if rig.variables[name].is_discrete]
-    return condensed(run, discrete), tuple(columns["reading"])
+    return condensed(run, discrete)
 
 
 def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:

@@ -28,20 +28,11 @@ def rig_of(
     looped: bool = False,
     replaced: Replacements | None = None,
 ) -> Rig:
-    """Rig of a system that an experiment names.
+    """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
-    Parameters
-    ----------
-    name : of a shipped system, or of an .ssp file
-    folder : in which the file is
-    paths : heat paths that causes may add
-    looped : whether its FMUs are simulated in a loop, even where every part is known
-    replaced : FMUs in place of its parts
-
-    Raises
-    ------
-    InputError
-        There is no such system, or something does not fit it.
+    With heat paths that causes may add, or FMUs in place of its parts; `looped`: simulated in a loop of
+    FMUs, even where every part is known. InputError is raised where there is no such system, or something
+    does not fit it.
     """
     is_file = name.lower().endswith((".ssp", ".ssd"))
     changed = replaced is not None and bool(replaced.fmus)

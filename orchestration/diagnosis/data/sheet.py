@@ -32,17 +32,11 @@ _SAMPLED = 200
 
 @dataclass(frozen=True)
 class Sheet:
-    """Columns of cells.
+    """Columns of cells: column i under header i, with the unit that stands in a row of units, or None.
 
-    Attributes
-    ----------
-    name : of the file, for sentences
-    headers : of the columns, as written
-    units : of the columns, from a row of their own; None where there is none
-    cells : column i under header i; the index is the line of the file, or the row of a DataFrame from 1
-    decimal : "point", "comma", or "" where no cell tells
-    said : whether the user said which
-    form : how it is written, in a few words
+    The index of the cells is the line of the file, or the row of a DataFrame from 1. The decimal mark is
+    "point", "comma", or "" where no cell tells; `said`: the user said which. `form` is how it is written,
+    in a few words.
     """
 
     name: str
@@ -69,16 +63,9 @@ class Sheet:
 def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[str] = ()) -> Sheet:
     """Read a text file, a workbook, a Parquet file or a DataFrame.
 
-    Parameters
-    ----------
-    source : path of the file, or the table itself
-    decimal : "point" or "comma" where the user says so
-    names : headers that the user named, by which the header row is known
-
-    Raises
-    ------
-    InputError
-        There is no such file, no header, or rows that do not fit under it.
+    The user may say the `decimal` mark, "point" or "comma", and give names to headers, by which the header
+    row is known. InputError is raised where there is no such file, no header, or rows that do not fit under
+    it.
     """
     if decimal and decimal not in DECIMALS:
         raise InputError(f"--decimal {decimal}: {instead(decimal, DECIMALS)}")

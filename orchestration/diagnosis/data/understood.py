@@ -17,16 +17,9 @@ _GAP = 3.0
 def understood(experiment: Experiment) -> dict[str, Any]:
     """What each run was understood to be, with what is assumed and passed over, for people and as JSON.
 
-    Parameters
-    ----------
-    experiment : as `with_inputs` gives it
-
-    Returns
-    -------
-    dict
-        `system`; `runs`, each with its `form`, `rows`, `duration_s`, `spacing_s`, `gaps`, `not_used` and
-        `columns` (name, variable, unit, where the unit stands, filled cells, least and largest value);
-        `known` in SI; `remarks`.
+    Of an experiment as `with_inputs` gives it: `system`; `runs`, each with its `form`, `rows`,
+    `duration_s`, `spacing_s`, `gaps`, `not_used` and `columns` (name, variable, unit, where the unit
+    stands, filled cells, least and largest value); `known` in SI; `remarks`.
     """
     return {
         "system": experiment.rig.name,

@@ -25,16 +25,12 @@ OnReadings = Callable[[Array, Readings, float, str], Array]
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect that a run may hide.
+    """An effect that a run may hide, of an ordinary size in SI; 1 stands for nothing where `neutral` is 1.
 
-    Attributes
-    ----------
-    size : an ordinary strength, in SI; 1 stands for nothing where `neutral` is 1
-    on_truth : the changed cell, of the cell, the strength and the duration of the run in s
-    on_readings : what a channel records, of time, readings, strength and channel
-    both_signs : whether it may act either way
-    per_channel : whether it is one thermometer's or the camera's; else `on_readings` is of the elongation
-    about : what it is, where no cause of the catalogue explains it
+    `on_truth` gives the changed cell, of the cell, the strength and the duration of the run in s;
+    `on_readings` what a channel records, of time, readings, strength and channel: that of one thermometer
+    or the camera where it acts per channel, else the elongation. `about` is what it is, where no cause of
+    the catalogue explains it.
     """
 
     size: float
@@ -77,10 +73,6 @@ def _while(name: str, begin: float, end: float, size: float, about: str) -> Effe
 
 def _of_thermometer(size: float, change: OnReadings, about: str = "", both_signs: bool = False) -> Effect:
     return Effect(size, None, change, both_signs, per_channel=True, about=about)
-
-
-def _waves(truth: Truth, size: float, duration: float) -> Truth:
-    return replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0))
 
 
 def _bent(time: Array, readings: Readings, size: float, channel: str) -> Array:
@@ -156,7 +148,9 @@ EFFECTS: Mapping[str, Effect] = {
     "draught": _while("draught", 0.28, 0.5, 2.0, "A draught cools the link for a while."),
     "open_door": _while("room", 0.2, 0.33, -4.0, "The room is colder for a while than its thermometer says."),
     "air_conditioning": Effect(
-        2.0, _waves, about="The room's temperature goes up and down every 25 minutes beside its thermometer."
+        2.0,
+        lambda truth, size, _: replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0)),
+        about="The room's temperature goes up and down every 25 minutes beside its thermometer.",
     ),
     "loosening_joint": _while("loosening", 0.35, 2.0, 0.5, "The joint conducts less from some moment on."),
     "brake_heat": _while("shaft_heat", 0.3, 0.42, 12.0, "A brake warms the shaft for a while."),

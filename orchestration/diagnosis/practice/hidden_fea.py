@@ -52,12 +52,8 @@ def hide_with_fea(
 ) -> dict[str, Array]:
     """Make a run that hides effects, by 3-D finite elements; arguments and result as of `hide`.
 
-    Raises
-    ------
-    InputError
-        An effect is not known, or the finite elements have no term for it.
-    MissingExtraError
-        scikit-fem is not installed.
+    InputError is raised where an effect is not known, or the finite elements have no term for it, and
+    MissingExtraError where scikit-fem is not installed.
     """
     for name in effects:
         effect_of(name)
@@ -86,16 +82,11 @@ def carried(name: str) -> bool:
 def simulate(
     truth: hidden.Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
 ) -> hidden.Course:
-    """Integrate the cell through a duty cycle and give its true course at times in s.
+    """Integrate the cell through a duty cycle and give its true course at times in s, linear between steps.
 
-    Parameters
-    ----------
-    truth : the cell as it really is
-    duty : the duty cycle
-    times : s, shape (times,); between steps the course is linear
-    refinement : into how many parts each element of `bare_link` is divided along each direction
-    longest : longest step in s; each segment is cut into equal ones, of order 2 but where something jumps
-        within a step
+    `refinement` is into how many parts each element of `bare_link` is divided along each direction,
+    `longest` the longest step in s; each segment is cut into equal ones, of order 2 but where something
+    jumps within a step.
     """
     cell = _Cell(_body(truth, refinement))
     clock, rows = [0.0], [cell.seen()]
@@ -107,9 +98,7 @@ def simulate(
             cell.advance(begin + i * size, size)
             clock.append(begin + (i + 1) * size)
             rows.append(cell.seen())
-    seen = np.array(rows).T
-    shaft, winding, base, middle, tip, elongation = (np.interp(times, clock, row) for row in seen)
-    return hidden.Course(times, shaft, winding, base, middle, tip, elongation)
+    return hidden.Course(times, *(np.interp(times, clock, row) for row in np.array(rows).T))
 
 
 def _body(truth: hidden.Truth, refinement: int) -> Body:

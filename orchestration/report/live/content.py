@@ -12,18 +12,15 @@ from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
-from warmlink.orchestration.report.closed_loop import CELL_PLOTS, MOST_LINES, OWN_PLOTS, QUANTITIES
+from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.scenarios.duties import duty_csv
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
 from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.quantity import converter
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import CELL, THERMOMETERS
+from warmlink.orchestration.scenarios.setup import THERMOMETERS
 from warmlink.orchestration.system.units import conversion, parse_unit
 from warmlink.orchestration.text_files import read_toml
-
-Plots = Mapping[tuple[str, str], Mapping[str, str]]
-"""Variables by the name of their line, by heading and unit."""
 
 SPAN = 3.0
 """A slider goes from a value divided by this to the value times this."""
@@ -80,7 +77,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     scenario, first, _ = systems[0]
     roles, setup = scenario.setup.roles, scenario.setup
     drivers = [instance for instance, kind in setup.blueprint.components.items() if kind == DRIVER]
-    plots = _plots(scenario, first)
+    plots = plots_of(setup.name, {v.name: v.unit for v in first.outputs if v.size is None})
     watched = {*roles.score.variables, *roles.uncompensated.variables}
     watched |= {name for of in plots.values() for name in of.values()}
     changed = list(_parameters(scenario, first, drivers))
@@ -137,16 +134,6 @@ def _note(scenario: Scenario) -> str:
     """What a reader should know before trusting a law's figures; empty where there is nothing."""
     advice, ideal = judged(scenario)
     return advice or (IDEAL if ideal else "")
-
-
-def _plots(scenario: Scenario, whole: Component) -> Plots:
-    if scenario.setup.name == CELL.name:
-        return CELL_PLOTS
-    outputs = [v for v in whole.outputs if v.size is None]
-    return {
-        (heading, unit): {v.name: v.name for v in [v for v in outputs if v.unit == unit][:MOST_LINES]}
-        for heading, unit in OWN_PLOTS
-    }
 
 
 def _parameters(scenario: Scenario, whole: Component, drivers: Sequence[str]) -> Iterator[dict[str, Any]]:

@@ -40,11 +40,8 @@ def read_csv(path: Path) -> Duty:
     Inputs hold until the next row, an empty cell holds the last value, an empty pad cell switches the pad
     off.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, a column or unit is not known or stands twice, a row is longer or shorter
-        than the header, a cell is no number, or time does not increase.
+    Raises InputError where the file cannot be read, a column or unit is not known or stands twice, a row is
+    longer or shorter than the header, a cell is no number, or time does not increase.
     """
     (_, header), *rows = _rows(path)
     columns = _columns(header, path.name)

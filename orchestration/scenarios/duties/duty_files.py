@@ -43,28 +43,12 @@ Row = tuple[Segment, ...]
 """What each joint does at the same time; a cell has one joint."""
 
 
-class Rows:
-    """A table of which rows of segments are made."""
-
-    @property
-    def most(self) -> int:
-        """How many rows there may be of a table that does not fill the time."""
-        return 1
-
-    def rows(self, stop_time: float, where: str) -> Iterator[Row]:
-        """Rows, drawn ones up to a stop time in s; raises InputError where they are too many."""
-        raise NotImplementedError
-
-
 def durations(
     generator: np.random.Generator, lasting: tuple[float, float], stop_time: float, where: str
 ) -> Iterator[float]:
-    """Draw durations in s until a stop time is filled.
+    """Draw durations in s between the shortest and the longest until a stop time in s is filled.
 
-    Parameters
-    ----------
-    lasting : shortest and longest duration in s
-    where : name of the shortest one; InputError where there may be too many of it
+    InputError where there may be too many of the shortest; `where` is its name.
     """
     check_segments(stop_time / lasting[0], where)
     time = 0.0
@@ -76,7 +60,7 @@ def durations(
 
 
 @dataclass(frozen=True)
-class SegmentTable(Rows):
+class SegmentTable:
     """One segment of a duty cycle."""
 
     __pydantic_config__ = TABLE
@@ -118,13 +102,13 @@ class SegmentTable(Rows):
 
 
 @dataclass(frozen=True)
-class RandomTable(Rows):
+class RandomTable:
     """Bounds between which segments are drawn evenly until the stop time is filled."""
 
     __pydantic_config__ = TABLE
 
     seed: Annotated[int, Whole(0, MOST_SEED)]
-    duration: Annotated[tuple[float, float], Bounds("s", SHORTEST_DRAWN)]
+    duration: Annotated[tuple[float, float], Bounds("s", least=SHORTEST_DRAWN)]
     speed: Annotated[tuple[float, float], Bounds("rad/s")]
     torque: Annotated[tuple[float, float], Bounds("N.m")]
 
@@ -138,13 +122,16 @@ class RandomTable(Rows):
 
 @dataclass(frozen=True, kw_only=True)
 class RowsTables:
-    """Segments of one joint or of several, or bounds between which they are drawn."""
+    """Segments of one joint or of several, or bounds between which they are drawn.
+
+    A table gives its `rows`, and the `most` that a segment has.
+    """
 
     title: Annotated[str | None, Text()] = None
     reason: Annotated[str, Text()] = ""
     repeat: Annotated[bool, Flag()] = False
-    segment: tuple[Rows, ...] = ()
-    random: Rows | None = None
+    segment: tuple[Any, ...] = ()
+    random: Any = None
 
     def __post_init__(self) -> None:
         if bool(self.segment) == (self.random is not None):
@@ -173,11 +160,6 @@ class DutyTables(RowsTables):
     segment: tuple[SegmentTable, ...] = ()
     random: RandomTable | None = None
 
-    def laid_out(self, name: str, stop_time: float) -> Duty:
-        """The duty cycle of a stop time in s; raises InputError where it has too many segments."""
-        (duty,) = self.duties(name, stop_time, (name,))
-        return duty
-
 
 @dataclass(frozen=True, kw_only=True)
 class DutyFile(DutyTables):
@@ -196,10 +178,7 @@ def names() -> list[str]:
 def load(source: str | Path) -> Duty:
     """Duty cycle from the library by name, or from a .toml or .csv file by path.
 
-    Raises
-    ------
-    InputError
-        There is no such duty cycle, or its file cannot be used.
+    Raises InputError where there is no such duty cycle, or its file cannot be used.
     """
     path, name = Path(source), str(source)
     if path.suffix == ".csv":
@@ -214,4 +193,4 @@ def load(source: str | Path) -> Duty:
 def parsed(given: Mapping[str, Any], name: str) -> Duty:
     """Duty cycle from the tables of a file; raises as `load`."""
     read = read_table(DutyFile, given, name)
-    return read.laid_out(name, read.stop_time)
+    return read.duties(name, read.stop_time, (name,))[0]

@@ -52,8 +52,7 @@ class Edge:
 
 def edge_of(link: Connection) -> Edge:
     """Give a connection between components, in the units of their own variables."""
-    source = Node((link.source_component,), link.source_variable)
-    target = Node((link.target_component,), link.target_variable)
+    source, target = (Node((component,), variable) for component, variable in link.ends)
     return Edge(
         source, target, Conversion(link.factor, link.offset) if link.converts else None, link.converts
     )

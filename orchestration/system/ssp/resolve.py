@@ -15,7 +15,7 @@ from warmlink.orchestration.system.check import alike, check_connector, checked_
 from warmlink.orchestration.system.model import Connection, Connector, Value, Variable
 from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import Parameter
-from warmlink.orchestration.system.units import IDENTITY, Conversion, Unit, fitting
+from warmlink.orchestration.system.units import IDENTITY, Conversion, QuantityError, Unit, conversion
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,11 @@ class _Carried:
         """Take the value along an edge into a connector with a unit, None where it tells none."""
         so_far = self.so_far
         if self.unit is not None and unit is not None and not (edge and edge.suppress_unit_conversion):
-            step = fitting(self.unit, unit, self.difference, self.where, self.remedy)
+            try:
+                step = conversion(self.unit, unit, self.difference)
+            except InputError as fault:
+                remedy = f"; {self.remedy}" if isinstance(fault, QuantityError) else ""
+                raise InputError(f"{self.where}: {fault}{remedy}") from None
             so_far = so_far.then(step.factor, step.offset)
         if edge is None or edge.transformation is None:
             return replace(self, unit=unit or self.unit, so_far=so_far)

@@ -9,7 +9,7 @@ import pytest
 
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.command_line.init import KINDS, NEXT, TEMPLATES
+from warmlink.orchestration.command_line.init import KINDS, NEXT, TEMPLATES, WRITERS
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.own_law import load_own_law
@@ -45,8 +45,8 @@ def uncommented(text: str, but: str) -> str:
 
 
 def test_what_is_commented_out_can_be_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, write in KINDS["experiment"].items():
-        write(tmp_path / name)
+    for name in KINDS["experiment"]:
+        WRITERS[Path(name).suffix](tmp_path / name)
     path = tmp_path / "experiment.toml"
     path.write_text(uncommented(path.read_text("utf-8"), "T_next"))
     found = read_experiment(path)
@@ -70,7 +70,7 @@ def test_what_init_says_to_try_ends_well(
 
 
 def test_every_kind_has_its_template() -> None:
-    first = {Path(next(iter(files))).stem for files in KINDS.values()}
+    first = {Path(files[0]).stem for files in KINDS.values()}
     assert first == {path.stem for path in TEMPLATES.iterdir()}
     assert KINDS.keys() == NEXT.keys()
 

@@ -120,6 +120,9 @@ VARIANTS = {
     "lines about the logger above": Variant("Logger: DAQ 3000\nSerial: 17\n\n" + text(";", decimal=",")),
     "rows about the logger, filled up": Variant("Logger;DAQ 3000;;;;\nSerial;17;;;;\n" + text(";")),
     "a row of units": Variant(text(";", [*NAMES]).replace("\n", f"\n{';'.join(UNITS)}\n", 1)),
+    "a row of units with brackets in them": Variant(
+        text(";", [*NAMES]).replace("\n", f"\n{';'.join(UNITS).replace('rad/s', 'rad/(s)')}\n", 1)
+    ),
     "a row of units in brackets": Variant(
         text(",", [*NAMES]).replace("\n", "\n" + ",".join(f"[{unit}]" for unit in UNITS) + "\n", 1)
     ),

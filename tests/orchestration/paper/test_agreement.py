@@ -6,10 +6,10 @@ import pytest
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
 from warmlink.orchestration.finite_elements.transient import Fea
-from warmlink.orchestration.paper.agreement import AMBIENT, DUTY_CYCLES, Agreement, duty_drive
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.paper.reproduce import Reproduction
+from warmlink.orchestration.paper.tried import AMBIENT, DUTY_CYCLES, Agreement, duty_drive
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("reproduction")]
 

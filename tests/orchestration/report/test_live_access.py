@@ -17,7 +17,7 @@ pytestmark = pytest.mark.platform
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pytest.importorskip("ziglang", reason='ziglang is not installed: pip install "warmlink[live]"')
     path = tmp_path_factory.mktemp("live") / "cell.html"
-    live("windshield_wiper", ["lag"], None, None, path)
+    live("windshield_wiper", controller=["lag"], out=path)
     text = path.read_text("utf-8")
     path.write_text(text.replace("\nbegin();\n", "\nglobalThis.tried = await begin();\n"), "utf-8")
     return path

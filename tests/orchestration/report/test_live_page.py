@@ -39,7 +39,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip('ziglang is not installed: pip install "warmlink[live]"')
     path = tmp_path_factory.mktemp("live") / "cell.html"
-    live("windshield_wiper", ["lag"], None, None, path)
+    live("windshield_wiper", controller=["lag"], out=path)
     return path
 
 
@@ -235,13 +235,13 @@ def test_without_a_compiler_for_browsers_the_page_says_what_to_install(
     monkeypatch.setattr(browser, "native_sources", lambda whole, speaker: ({}, ""))
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"needs zig: pip install \"warmlink\[live\]\""):
-        live("windshield_wiper", ["none"], None, None, tmp_path / "page.html")
+        live("windshield_wiper", controller=["none"], out=tmp_path / "page.html")
     assert not list(tmp_path.glob("*.html"))
 
 
 def test_a_page_is_html(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"page\.pdf: is no page; name a file that ends in \.html"):
-        live("windshield_wiper", None, None, None, tmp_path / "page.pdf")
+        live("windshield_wiper", out=tmp_path / "page.pdf")
 
 
 @pytest.mark.platform

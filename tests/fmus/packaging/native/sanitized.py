@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.built import Ended, built
 from warmlink.fmus.catalogue import catalogue
-from warmlink.fmus.packaging.native.compile import Compiler
+from warmlink.fmus.packaging.native.compile import Compiler, _needed
 from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_sources
 
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
@@ -24,31 +25,28 @@ addresses watches each of them."""
 def compile_sanitized(
     name: str, version: FmiVersion, compiler: Compiler, folder: Path, driver: Path, *options: str
 ) -> Path:
-    """Program of a driver and a component's FMU; in one folder each unit of an FMU is compiled once."""
+    """Program of a driver and a component's FMU; each unit of an FMU is compiled once, and kept."""
     # The generated functions are straight lines of arithmetic: unoptimised they compile in a moment.
     command = [*compiler.command, "-std=c99", "-O0", "-Wall", "-Wextra", "-pedantic", "-Wno-unused"]
     command += [*_SANITIZERS, "-I.", f"-I{header_folder()}"]
-    shared, home = folder / name, folder / name / version
+    home = folder / name / version
     home.mkdir(parents=True, exist_ok=True)
-    objects = [f"../{file.replace('.c', '.o')}" for file in _GENERATED]
-    units = ["model.c", f"fmi{version[0]}_cs.c"]
-    if not (home / "model.o").is_file():
-        sources, _ = native_sources(COMPONENTS[name], version)
-        for file, text in sources.items():
-            (home / file).write_text(text, encoding="utf-8")
-        if not (home / objects[0]).is_file():
-            _compile([*command, *_ARITHMETIC, "-c", *_GENERATED], home)
-            for file in objects:
-                (home / Path(file).name).rename(home / file)
-        _compile([*command, "-c", *units], home)
-    objects += [unit.replace(".c", ".o") for unit in units]
-    program = shared / f"{driver.stem}_fmi{version[0]}"
-    _compile([*command, *options, str(driver), *objects, "-o", str(program), "-lm"], home)
+    sources, _ = native_sources(COMPONENTS[name], version)
+    for file, text in sources.items():
+        (home / file).write_text(text, encoding="utf-8")
+    headers = [each.read_bytes() for each in sorted(header_folder().glob("*.h"))]
+    units = {**dict.fromkeys(_GENERATED, _ARITHMETIC), "model.c": (), f"fmi{version[0]}_cs.c": ()}
+    for unit, more in units.items():
+        made_from = _needed(unit, sources), headers
+        built([*command, *more, "-c", unit], made_from, home / f"{unit}.o", _judge)
+    program = folder / name / f"{driver.stem}_fmi{version[0]}"
+    objects = [f"{unit}.o" for unit in units]
+    command += [*options, str(driver), *objects, "-o", str(program), "-lm"]
+    _judge(subprocess.run(command, cwd=home, capture_output=True, text=True))
     return program
 
 
-def _compile(command: list[str], folder: Path) -> None:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+def _judge(done: Ended) -> None:
     if done.returncode != 0 and "san" in done.stderr and "cannot find" in done.stderr:
         pytest.skip("the compiler's sanitizers are not installed")
     assert done.returncode == 0, done.stderr[-2000:]

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE, kept
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging import cache
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, kept, remembered
 from warmlink.fmus.packaging.native import compile as compiling
 from warmlink.fmus.packaging.native.compile import Compiler, host_platform
 
@@ -73,3 +75,31 @@ def test_of_two_that_want_the_same_at_once_one_makes_it(
     with ThreadPoolExecutor(2) as pool:
         assert list(pool.map(lambda _: kept("things", "the same", make), range(2))) == [b"made"] * 2
     assert made == [1]
+
+
+def test_what_is_remembered_is_made_once_for_each_state_of_the_source(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    made: list[int] = []
+
+    def found() -> list[int]:
+        return remembered("things", "the same", lambda: made.append(1) or [len(made)])
+
+    assert [found(), found()] == [[1], [1]]
+    monkeypatch.setattr(cache, "source_state", lambda: "another")
+    assert [found(), found()] == [[2], [2]]
+    for file in (tmp_path / "things").iterdir():
+        file.write_bytes(b"damaged")
+    assert found() == [3]
+
+
+def test_refused_files_are_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+
+    def refuse() -> str:
+        raise InputError("mend it")
+
+    for _ in range(2):
+        with pytest.raises(InputError, match="mend it"):
+            remembered("things", "the same", refuse)
