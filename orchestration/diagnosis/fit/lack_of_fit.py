@@ -35,6 +35,7 @@ def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
     less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
     F ratio, since the noise itself is estimated from what is not slow.
     """
+    from scipy.linalg import block_diag
     from scipy.special import fdtrc
 
     residuals, courses, sensitivities, widths = [], [], [], []
@@ -45,10 +46,10 @@ def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
         times = [fitter.problem.data[run].time[rows] for rows in fitter.rows[run]]
         tables = [slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
         ends = np.cumsum([t.size for t in times])
-        courses.append(np.concatenate(fitter.whiten(run, np.split(_block_diagonal(tables), ends[:-1]))))
+        courses.append(np.concatenate(fitter.whiten(run, np.split(block_diag(*tables), ends[:-1]))))
         widths += [table.shape[1] for table in tables if table.shape[1]]
     residual = np.concatenate(residuals)
-    basis = _block_diagonal(courses)
+    basis = block_diag(*courses)
     taken = orthonormal(np.concatenate(sensitivities))
     residual = residual - taken @ (taken.T @ residual)
     basis = basis - taken @ (taken.T @ basis)
@@ -104,9 +105,3 @@ def estimated_noise(
         unresolved = float(np.sqrt(together @ together / max(together.size, 1)))
         spectra.append(Spectrum(samples, least, problem.averaging, unresolved))
     return estimate(spectra, liked)
-
-
-def _block_diagonal(blocks: list[Array]) -> Array:
-    from scipy.linalg import block_diag
-
-    return np.asarray(block_diag(*blocks))

@@ -40,7 +40,11 @@ def refuse_senseless(experiment: Experiment) -> None:
     if dead:
         _refuse_dead(experiment, dead)
     for run in experiment.runs:
-        moving = [v for v, values in run.readings.items() if np.nanstd(values) > _jump(experiment, v)]
+        moving = [
+            v
+            for v, values in run.readings.items()
+            if np.nanstd(values) > _JUMPS.get(experiment.rig.unit(v), np.inf)
+        ]
         if moving and all(_disorder(run.readings[v]) > _UNORDERED for v in moving):
             _refuse_shuffled(experiment, run, moving)
 
@@ -69,10 +73,6 @@ def _constant(values: np.ndarray) -> bool:
     return filled.size >= FEWEST_ROWS and float(np.ptp(filled)) == 0.0
 
 
-def _jump(experiment: Experiment, variable: str) -> float:
-    return _JUMPS.get(experiment.rig.unit(variable), np.inf)
-
-
 def _disorder(values: np.ndarray) -> float:
     """Von Neumann's ratio, halved: 0 where values follow each other smoothly, about 1 where at random.
 
@@ -92,7 +92,7 @@ def _simulated(problem: Problem, run: Run, variable: str) -> np.ndarray:
 def _refuse_shuffled(experiment: Experiment, run: Run, moving: list[str]) -> None:
     problem = Problem(experiment)
     if all(_disorder(_simulated(problem, run, v)) < _ORDERED for v in moving):
-        worst = max(moving, key=lambda v: float(np.nanstd(run.readings[v])) / _jump(experiment, v))
+        worst = max(moving, key=lambda v: np.nanstd(run.readings[v]) / _JUMPS[experiment.rig.unit(v)])
         jump = float(np.sqrt(np.nanmean(np.diff(run.readings[worst]) ** 2)))
         raise InputError(
             f"{run.name}: every reading that moves jumps from row to row ({problem.names[worst]} by "
