@@ -229,10 +229,10 @@ def test_the_page_is_light_and_needs_no_network(page: Path) -> None:
 def test_without_a_compiler_for_browsers_the_page_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    from warmlink.fmus.packaging.native import browser
+    from warmlink.fmus.packaging.native import fmu
 
     monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(browser, "native_sources", lambda whole, speaker: ({}, ""))
+    monkeypatch.setattr(fmu, "native_sources", lambda whole, speaker: ({}, ""))
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"needs zig: pip install \"warmlink\[live\]\""):
         live("windshield_wiper", controller=["none"], out=tmp_path / "page.html")
