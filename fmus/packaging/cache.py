@@ -19,6 +19,8 @@ CACHE_VARIABLE = "WARMLINK_CACHE"
 ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
 
+_DIGEST = hashlib.sha256().digest_size
+
 Made = TypeVar("Made")
 
 
@@ -43,7 +45,7 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
         if content is None:
             content = make()
             with suppress(OSError), whole_file(place) as scratch:
-                scratch.write_bytes(content)
+                scratch.write_bytes(_digest(content) + content)
     return content
 
 
@@ -58,10 +60,18 @@ def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made
 
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
-    """What `kept` has made from the same things before; None where it has not."""
+    """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
     with suppress(OSError, InputError):
-        return _place(folder, made_from).read_bytes()
+        file = _place(folder, made_from).read_bytes()
+        digest, content = file[:_DIGEST], file[_DIGEST:]
+        if _digest(content) == digest:
+            return content
     return None
+
+
+def _digest(content: bytes) -> bytes:
+    """What a kept file begins with: a damaged library would end the process that loads it."""
+    return hashlib.sha256(content).digest()
 
 
 def _place(folder: str, made_from: object) -> Path:

@@ -1,11 +1,15 @@
 """The steps of a run in C and on CasADi's machine: the same numbers, and when which of them serves."""
 
+import ctypes
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.loggers import Logger, logged_run
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.compile import PLATFORMS, compilers
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model import equations as module
@@ -65,3 +69,47 @@ def test_without_a_compiler_casadi_serves(tmp_path: Path, monkeypatch: pytest.Mo
     compiled, _ = simulated()
     assert compiled.library() is None
     assert compiled.taken > 0
+
+
+@pytest.mark.platform
+@pytest.mark.parametrize("damage", [lambda content: content[: len(content) // 2], lambda _: b""])
+def test_a_damaged_library_is_compiled_anew(
+    damage: Callable[[bytes], bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
+    monkeypatch.setattr(module, "_PAYS_FROM", 1)
+    if simulated()[0].library() is None:
+        pytest.skip("there is no C compiler")
+    (file,) = (each for each in (tmp_path / "steps").iterdir() if not each.suffix)
+    whole = file.read_bytes()
+    file.write_bytes(damage(whole))
+    assert simulated()[0].library() is not None
+    assert file.read_bytes() == whole
+
+
+@pytest.mark.platform
+def test_where_nothing_compiled_may_be_loaded_casadi_serves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
+    monkeypatch.setattr(module, "_PAYS_FROM", 1)
+    if simulated()[0].library() is None:
+        pytest.skip("there is no C compiler")
+
+    def refuse(library: bytes) -> ctypes.CDLL:
+        raise InputError("what was compiled does not load")
+
+    monkeypatch.setattr(module, "loaded", refuse)
+    found, _ = simulated()
+    assert found.library() is None
+    assert found.taken > 0
+
+
+@pytest.mark.platform
+def test_windows_finds_the_loop_in_the_library() -> None:
+    try:
+        (compiler,) = compilers([PLATFORMS["x86_64-windows"]])
+    except InputError:
+        pytest.skip("zig is not installed")
+    built = Equations(rig("WarmupCell", 10), SLOTS, OUTPUTS)
+    assert b"integrate\0" in compiler.library(built._sources, "steps")
