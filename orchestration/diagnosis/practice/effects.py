@@ -65,8 +65,10 @@ def _while(name: str, begin: float, end: float, size: float, about: str) -> Effe
     """The strength is the value of a field that is a function of time, for a part of the run."""
 
     def change(truth: Truth, size: float, duration: float) -> Truth:
-        course: Any = lambda time: size if begin * duration <= time < end * duration else 0.0  # noqa: E731
-        return replace(truth, **{name: course})
+        def course(time: float) -> float:
+            return size if begin * duration <= time < end * duration else 0.0
+
+        return replace(truth, **{name: course})  # type: ignore[arg-type]
 
     return Effect(size, change, about=about)
 
