@@ -243,8 +243,30 @@ def _tetrahedra(path: Path, scale: float) -> Any:
         raise InputError(f"{path}: holds no tetrahedra, as a shell does; mesh the solid with tetrahedra")
     points = scale * held.points.astype(float)
     straight = meshio.Mesh(points, cells, cell_sets=held.cell_sets)
+    _refuse_strays(path, straight)
     mesh = convert.from_meshio(straight, force_meshio_type="tetra", ignore_orientation=True)
     return mesh.remove_unused_nodes()
+
+
+def _refuse_strays(path: Path, mesh: Any) -> None:
+    """Raise InputError where a triangle of a named group is no face of a tetrahedron."""
+    count = len(mesh.points)
+
+    def numbered(triangles: Integers) -> Integers:
+        """One number for each triangle, whatever the order of its corners."""
+        low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
+        return np.asarray((low * count + middle) * count + high)
+
+    each_face = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    faces = numbered(mesh.cells_dict["tetra"][:, each_face].reshape(-1, 3))
+    for name, members in mesh.cell_sets_dict.items():
+        if "triangle" in members and not name.startswith("gmsh:"):
+            triangles = mesh.cells_dict["triangle"][members["triangle"]]
+            if not np.isin(numbered(triangles), faces).all():
+                raise InputError(
+                    f"{path}: the group {name} has triangles that are no faces of tetrahedra, as those of a "
+                    "plane beside the part; take them out of it"
+                )
 
 
 def _one_body(path: Path, bodies: int, otherwise: str) -> None:

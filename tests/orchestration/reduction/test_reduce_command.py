@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("gmsh", reason="gmsh is not installed: pip install 'warmlink[cad]'")
@@ -139,3 +140,16 @@ def test_a_file_that_is_broken_is_refused(
 def test_a_mesh_wants_its_unit(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a mesh does not say its unit; give --unit mm"):
         reduce(bar(tmp_path / "bar.msh", mesh=40.0), *FACES)
+
+
+@pytest.mark.parametrize("corners", [[[4, 5, 6]], [[0, 1, 4]]])
+def test_a_group_of_triangles_beside_the_tetrahedra_is_refused(
+    corners: list[list[int]], tmp_path: Path
+) -> None:
+    import meshio
+
+    points = 100.0 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [2, 1, 1], [1, 2, 1]])
+    cells = [("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]]), ("triangle", corners)]
+    meshio.write(tmp_path / "part.inp", meshio.Mesh(points, cells, cell_sets={"datum": [[], [0]]}))
+    with pytest.raises(InputError, match="the group datum has triangles that are no faces of tetrahedra"):
+        reduce(tmp_path / "part.inp", *FACES, "--unit", "mm")
