@@ -123,7 +123,7 @@ class Equations:
 
         generator = ca.CodeGenerator("equations.c", {"with_header": False})
         generator.add(self.linear)
-        # Windows gives away every function, unless one is marked to be given away as CasADi marks its own.
+        # Where CasADi marks its functions as exported, a library for Windows exports no others.
         unmarked = "#define CASADI_SYMBOL_EXPORT\n\n" + generator.dump()
         return {"equations.c": unmarked, "integrator.c": _LOOP.read_text("utf-8")}
 
@@ -133,7 +133,7 @@ class Equations:
         try:
             return None if before is None else loaded(before)
         except InputError:
-            return None  # where nothing may be loaded from a file, CasADi gives the same numbers
+            return None  # nothing may be loaded from a file: CasADi takes the steps
 
     @property
     def _kept_as(self) -> tuple[str, object]:
@@ -148,7 +148,7 @@ class Equations:
             quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
             return loaded(kept(*self._kept_as, lambda: quick.library(self._sources, "steps")))
         except (InputError, OSError):
-            return None  # there is no compiler here, and CasADi gives the same numbers
+            return None  # nothing compiles here, or may be loaded from a file: CasADi takes the steps
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.
