@@ -55,7 +55,7 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     assessment = assess(experiment, progress)
     progress("measuring the gain")
     found = Diagnosis(experiment, assessment)
-    _ = found.held_out
+    _ = found.held_out  # found when it is asked for, and that is now, while progress is shown
     return found
 
 
@@ -67,7 +67,7 @@ class Found(Answer):
 
     @property
     def verdict(self) -> str:
-        """One of adequate, named, ambiguous, unknown."""
+        """One of adequate, named, ambiguous, empirical, unknown."""
         return self.diagnosis.verdict
 
     @property

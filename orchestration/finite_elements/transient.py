@@ -127,7 +127,7 @@ class HeatStepper:
 
     def __init__(self, model: HeatModel, drive: Drive) -> None:
         self._model, self._drive = model, drive
-        self._held = model.heated_nodes[: None if drive.temperature is not None else 0]
+        self._held = np.empty(0, np.int64) if drive.temperature is None else model.heated_nodes
         self._free = np.setdiff1d(np.arange(model.size), self._held)
         self._factors: dict[tuple[float, float, float], tuple[Any, csc_matrix]] = {}
 
