@@ -75,7 +75,7 @@ def _digest(content: bytes) -> bytes:
 
 
 def _place(folder: str, made_from: object) -> Path:
-    return cache_folder() / folder / hashlib.sha256(repr(made_from).encode()).hexdigest()
+    return cache_folder() / folder / f"{hashlib.sha256(repr(made_from).encode()).hexdigest()}.kept"
 
 
 @contextmanager
