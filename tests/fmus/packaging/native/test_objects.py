@@ -77,6 +77,16 @@ def test_of_two_that_want_the_same_at_once_one_makes_it(
     assert made == [1]
 
 
+def test_what_is_damaged_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    assert kept("things", "the same", lambda: b"made") == b"made"
+    (file,) = (tmp_path / "things").glob("*.kept")
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-1])
+    assert kept("things", "the same", lambda: b"made") == b"made"
+    assert file.read_bytes() == whole
+
+
 def test_what_is_remembered_is_made_once_for_each_state_of_the_source(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
