@@ -119,8 +119,11 @@ class _Laid(ctypes.Structure):
     """The log as the compiled loop has it, see `Log` in `loop.c`."""
 
     _fields_ = (
-        *((name, ctypes.c_void_p) for name in ("values", "times")),
-        *((name, ctypes.c_int64) for name in ("points", "width", "point")),
+        ("values", ctypes.c_void_p),
+        ("times", ctypes.c_void_p),
+        ("points", ctypes.c_int64),
+        ("width", ctypes.c_int64),
+        ("point", ctypes.c_int64),
     )
 
 

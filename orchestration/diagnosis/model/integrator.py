@@ -195,36 +195,51 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(dgetri(factors, pivots, overwrite_lu=True)[0])
 
 
-class _InC:
-    """The same in C; the structures are those of `integrator.c`."""
+class _System(ctypes.Structure):
+    """`System` of `integrator.c`."""
 
-    class System(ctypes.Structure):
-        _fields_ = (
-            *((name, ctypes.c_int64) for name in ("states", "columns", "inputs")),
-            *((name, ctypes.c_int64) for name in ("arguments", "results", "integers", "reals")),
-            *((f"table{i}", ctypes.c_void_p) for i in range(6)),
-            ("nodes", ctypes.c_int64),
-            *((name, ctypes.c_void_p) for name in ("node_times", "course_of_slot")),
-        )
+    _fields_ = (
+        ("states", ctypes.c_int64),
+        ("columns", ctypes.c_int64),
+        ("inputs", ctypes.c_int64),
+        ("arguments", ctypes.c_int64),
+        ("results", ctypes.c_int64),
+        ("integers", ctypes.c_int64),
+        ("reals", ctypes.c_int64),
+        ("jacobian_rows", ctypes.c_void_p),
+        ("jacobian_columns", ctypes.c_void_p),
+        ("slot_rows", ctypes.c_void_p),
+        ("slot_columns", ctypes.c_void_p),
+        ("slots", ctypes.c_void_p),
+        ("parameters", ctypes.c_void_p),
+        ("nodes", ctypes.c_int64),
+        ("node_times", ctypes.c_void_p),
+        ("course_of_slot", ctypes.c_void_p),
+    )
+
+
+class _InC:
+    """The same in C."""
 
     def __init__(
         self, library: ctypes.CDLL, equations: Equations, z: Array, p: Array, courses: Courses
     ) -> None:
         linear = equations.linear
-        courses_of_slots = np.full(z.size, -1, dtype=np.int64)
-        for course, added_to in enumerate(courses.added_to):
-            courses_of_slots[list(added_to)] = course
-        self._states = linear.size1_in(0)
-        self._kept = *chain(*equations.by_row), z, p, courses.nodes, courses_of_slots
-        *tables, nodes, of_slots = (each.ctypes.data for each in self._kept)
+        self._states, self._integrate = linear.size1_in(0), library.integrate
+        sizes = self._states, 1 + courses.size, linear.size1_in(3)
         work = linear.sz_arg(), linear.sz_res(), linear.sz_iw(), linear.sz_w()
-        sizes = self._states, 1 + courses.size, linear.size1_in(3), *work
-        self._system = self.System(*sizes, *tables, courses.nodes.size, nodes, of_slots)
-        self._integrate = library.integrate
+        tables = *chain(*equations.by_row), z, p
+        nodes, course_of_slot = courses.nodes, np.full(z.size, -1, dtype=np.int64)
+        for course, added_to in enumerate(courses.added_to):
+            course_of_slot[list(added_to)] = course
+        # C has the arrays' addresses alone.
+        self._kept = tables, nodes, course_of_slot
+        rest = nodes.size, nodes.ctypes.data, course_of_slot.ctypes.data
+        self._system = _System(*sizes, *work, *(each.ctypes.data for each in tables), *rest)
 
     def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> Array:
         inverse = np.empty((self._states, self._states))
-        tables = steps.time, *steps.laid, steps.inputs
+        tables = steps.time, *steps.laid, steps.inputs  # in the order of `Steps` of `integrator.c`
         laid = (ctypes.c_void_p * len(tables))(*(each.ctypes.data for each in tables))
         filled = (ctypes.c_void_p(each.ctypes.data) for each in (states, left, right, inverse))
         count, gamma = ctypes.c_int64(len(left)), ctypes.c_double(GAMMA)
