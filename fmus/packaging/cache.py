@@ -19,6 +19,9 @@ CACHE_VARIABLE = "WARMLINK_CACHE"
 ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
 
+_BYTE_CODE = "__pycache__"
+"""Folders that Python writes while it runs, at times into files that are gone a moment later."""
+
 Made = TypeVar("Made")
 
 
@@ -127,9 +130,11 @@ def source_state() -> str:
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
     while folders:
         for entry in sorted(os.scandir(folders.pop()), key=lambda entry: entry.name):
+            if entry.name == _BYTE_CODE:
+                continue
             if entry.is_dir():
                 folders.append(entry.path)
-            elif not entry.name.endswith(".pyc"):
+            else:
                 facts = entry.stat()
                 digest.update(f"{entry.path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
     return digest.hexdigest()
@@ -148,7 +153,7 @@ def _source_digest() -> bytes:
         digest.update(f"{package} {version(package)}\n".encode())
     for root in (ROOMS / "fmus", ROOMS / "controllers"):
         for path in sorted(root.rglob("*")):
-            if path.is_file() and path.suffix != ".pyc":
+            if path.is_file() and path.parent.name != _BYTE_CODE:
                 digest.update(path.relative_to(root).as_posix().encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:16].encode()
