@@ -63,7 +63,7 @@ def corrected(belief: Belief, row: Number, innovation: Number, variance: Number,
 def taught(
     belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number
 ) -> Belief:
-    """The same, where it is known how the belief sees the measurement."""
+    """Belief after a scalar measurement as for `corrected`, with its `sight` as `sighted` gives it."""
     gain = _gain(row, sight, variance, use)
     return Belief(
         belief.mean + gain * where(use > 0, innovation, 0.0),
@@ -77,7 +77,7 @@ def taught(
 def taught_in_part(
     belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number, last: int
 ) -> Belief:
-    """The same, where the measurement may change only so many elements of the state, the last ones."""
+    """Belief as for `taught`, where the measurement may change only the state's `last` so many elements."""
     gain = _gain(row, sight, variance, use)
     gain = stack(*[0.0] * (gain.shape[0] - last), gain[-last:])
     return Belief(

@@ -40,12 +40,12 @@ def by_scalar(values: Values) -> dict[str, float]:
 
 
 def with_scalars(parameters: Sequence[Parameter], values: Mapping[str, float]) -> tuple[Parameter, ...]:
-    """The same for values by scalar name, as `mode_rate[1]`, all of which are parameters'.
+    """Parameters whose start values are those given by scalar name (`mode_rate[1]`); the others keep theirs.
 
     Raises
     ------
     KeyError
-        A name is no parameter's.
+        None of the parameters has a scalar of such a name.
     """
     left = dict(values)
     found: list[Parameter] = []

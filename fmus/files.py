@@ -14,7 +14,8 @@ WRITING = ".writing-"
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
-    scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name}")
+    # Its end says of what kind the file is; all of a long name would not fit.
+    scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name[-50:]}")
     try:
         yield scratch
         scratch.replace(path)

@@ -10,12 +10,6 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 _MATERIAL = {"conductivity", "density", "specific_heat", "expansion_coefficient"}
 
 
-def _choice(name: str, start: int, description: str, choice: Choice) -> Parameter:
-    return Parameter(
-        name, "1", start, description, type="Integer", choice=choice, minimum=0, maximum=choice.last
-    )
-
-
 _PARAMETERS = (
     *LIMITS,
     Parameter(
@@ -26,17 +20,19 @@ _PARAMETERS = (
         positive=True,
         nominal=1,
     ),
-    _choice(
+    Parameter(
         "form",
+        "1",
         law.CORRECTED,
         "Eq. (4): 0 as printed, 1 corrected",
-        Choice("EquationForm", ("printed", "corrected")),
+        choice=Choice("EquationForm", ("printed", "corrected")),
     ),
-    _choice(
+    Parameter(
         "temperature_source",
+        "1",
         law.BASE,
         "thermometer used: 0 base, 1 shaft",
-        Choice("TemperatureSource", ("base", "shaft")),
+        choice=Choice("TemperatureSource", ("base", "shaft")),
     ),
     Parameter("heated_length", "m", 0.2916, "length from base to tip position", display="mm", positive=True),
     *(parameter for parameter in LINK.parameters if parameter.name in _MATERIAL),

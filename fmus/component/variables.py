@@ -4,6 +4,7 @@ from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from keyword import iskeyword
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -224,8 +225,8 @@ class Layout:
             part: (Layout([v for v, _ in held]), _merged([place for _, place in held]))
             for part, held in inner.items()
         }
-        plain = not inner and all(name.isidentifier() for name in self._places)
         fields: Any = list(self._places)
+        plain = not inner and all(_is_plain(name) for name in fields)
         self._record: Any = namedtuple("Values", fields) if plain else None
 
     def read(self, vector: Number) -> Record:
@@ -262,6 +263,11 @@ class Layout:
             unknown = [name for name in values if name not in {v.name for v in self.variables}]
             raise KeyError(f"missing: {missing}, not declared: {unknown}")
         return stack(*(values[v.name] for v in self.variables))
+
+
+def _is_plain(name: str) -> bool:
+    """Whether a named tuple takes the name for a field."""
+    return name.isidentifier() and not name.startswith("_") and not iskeyword(name)
 
 
 def _merged(places: Sequence[slice]) -> slice | list[int]:

@@ -20,6 +20,8 @@ ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
 
 _DIGEST = hashlib.sha256().digest_size
+_BYTE_CODE = "__pycache__"
+"""Folders that Python writes while it runs, at times into files that are gone a moment later."""
 
 Made = TypeVar("Made")
 
@@ -44,19 +46,33 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
         content = kept_before(folder, made_from)  # which another process has made meanwhile
         if content is None:
             content = make()
-            with suppress(OSError), whole_file(place) as scratch:
-                scratch.write_bytes(_digest(content) + content)
+            with suppress(OSError):
+                _write(place, content)
     return content
 
 
 def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made:
-    """As `kept`, of an object that can be pickled, which this state of the source makes from the same."""
-    content = kept(folder, (source_state(), made_from), lambda: pickle.dumps(make()))
-    try:
-        made: Made = pickle.loads(content)
-    except Exception:  # whatever pickle makes of a damaged file, or of another Python's
-        return make()
+    """As `kept`, of an object that can be pickled, which this state of the source makes from the same.
+
+    Nobody waits for another process that makes the same: that takes as long as making it.
+    """
+    asked = source_state(), made_from
+    with suppress(Exception):  # there is no cache, another Python's file, or what no `repr` tells
+        content = kept_before(folder, asked)
+        if content is not None:
+            found: Made = pickle.loads(content)
+            return found
+    made = make()
+    with suppress(Exception):  # the disk is full, or this is no object that can be pickled
+        place = _place(folder, asked)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        _write(place, pickle.dumps(made))
     return made
+
+
+def _write(place: Path, content: bytes) -> None:
+    with whole_file(place) as scratch:
+        scratch.write_bytes(_digest(content) + content)
 
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
@@ -137,9 +153,11 @@ def source_state() -> str:
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
     while folders:
         for entry in sorted(os.scandir(folders.pop()), key=lambda entry: entry.name):
+            if entry.name == _BYTE_CODE:
+                continue
             if entry.is_dir():
                 folders.append(entry.path)
-            elif not entry.name.endswith(".pyc"):
+            else:
                 facts = entry.stat()
                 digest.update(f"{entry.path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
     return digest.hexdigest()
@@ -158,7 +176,7 @@ def _source_digest() -> bytes:
         digest.update(f"{package} {version(package)}\n".encode())
     for root in (ROOMS / "fmus", ROOMS / "controllers"):
         for path in sorted(root.rglob("*")):
-            if path.is_file() and path.suffix != ".pyc":
+            if path.is_file() and path.parent.name != _BYTE_CODE:
                 digest.update(path.relative_to(root).as_posix().encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:16].encode()

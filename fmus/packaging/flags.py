@@ -82,12 +82,14 @@ def _holding(reading: Output) -> Output:
 
 def _flag(reading: Input | Output) -> dict[str, Any]:
     """What declares the flag of a reading."""
-    named = {
+    return {
         "name": flag_of(reading.name),
         "unit": "1",
         "description": f"whether {reading.name} is a reading",
+        "size": reading.size,
+        "type": "Boolean",
+        "discrete": True,
     }
-    return named | {"size": reading.size, "type": "Boolean", "discrete": True}
 
 
 def _members(terminal: Terminal, flags: set[str]) -> Iterator[tuple[str, str]]:

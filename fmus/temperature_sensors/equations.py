@@ -10,7 +10,7 @@ Stem conduction and lag are the usual first-order models of contact thermometers
 from warmlink.fmus import faults, noise
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record, Values
-from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, total, where
+from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, total, truth, where
 
 CHANNELS = 8
 
@@ -45,7 +45,7 @@ def begin(u: Record, p: Record) -> Values:
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: temperatures in K, and states of the random generators."""
-    noisy = where(total(p.noise) > 0, 1.0, 0.0)
+    noisy = truth(total(p.noise) > 0)
     number, a, b = noise.normals(x.generator_a, x.generator_b, noisy)
     sensed, reading = _read(x.sensed, x.reading, number, u, p, time)
     return {"sensed": sensed, "reading": reading, "generator_a": a, "generator_b": b}

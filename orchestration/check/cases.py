@@ -285,9 +285,10 @@ def _differences(
     step = reach * _scale(variable)
     places = [_within(variable, place) for place in (value - step, value, value + step)]
     found = []
-    for place in (*places, value):
+    for place in places:
         instance.put({variable.name: place})
         found.append(float(instance.slave.get((output,))[0]))
+    instance.put({variable.name: value})
     pairs = ((0, 2), (1, 2), (0, 1))
     return [(found[b] - found[a]) / (places[b] - places[a]) for a, b in pairs if places[b] > places[a]]
 

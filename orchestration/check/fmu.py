@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES, Outcome, Subject
 from warmlink.orchestration.check.validity import validity_problems
 from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -86,10 +87,8 @@ def _platforms(path: Path) -> Outcome:
 
 
 def _library(folder: Path, info: ModelInfo) -> Path | None:
-    import fmpy
-
-    place = fmpy.platform if info.fmi_version == "2.0" else fmpy.platform_tuple
-    library = folder / "binaries" / place / (info.model_identifier + fmpy.sharedLibraryExtension)
+    place = folder / "binaries" / platform_name(f"fmi{info.fmi_version[0]}")
+    library = place / f"{info.model_identifier}{SUFFIX}"
     return library if library.is_file() else None
 
 

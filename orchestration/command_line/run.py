@@ -85,9 +85,9 @@ def run(
         others = [("--mismatch", each) for each in mismatch or ()]
         others += [(option, value) for option, value in once.items() if value is not None]
         named = Asked(scenario, given, others)
-    built = store(kind_named(fmus), sorted(asked.kinds), remark)
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
+        built = store(kind_named(fmus), sorted(asked.kinds), remark)
         with progress_bar(asked.title) as progress:
             outcome = run_scenario(asked, built, progress, statistics)
         if outcome.time.size == 0:

@@ -6,11 +6,13 @@ import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import cast
 
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
@@ -99,8 +101,10 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
 
 def _home(fmu: Path, other: Path) -> Path:
     """Where an FMU is unpacked: one that warmlink keeps is so beside it, once; any other elsewhere."""
-    ours = fmu.is_relative_to(cache_folder()) and os.access(fmu.parent, os.W_OK)
-    return fmu.parent / "unpacked" if ours else other
+    with suppress(InputError):  # where there is no folder to keep anything in
+        if fmu.is_relative_to(cache_folder()) and os.access(fmu.parent, os.W_OK):
+            return fmu.parent / "unpacked"
+    return other
 
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:

@@ -45,7 +45,9 @@ def settle(network: Network) -> None:
     for k in order:
         network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
     moved = ""
-    for network.sweeps in range(1, SWEEPS + 1):
+    network.sweeps = 0
+    while network.sweeps < SWEEPS:
+        network.sweeps += 1
         moved = ""
         for k in order:
             values = network.gather(k)

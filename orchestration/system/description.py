@@ -77,10 +77,10 @@ def read_description(fmu: Path) -> ModelInfo:
 def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
     where = f"{fmu.name}: modelDescription.xml"
     text = archive.read_member(fmu, "modelDescription.xml")
-    made_from = str(fmu), hashlib.sha256(text).hexdigest()
-    return remembered(
-        "descriptions", made_from, lambda: parse_description(parse_xml(text, where), fmu, where)
-    )
+    # By what it says alone: FMUs of a system are unpacked into another folder for each run.
+    said = hashlib.sha256(text).hexdigest()
+    found = remembered("descriptions", said, lambda: parse_description(parse_xml(text, where), fmu, where))
+    return replace(found, path=fmu)
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:

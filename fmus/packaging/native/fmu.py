@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib.resources
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -24,6 +25,9 @@ from warmlink.fmus.packaging.native.compile import (
     merged_libraries,
     platforms_named,
 )
+
+_WRITING = threading.Lock()
+"""What works with expressions does so alone: CasADi's options hold for all threads at once."""
 
 FmiVersion = Literal["2.0", "3.0"]
 
@@ -91,16 +95,19 @@ def native_fmu_files(
     """
     arrays = arrays and fmi_version == "3.0"
     component = opened(entry.component)
-    sources, implementation = native_sources(entry.component, fmi_version, arrays)
-    units = [name for name in sources if name.endswith(".c")]
+    with _WRITING:
+        sources, implementation = native_sources(entry.component, fmi_version, arrays)
+        units = [name for name in sources if name.endswith(".c")]
+        description = model_description(
+            component, fmi_version, implementation=implementation, sources=units, arrays=arrays
+        )
+        beside = files_beside(entry, fmi_version, arrays)
     build_description = {}
     if fmi_version == "3.0":
         build_description = {"sources/buildDescription.xml": _build_description(component, units)}
     return {
-        "modelDescription.xml": model_description(
-            component, fmi_version, implementation=implementation, sources=units, arrays=arrays
-        ),
-        **files_beside(entry, fmi_version, arrays),
+        "modelDescription.xml": description,
+        **beside,
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
         **build_description,

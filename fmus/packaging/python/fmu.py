@@ -27,6 +27,8 @@ PYTHON_FOLDER = "python"
 
 _PREFIX = "warmlink."
 _EXPORTER = "pythonfmu"
+_FOR_TYPES = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
+"""Conditions under which a type checker alone reads what follows."""
 
 _SCRIPT = '''"""Entry of the FMU: pythonfmu's library looks for the class at the end."""
 
@@ -222,9 +224,7 @@ def _imports(tree: ast.AST, runs: bool = True) -> Iterator[tuple[ast.Import | as
     if isinstance(tree, ast.Import | ast.ImportFrom):
         yield tree, runs
     for child in ast.iter_child_nodes(tree):
-        for_types = (
-            isinstance(tree, ast.If) and child in tree.body and "TYPE_CHECKING" in ast.unparse(tree.test)
-        )
+        for_types = isinstance(tree, ast.If) and child in tree.body and ast.unparse(tree.test) in _FOR_TYPES
         yield from _imports(child, runs and not for_types)
 
 

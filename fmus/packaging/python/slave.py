@@ -31,6 +31,9 @@ from warmlink.fmus.errors import InputError
 _TIME_TOLERANCE = 1e-6
 """Share of a step by which two communication points may differ and be the same."""
 
+_RUIN = b"damaged"
+"""What a state that could not be read is serialised to, which cannot be read either."""
+
 _known: set[str] = set()
 
 
@@ -159,6 +162,8 @@ class ComponentSlave(Fmi2Slave):
     @classmethod
     def _fmu_state_to_bytes(cls, state: _Memory) -> bytes:
         """State with its vectors as the bytes of doubles in hex, so that even a NaN keeps its bits."""
+        if state.snapshot is None:
+            return _RUIN
         values = asdict(state)
         for name in VECTORS:
             vector = values["snapshot"][name]

@@ -43,7 +43,7 @@ class Fmi3Slave(FmiSlave):
         self._log = _LOG(lambda environment, status, category, message: self.log.add(status, message))
         self._updated = _UPDATE(self._update) if updates else None
         found: int | None = self.function("InstantiateCoSimulation")(
-            *(name, token, f"{resources}{os.sep}".encode(), False, False, False, False),
+            *(name, token, f"{resources.absolute()}{os.sep}".encode(), False, False, False, False),
             *((c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated),
         )
         return found

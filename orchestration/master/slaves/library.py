@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.master.slaves.surroundings import working_folder
 
 FMI2_TYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
 FMI3_TYPES: dict[str, Any] = {
@@ -72,23 +73,24 @@ class Library:
     """
 
     def __init__(self, name: str, fmu: str, folder: Path, identifier: str, prefix: str) -> None:
-        place = folder / "binaries" / platform_name(prefix)
+        place = (folder / "binaries" / platform_name(prefix)).absolute()
         if not place.is_dir():
             offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
             raise InputError(
                 f"{name}: {fmu} holds no library for {place.name} (it has: {offered}); "
                 "export it for this platform"
             )
-        here = os.getcwd()  # noqa: PTH109 (also where it is gone by now)
+        here = working_folder()
         try:
-            os.chdir(place.absolute())  # where some libraries look for others
-            self._dll = ctypes.CDLL(str(place.absolute() / f"{identifier}{SUFFIX}"))
+            os.chdir(place)  # where some libraries look for others
+            self._dll = ctypes.CDLL(str(place / f"{identifier}{SUFFIX}"))
             self.functions = {each: self._declared(prefix, each) for each in _ARGUMENTS[prefix]}
         except (OSError, AttributeError) as error:
             raise InputError(f"{name}: the library of {fmu} does not load: {error}") from error
         finally:
-            with suppress(OSError):
-                os.chdir(here)
+            if here is not None:
+                with suppress(OSError):
+                    os.chdir(here)
 
     def _declared(self, prefix: str, name: str) -> Any:
         function = getattr(self._dll, prefix + (_SPELLED.get(name, name) if prefix == "fmi2" else name))

@@ -24,7 +24,7 @@ class Surroundings:
             self._c.fegetenv(self._arithmetic)
         self._rounding = self._rounds()
         self._locale = locale.setlocale(locale.LC_ALL)
-        self._folder = _folder()
+        self._folder = working_folder()
 
     def put_back(self) -> tuple[str, ...]:
         """Undo what has changed since; give its names."""
@@ -36,7 +36,7 @@ class Surroundings:
         if locale.setlocale(locale.LC_ALL) != self._locale:
             changed.append("the locale")
             locale.setlocale(locale.LC_ALL, self._locale)
-        if self._folder is not None and _folder() != self._folder:
+        if self._folder is not None and working_folder() != self._folder:
             changed.append("the working folder")
             with contextlib.suppress(OSError):  # it is gone
                 os.chdir(self._folder)
@@ -56,7 +56,8 @@ def _c_library() -> Any:
     return library if hasattr(library, "fegetenv") and hasattr(library, "fesetenv") else None
 
 
-def _folder() -> Path | None:
+def working_folder() -> Path | None:
+    """Give the working folder; None where it is gone."""
     try:
         return Path.cwd()
     except OSError:

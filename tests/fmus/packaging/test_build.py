@@ -131,3 +131,9 @@ def test_the_release_is_the_project_s() -> None:
     assert release.version() == project["version"]
     assert project["license"] == release.LICENSE
     assert release.COPYRIGHT in release.license_text() == (ROOT / "LICENSE").read_text("utf-8")
+
+
+def test_an_archive_may_have_any_name_that_a_file_can_have(tmp_path: Path) -> None:
+    target = tmp_path / f"{'x' * 251}.fmu"
+    write_archive(target, {"b": b"1"})
+    assert list(tmp_path.iterdir()) == [target]

@@ -3,6 +3,7 @@
 import ast
 import gc
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -37,3 +38,15 @@ def test_the_data_beside_a_module_is_carried() -> None:
     carried = bundle(("warmlink.controllers.observer_drift.component",), "law")
     homes = [path.split("/")[1:-1] for path in carried.files if path.endswith(".json")]
     assert sorted(homes) == [["controllers", "observer"], ["controllers", "observer_drift"]]
+
+
+def test_only_what_types_alone_need_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "law_of_ones_own.py").write_text(
+        "from typing import TYPE_CHECKING\n"
+        "if TYPE_CHECKING:\n    from warmlink.fmus.errors import InputError\n"
+        "if not TYPE_CHECKING:\n    from warmlink.fmus.names import listed\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    carried = bundle(("law_of_ones_own",), "stem").modules
+    assert "warmlink.fmus.names" in carried
+    assert "warmlink.fmus.errors" not in carried

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import textwrap
 from dataclasses import replace
 from pathlib import Path
@@ -60,6 +61,38 @@ def test_only_declared_categories_are_logged(
     info = replace(read_description(trivial2), log_categories=declared)
     Watched("a", info, unpack(trivial2, tmp_path)).terminate()
     assert counts == asked
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_runs_from_a_folder_named_from_the_working_folder(
+    version: int, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fmu: Path = request.getfixturevalue(f"trivial{version}")
+    monkeypatch.chdir(tmp_path)
+    assembly = assemble(system(fmu, a={}), unpacked=Path("unpacked"))
+    assert assembly.slaves[0].get(("gain",)) == [1.0]
+    assembly.slaves[0].terminate()
+    assert Path.cwd() == tmp_path
+
+
+def test_an_fmu_runs_where_the_working_folder_is_gone(
+    trivial2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert simulate(system(trivial2, a={}), 1.0, 0.5).status == "completed"
+
+
+def test_what_is_kept_nowhere_is_no_hindrance(
+    trivial2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "file" / "below"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    (tmp_path / f"warmlink-cache-{os.getuid()}").touch()
+    assert simulate(system(trivial2, a={}), 1.0, 0.5, stepping="plain").status == "completed"
 
 
 def test_a_loop_of_two_equals_the_recursion(trivial2: Path) -> None:

@@ -150,6 +150,20 @@ def test_the_same_file_is_read_once_and_a_changed_one_again(lab: Lab) -> None:
     assert read_description(path).model_name == "Rod"
 
 
+def test_what_is_kept_of_an_fmu_is_kept_once_wherever_it_lies(
+    lab: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "cache"))
+    path = lab.fmu("Link", fmi2("Link", LINK))
+    for folder in ("one", "two", "three"):
+        (tmp_path / folder).mkdir()
+        copy = tmp_path / folder / path.name
+        copy.write_bytes(path.read_bytes())
+        assert read_description(copy).path == copy
+    kept = (tmp_path / "cache" / "descriptions").iterdir()
+    assert len([file for file in kept if file.suffix != ".lock"]) == 1
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -111,8 +111,12 @@ for wrong, word in (
     *((with_field("refused", value), "damaged") for value in (None, "x", [5])),
     *((with_field(name, 7), "damaged") for name in ("discarded", "lost", "other")),
 ):
-    slave.fmu.setFMUState(slave.fmu.deSerializeFMUstate(wrong))
+    ruin = slave.fmu.deSerializeFMUstate(wrong)
+    slave.fmu.setFMUState(ruin)
     refused(slave, 6.0, 1.0, word)
+# Nor does it become one by being serialised anew.
+slave.fmu.setFMUState(slave.fmu.deSerializeFMUstate(slave.fmu.serializeFMUState(ruin)))
+refused(slave, 6.0, 1.0, "damaged")
 assert slave.bits() == before
 assert slave.step(6.0, 1.0) == OK
 

@@ -104,6 +104,22 @@ def test_what_is_remembered_is_made_once_for_each_state_of_the_source(
     assert found() == [3]
 
 
+def test_what_python_writes_beside_the_source_is_none_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for room in ("fmus", "controllers", "orchestration"):
+        (tmp_path / room).mkdir()
+    monkeypatch.setattr(cache, "ROOMS", tmp_path)
+    finders = cache.source_state.__wrapped__, cache._source_digest
+    before = [find() for find in finders]
+    # The name under which a module's byte code is written before it is whole.
+    (tmp_path / "fmus" / "__pycache__").mkdir()
+    (tmp_path / "fmus" / "__pycache__" / "names.cpython-312.pyc.140234").touch()
+    assert [find() for find in finders] == before
+    (tmp_path / "fmus" / "names.py").touch()
+    assert all(find() != old for find, old in zip(finders, before, strict=True))
+
+
 def test_refused_files_are_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
 
