@@ -48,12 +48,21 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
 
 
 def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made:
-    """As `kept`, of an object that can be pickled, which this state of the source makes from the same."""
-    content = kept(folder, (source_state(), made_from), lambda: pickle.dumps(make()))
-    try:
-        made: Made = pickle.loads(content)
-    except Exception:  # whatever pickle makes of a damaged file, or of another Python's
-        return make()
+    """As `kept`, of an object that can be pickled, which this state of the source makes from the same.
+
+    Nobody waits for another process that makes the same: that takes as long as making it.
+    """
+    place = None
+    with suppress(Exception):  # there is no cache, nothing in it, a damaged file, or what no `repr` tells
+        place = _place(folder, (source_state(), made_from))
+        found: Made = pickle.loads(place.read_bytes())
+        return found
+    made = make()
+    if place is not None:
+        with suppress(Exception):  # the disk is full, or this is no object that can be pickled
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(place) as scratch:
+                scratch.write_bytes(pickle.dumps(made))
     return made
 
 
