@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
-from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
+from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 COMMANDS = {
@@ -125,8 +125,7 @@ def guarded(command: Callable[[], None]) -> None:
     except BrokenPipeError:
         raise SystemExit(0) from None
     except KeyboardInterrupt:
-        print("warmlink: interrupted; there are no results", file=sys.stderr)
-        raise SystemExit(INTERRUPTED) from None
+        raise interrupted() from None
 
 
 if __name__ == "__main__":

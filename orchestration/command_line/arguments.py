@@ -18,6 +18,8 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
+from warmlink.orchestration.console import interrupted
+
 Command = Callable[..., None]
 
 
@@ -64,7 +66,10 @@ def for_typer(command: Command, call: Callable[[dict[str, Any]], None] | None = 
 
     @wraps(command)
     def called(**values: Any) -> None:
-        command(**values) if call is None else call(values)
+        try:
+            command(**values) if call is None else call(values)
+        except KeyboardInterrupt:  # which typer would make an exit without a word
+            raise interrupted() from None
 
     called.__doc__ = about
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
