@@ -19,10 +19,25 @@ from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 COMMANDS = {
-    **{"run": "run", "live": "pages", "build": "build", "save": "build", "plot": "pages"},
-    **{"simulate": "simulate", "compare": "studies", "tune": "studies", "sweep": "studies"},
-    **{"design": "laws", "export": "laws", "check": "check", "diagnose": "diagnose", "hide": "hide"},
-    **{"reduce": "reduce", "reproduce": "pages", "init": "init", "schema": "init", "list": "init"},
+    "run": "run",
+    "live": "pages",
+    "build": "build",
+    "save": "build",
+    "plot": "pages",
+    "simulate": "simulate",
+    "compare": "studies",
+    "tune": "studies",
+    "sweep": "studies",
+    "design": "laws",
+    "export": "laws",
+    "check": "check",
+    "diagnose": "diagnose",
+    "hide": "hide",
+    "reduce": "reduce",
+    "reproduce": "pages",
+    "init": "init",
+    "schema": "init",
+    "list": "init",
 }
 """Module of each command; a function of the same name, or with a `_` after it, is the command."""
 

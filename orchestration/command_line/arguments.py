@@ -90,17 +90,18 @@ def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | Non
     try:
         while left:
             text = left.pop(0)
-            option, equals, value = text.partition("=")
             if not text.startswith("-"):
-                asked, value = places[0], text
-                places = places if get_origin(asked.kind) is list else places[1:]
+                asked = places[0]
+                if get_origin(asked.kind) is not list:
+                    del places[0]
             else:
+                option, equals, text = text.partition("=")
                 asked = options[option]
-            if asked.kind is bool and not equals:
-                found[asked.name] = option == asked.options[0]
-                continue
-            value = value if equals or not asked.options else left.pop(0)
-            found[asked.name] = _value(asked.kind, value, found.get(asked.name))
+                if asked.kind is bool and not equals:
+                    found[asked.name] = option == asked.options[0]
+                    continue
+                text = text if equals else left.pop(0)
+            found[asked.name] = _value(asked.kind, text, found.get(asked.name))
     except (LookupError, ValueError):
         return None
     return found if len(found) == len(parameters) else None
