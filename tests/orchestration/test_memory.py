@@ -54,16 +54,18 @@ def watch():
         peak, last = max(peak, min(last, now)), now
 sampler = threading.Thread(target=watch)
 sampler.start()
-simulate(
-    Path(path),
-    stop,
-    step,
-    master="gauss_seidel",
-    out=Path(folder),
-    checkpoint=int(checkpoint) or None,
-    error_budget=False,
-)
-done.set()
+try:
+    simulate(
+        Path(path),
+        stop=stop,
+        step=step,
+        master="gauss_seidel",
+        out=Path(folder),
+        checkpoint=int(checkpoint) or None,
+        error_budget=False,
+    )
+finally:
+    done.set()
 sampler.join()
 print("KIB", peak - before)
 """
