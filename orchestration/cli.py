@@ -15,14 +15,29 @@ if TYPE_CHECKING:
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
-from warmlink.orchestration.console import BAD_INPUT, FAILED, INTERRUPTED
+from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 COMMANDS = {
-    **{"run": "run", "live": "pages", "build": "build", "save": "build", "plot": "pages"},
-    **{"simulate": "simulate", "compare": "studies", "tune": "studies", "sweep": "studies"},
-    **{"design": "laws", "export": "laws", "check": "check", "diagnose": "diagnose", "hide": "hide"},
-    **{"reduce": "reduce", "reproduce": "pages", "init": "init", "schema": "init", "list": "init"},
+    "run": "run",
+    "live": "pages",
+    "build": "build",
+    "save": "build",
+    "plot": "pages",
+    "simulate": "simulate",
+    "compare": "studies",
+    "tune": "studies",
+    "sweep": "studies",
+    "design": "laws",
+    "export": "laws",
+    "check": "check",
+    "diagnose": "diagnose",
+    "hide": "hide",
+    "reduce": "reduce",
+    "reproduce": "pages",
+    "init": "init",
+    "schema": "init",
+    "list": "init",
 }
 """Module of each command; a function of the same name, or with a `_` after it, is the command."""
 
@@ -125,8 +140,7 @@ def guarded(command: Callable[[], None]) -> None:
     except BrokenPipeError:
         raise SystemExit(0) from None
     except KeyboardInterrupt:
-        print("warmlink: interrupted; there are no results", file=sys.stderr)
-        raise SystemExit(INTERRUPTED) from None
+        raise interrupted() from None
 
 
 if __name__ == "__main__":

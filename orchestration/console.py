@@ -47,6 +47,12 @@ def remark(text: str) -> None:
     print(f"warmlink: {text}", file=sys.stderr)
 
 
+def interrupted() -> SystemExit:
+    """Say that Ctrl-C came before there was anything to keep, and give what ends the process."""
+    remark("interrupted; there are no results")
+    return SystemExit(INTERRUPTED)
+
+
 @contextmanager
 def _notebook_line() -> Iterator[Callable[[str], None]]:
     """Line of a notebook, written over at most five times a second and left empty; elsewhere none."""

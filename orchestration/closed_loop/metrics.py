@@ -40,8 +40,10 @@ def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics
         settled = None if outside[-1] == size.size - 1 else float(time[outside[-1] + 1])
     # Each communication point is weighted with the time that it represents.
     mean_square = np.trapezoid(error**2, time) / span if span > 0 else error[-1] ** 2
-    # What np.percentile gives, without the 8 ms that its first call takes.
-    p95 = np.interp(0.95 * (size.size - 1), np.arange(size.size), np.sort(size))
+    ordered = np.sort(size)  # what is no number comes last
+    p95 = np.nan
+    if np.isfinite(ordered[-1]):  # what np.percentile gives, without the 8 ms that its first call takes
+        p95 = np.interp(0.95 * (size.size - 1), np.arange(size.size), ordered)
     return ErrorMetrics(
         max_abs_um=1e6 * float(np.max(size)),
         rms_um=1e6 * float(np.sqrt(float(mean_square))),

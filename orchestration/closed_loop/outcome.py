@@ -227,14 +227,14 @@ def run_scenario(
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
-    setup = scenario.setup
     system = scenario.system(scenario.files(store))
     told, ideal = judged(scenario)
     most, ran = scenario.coupling_tolerance, scenario
     if most is not None:
         ran = replace(scenario, step_size=largest_step(system, scenario.stop_time, scenario.step_size))
-    chosen, tolerances = algorithm(scenario.master), dict.fromkeys(setup.roles.plant, most or 0.0)
-    for whole, finer in tried(chosen, tolerances if most else {}):
+    chosen = algorithm(scenario.master)
+    tolerances = {} if most is None else dict.fromkeys(scenario.setup.roles.plant, most)
+    for whole, finer in tried(chosen, tolerances):
         if whole is not chosen:
             ran = replace(ran, master=FOLLOWING)
         result, coupling, cut_short = _bounded_run(system, ran, whole, finer, report, statistics)

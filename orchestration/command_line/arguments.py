@@ -18,6 +18,8 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
+from warmlink.orchestration.console import interrupted
+
 Command = Callable[..., None]
 
 
@@ -64,7 +66,10 @@ def for_typer(command: Command, call: Callable[[dict[str, Any]], None] | None = 
 
     @wraps(command)
     def called(**values: Any) -> None:
-        command(**values) if call is None else call(values)
+        try:
+            command(**values) if call is None else call(values)
+        except KeyboardInterrupt:  # which typer would make an exit without a word
+            raise interrupted() from None
 
     called.__doc__ = about
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -85,17 +90,18 @@ def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | Non
     try:
         while left:
             text = left.pop(0)
-            option, equals, value = text.partition("=")
             if not text.startswith("-"):
-                asked, value = places[0], text
-                places = places if get_origin(asked.kind) is list else places[1:]
+                asked = places[0]
+                if get_origin(asked.kind) is not list:
+                    del places[0]
             else:
+                option, equals, text = text.partition("=")
                 asked = options[option]
-            if asked.kind is bool and not equals:
-                found[asked.name] = option == asked.options[0]
-                continue
-            value = value if equals or not asked.options else left.pop(0)
-            found[asked.name] = _value(asked.kind, value, found.get(asked.name))
+                if asked.kind is bool and not equals:
+                    found[asked.name] = option == asked.options[0]
+                    continue
+                text = text if equals else left.pop(0)
+            found[asked.name] = _value(asked.kind, text, found.get(asked.name))
     except (LookupError, ValueError):
         return None
     return found if len(found) == len(parameters) else None

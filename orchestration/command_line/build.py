@@ -26,7 +26,7 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 """Scenario that the shipped SixAxisArm.ssp runs by default."""
 
 JOINED_HOME = "warmlink.orchestration.system.shipped"
-"""Module that stands for the joined systems in the catalogue: the README in its folder documents them."""
+"""Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
 
 def build(

@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import answer, remark
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.arrays import Array
+    from warmlink.orchestration.diagnosis.practice.hide import Noise
 
 GRID, FEA = "grid", "fea"
 """Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
@@ -58,13 +63,7 @@ def hide(
             raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {with_} out")
         if duty is not None:
             raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
-        from warmlink.orchestration.arm.setup import arm
-        from warmlink.orchestration.catalogue import controller
-        from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
-        from warmlink.orchestration.fmu_store import store
-
-        fmus = store(None, sorted({*arm().kinds, controller("none").name}), remark)
-        made_up.write_csv(hide_in_arm(strengths, axis, fmus, noise=kinds[noise], seed=seed), out)
+        made_up.write_csv(_in_arm(strengths, axis, kinds[noise], seed), out)
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
@@ -84,6 +83,17 @@ def hide(
     answer(
         f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
     )
+
+
+def _in_arm(strengths: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Array]:
+    """Columns of a run of the whole arm, with the effects in one axis."""
+    from warmlink.orchestration.arm.setup import arm
+    from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
+    from warmlink.orchestration.fmu_store import store
+
+    fmus = store(None, sorted({*arm().kinds, controller("none").name}), remark)
+    return hide_in_arm(strengths, axis, fmus, noise=noise, seed=seed)
 
 
 def _strengths(effects: Sequence[str]) -> dict[str, float]:

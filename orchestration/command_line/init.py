@@ -66,8 +66,12 @@ KINDS: dict[str, tuple[str, ...]] = {
     "study": ("study.toml", "study.json"),
     "law": ("law.py",),
     "experiment": (
-        *("experiment.toml", "experiment.json", "causes.toml", "causes.json"),
-        *("run.csv", "check.csv"),
+        "experiment.toml",
+        "experiment.json",
+        "causes.toml",
+        "causes.json",
+        "run.csv",
+        "check.csv",
     ),
     "causes": ("causes.toml", "causes.json"),
 }
@@ -76,8 +80,11 @@ KINDS: dict[str, tuple[str, ...]] = {
 WRITERS = {".toml": _template, ".py": _template, ".json": _schema, ".csv": _run}
 
 NEXT = {
-    **{"scenario": "warmlink run", "cell": "warmlink run", "study": "warmlink tune"},
-    **{"law": "warmlink run --controller", "experiment": "warmlink diagnose"},
+    "scenario": "warmlink run",
+    "cell": "warmlink run",
+    "study": "warmlink tune",
+    "law": "warmlink run --controller",
+    "experiment": "warmlink diagnose",
     "causes": "warmlink diagnose an experiment with [causes] file =",
 }
 """Command that takes the commented file."""

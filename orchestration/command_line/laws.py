@@ -67,7 +67,8 @@ def design(
         from warmlink.orchestration.files import fresh_file
         from warmlink.orchestration.report.design import write_report
 
-        title, lead = f"{law} for {Path(system).stem}", f"{'; '.join(found.summary().splitlines())}."
+        title = f"{law} for {Path(system).stem}"
+        lead = f"{'; '.join(found.summary().splitlines())}."
         with fresh_file(report) as target:
             write_report(plant_model(found.plant), found.reduced, title, lead, target)
     path = out or Path(f"{law}.ssv")

@@ -39,9 +39,12 @@ EXPLAINED = {
 
 
 _NAMES = {
-    **{"scenario": "closed_loop.load:scenario_names", "study": "studies.study:names"},
-    **dict.fromkeys(("controller", "law"), "catalogue:controllers"),
-    **{"mismatch": "scenarios.mismatch:names", "master": "master.algorithms.table:ALGORITHMS"},
+    "scenario": "closed_loop.load:scenario_names",
+    "study": "studies.study:names",
+    "controller": "catalogue:controllers",
+    "law": "catalogue:controllers",
+    "mismatch": "scenarios.mismatch:names",
+    "master": "master.algorithms.table:ALGORITHMS",
 }
 """Where the names are that the shell proposes, by the names of parameters."""
 

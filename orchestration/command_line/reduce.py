@@ -12,8 +12,6 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, print_ta
 if TYPE_CHECKING:
     from warmlink.orchestration.reduction.part import Part
 
-Faces = list[str] | None
-
 
 def reduce(
     part: Path,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,22 +107,18 @@ def simulate(
             allowed = tolerances_of(read, tolerance, watch)
             step_size = largest_step(read, stop_time, step_size if step else None)
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
-        isolation = _isolation(isolate, time_limit, memory_limit)
+        prepared = partial(
+            simulate_system,
+            read,
+            stop_time,
+            start_time=read.default_experiment.start_time,
+            isolation=_isolation(isolate, time_limit, memory_limit),
+            unpacked=work,
+            stepping=stepping_named(stepping),
+        )
 
         def run(step: float, by: Algorithm, shown: Callable[[int, int], None], **how: Any) -> Result:
-            usual: dict[str, Any] = {
-                "isolation": isolation,
-                "unpacked": work,
-                "stepping": stepping_named(stepping),
-            }
-            begins = read.default_experiment.start_time
-            return guarded(
-                lambda line: simulate_system(
-                    read, stop_time, step, by, start_time=begins, line=line, **usual, **how
-                ),
-                shown,
-                remark,
-            )
+            return guarded(lambda line: prepared(step, by, line=line, **how), shown, remark)
 
         recorded = options.listed(record) or ()
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
@@ -161,16 +158,21 @@ def simulate(
         _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
         if statistics:
             options.print_statistics(result.statistics)
-    for told in result.remarks:
-        remark(told)
-    for each in missed:
-        remark(f"{each.variable}: the coupling error is not within the tolerance; allow more")
-    if lost is not None:
-        remark(f"{folder}: {lost}")
-    if result.reason is not None:
-        remark(f"stopped early: {result.reason}; what was computed up to there is kept")
+    for sentence in _remarks(result, missed, None if lost is None else f"{folder}: {lost}"):
+        remark(sentence)
     if lost is not None or result.reason is not None:
         raise SystemExit(FAILED)
+
+
+def _remarks(result: Result, missed: Sequence[CouplingError], lost: str | None) -> Iterator[str]:
+    """What to say of a run beside its figures: of errors beyond their tolerance, and of what was lost."""
+    yield from result.remarks
+    for each in missed:
+        yield f"{each.variable}: the coupling error is not within the tolerance; allow more"
+    if lost is not None:
+        yield lost
+    if result.reason is not None:
+        yield f"stopped early: {result.reason}; what was computed up to there is kept"
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:

@@ -92,14 +92,13 @@ def compare(
     for first in {each.controller.name: each for each in plan.scenarios}.values():
         options.advise(first)
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
-    with _interruptible():
-        comparison = compared(plan, _means(fmus, jobs, scheduler, exact), folder)
-        with _results(folder) as target:
-            write_csv(comparison, target / "compare.csv")
-            if report:
-                from warmlink.orchestration.report.comparison import write_report
+    means = _means(fmus, jobs, scheduler, exact)
+    with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:
+        write_csv(comparison, target / "compare.csv")
+        if report:
+            from warmlink.orchestration.report.comparison import write_report
 
-                write_report(comparison, target / "report.html")
+            write_report(comparison, target / "report.html")
     if json:
         answer_json(comparison.records())
     else:
@@ -155,21 +154,20 @@ def tune(
     out : Folder for results. Default: out/STUDY/tune.
     """
     from warmlink.orchestration.studies.study import load_study
-    from warmlink.orchestration.studies.tune import tune_study
+    from warmlink.orchestration.studies.tune import tuned
     from warmlink.orchestration.studies.winner import write_winner
 
     asked = load_study(study).lasting(trials)
     folder = out or Path("out") / asked.name / "tune"
-    with _interruptible():
-        found = tune_study(asked, means=_means(fmus, jobs, scheduler, exact), out=folder)
-        with _results(folder) as target:
-            found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
-            if found.best is not None:
-                write_winner(asked, found.best.point, target)
-            if report:
-                from warmlink.orchestration.report.studies import write_tuning
+    means = _means(fmus, jobs, scheduler, exact)
+    with _interruptible(), tuned(asked, means, folder) as found, _results(folder) as target:
+        found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
+        if found.best is not None:
+            write_winner(asked, found.best.point, target)
+        if report:
+            from warmlink.orchestration.report.studies import write_tuning
 
-                write_tuning(found, target / "report.html")
+            write_tuning(found, target / "report.html")
     if json:
         answer_json(found.to_dict())
         return
@@ -202,23 +200,22 @@ def sweep(
     ----------
     out : Folder for results. Default: out/STUDY/sweep.
     """
-    from warmlink.orchestration.studies.points import sweep_study, write_parquet
+    from warmlink.orchestration.studies.points import swept, write_parquet
     from warmlink.orchestration.studies.study import load_study
 
     asked = load_study(study)
     folder = out or Path("out") / asked.name / "sweep"
-    with _interruptible():
-        swept = sweep_study(asked, means=_means(fmus, jobs, scheduler, exact), out=folder)
-        with _results(folder) as target:
-            write_parquet(asked, swept.found, target / "sweep.parquet")
-            if report:
-                from warmlink.orchestration.report.studies import write_sweep
+    means = _means(fmus, jobs, scheduler, exact)
+    with _interruptible(), swept(asked, means, folder) as searched, _results(folder) as target:
+        write_parquet(asked, searched.found, target / "sweep.parquet")
+        if report:
+            from warmlink.orchestration.report.studies import write_sweep
 
-                write_sweep(asked, swept.found, target / "report.html")
+            write_sweep(asked, searched.found, target / "report.html")
     if json:
-        answer_json(swept.to_dict())
+        answer_json(searched.to_dict())
         return
-    answer(f"{swept.summary()}\ntable   {folder / 'sweep.parquet'}")
+    answer(f"{searched.summary()}\ntable   {folder / 'sweep.parquet'}")
     if report:
         answer(f"report  {folder / 'report.html'}")
 

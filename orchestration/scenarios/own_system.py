@@ -84,9 +84,15 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
         )
-    stop, step = system.default_experiment.stop_time or 3600.0, system.default_experiment.step_size or 1.0
-    about = f"system of {path.name}"
-    blueprint = Blueprint(system.name, about, components, (*wires, *driven), stop, step)
+    experiment = system.default_experiment
+    blueprint = Blueprint(
+        system.name,
+        f"system of {path.name}",
+        components,
+        (*wires, *driven),
+        experiment.stop_time or 3600.0,
+        experiment.step_size or 1.0,
+    )
     return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -164,14 +165,19 @@ def compare(
     """
     given = given_values(parameters)
     sets = [StartValueSet("parameters", given)] if given else []
-    return compared(plan_on(system, controllers, duty_cycles, mismatches, sets, scenario), means, out)
+    plan = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
+    with compared(plan, means, out) as comparison:
+        return comparison
 
 
-def compared(plan: Plan, means: Means, out: str | Path | None) -> Comparison:
-    """Run a plan; finished runs are kept in a folder, where one is given."""
+@contextmanager
+def compared(plan: Plan, means: Means, out: str | Path | None) -> Iterator[Comparison]:
+    """Run a plan; the folder in which finished runs are kept is locked until the block ends."""
     cases = plan.cases
-    with at_work(plan.scenarios, means, out) as work, progress_bar(f"{len(cases)} runs") as progress:
-        return run_comparison(cases, work.workers, progress)
+    with at_work(plan.scenarios, means, out) as work:
+        with progress_bar(f"{len(cases)} runs") as progress:
+            comparison = run_comparison(cases, work.workers, progress)
+        yield comparison
 
 
 def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) -> Comparison:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer, progress_bar
-from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
+from warmlink.orchestration.studies.at_work import Means, at_work
 from warmlink.orchestration.studies.case import METRICS, Case, Outcome
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
 from warmlink.orchestration.studies.workers import Workers
@@ -223,12 +224,14 @@ def sweep(study: Study, points: list[Point], workers: Workers, progress: Progres
     return sorted(found, key=lambda judged: judged.number)
 
 
-def sweep_study(study: Study, means: Means = USUAL, out: str | Path | None = None) -> Searched:
-    """Run all points of a study's sweep; finished runs are kept in a folder, where one is given."""
+@contextmanager
+def swept(study: Study, means: Means, out: Path) -> Iterator[Searched]:
+    """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
     points = points_of(study)
-    with at_work(study.scenarios, means, out) as work, progress_bar(study.title) as progress:
-        found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
-    return Searched(study, found)
+    with at_work(study.scenarios, means, out) as work:
+        with progress_bar(study.title) as progress:
+            found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
+        yield Searched(study, found)
 
 
 def write_parquet(study: Study, found: list[Judged], path: Path) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -164,22 +165,30 @@ def tune_study(
     InputError
         If there is no such study, or it asks for what does not exist or cannot be.
     """
-    import_optuna()
     asked = (study if isinstance(study, Study) else load_study(str(study))).lasting(trials)
-    share = asked.tune.trials
+    with tuned(asked, means, out) as found:
+        return found
+
+
+@contextmanager
+def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]:
+    """Tune; the folder in which finished runs are kept is locked until the block ends."""
+    import_optuna()
 
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with at_work(asked.scenarios, means, out) as work, progress_bar(asked.title) as show:
-        storage = Storage(asked, work.fmus.digest, asked.tune.storage or default_url(work.folder))
-        return tune(
-            asked,
-            work.workers,
-            storage,
-            lambda done, leader: show(done / share, note(leader)),
-            joined=work.joins(asked.controller),
-        )
+    with at_work(study.scenarios, means, out) as work:
+        storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
+        with progress_bar(study.title) as show:
+            found = tune(
+                study,
+                work.workers,
+                storage,
+                lambda done, leader: show(done / study.tune.trials, note(leader)),
+                joined=work.joins(study.controller),
+            )
+        yield found
 
 
 def _run(

@@ -32,7 +32,9 @@ INTEGER_BITS = {
 TYPES: dict[str, ConnectorType] = {
     **dict.fromkeys(("Real", "Float32", "Float64"), "Real"),
     **dict.fromkeys(INTEGER_BITS, "Integer"),
-    **{"Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration"},
+    "Boolean": "Boolean",
+    "String": "String",
+    "Enumeration": "Enumeration",
 }
 """Those of connectors by the words of FMI 2.0, FMI 3.0 and SSP."""
 

@@ -221,7 +221,8 @@ def test_an_isolated_fmu_that_takes_all_memory_is_named(fmu: Path) -> None:
     assert rows() == 6
 
 
-def test_ctrl_c_before_there_is_anything_says_so(tmp_path: Path) -> None:
+@pytest.mark.parametrize("folder", ["o", "-o"], ids=["plain", "read by typer"])
+def test_ctrl_c_before_there_is_anything_says_so(tmp_path: Path, folder: str) -> None:
     script = (
         "import signal, time, warmlink.orchestration.cli as cli, warmlink.orchestration.fmu_store as fmus\n"
         # A suite that runs in the background ignores the signal; a sleep ends with what its handler raises.
@@ -230,8 +231,8 @@ def test_ctrl_c_before_there_is_anything_says_so(tmp_path: Path) -> None:
         "cli.main()"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script, "run", "--out", "o"], capture_output=True, text=True, check=False
+        [sys.executable, "-c", script, "run", f"--out={folder}"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 130
     assert done.stderr == "warmlink: interrupted; there are no results\n"
-    assert not Path("o").exists()
+    assert not Path(folder).exists()

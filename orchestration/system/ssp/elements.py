@@ -71,7 +71,9 @@ def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: Value | Non
 def _text(value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
-    return repr(value) if isinstance(value, float) else str(value)
+    return (
+        repr(float(value)) if isinstance(value, float) else str(value)
+    )  # a NumPy float's repr tells its type
 
 
 def unit_elements(root: Any, prefix: str, units: Iterable[Unit]) -> None:

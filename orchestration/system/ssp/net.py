@@ -117,6 +117,15 @@ class Net:
         return found
 
     @cached_property
+    def inside(self) -> dict[Path, list[Path]]:
+        """What each system holds, without what that holds."""
+        found: dict[Path, list[Path]] = {path: [] for path in self.elements}
+        for path in self.elements:
+            if path:
+                found[path[:-1]].append(path)
+        return found
+
+    @cached_property
     def into(self) -> dict[Node, Edge]:
         """The one edge into each connector that is driven.
 
@@ -148,6 +157,15 @@ class Net:
                     way.insert(0, before)
                 ways.append(way)
         return ways
+
+    @cached_property
+    def onward(self) -> dict[Node, list[list[Edge]]]:
+        """For each connector that drives others the ways from it to components."""
+        found: dict[Node, list[list[Edge]]] = {}
+        for way in self.ways:
+            for i, edge in enumerate(way):
+                found.setdefault(edge.source, []).append(way[i:])
+        return found
 
     def _directed(self, declared: Edge, within: Path) -> Edge:
         """Give a connection that stands in a system as data flows through it."""

@@ -134,8 +134,8 @@ class Resolver:
         if name in (element.connectors if element.info is None else element.info.variables):
             yield Node(path, name)
         if element.info is None:
-            for inner in self.net.elements:
-                if inner[:-1] == path and inner and name.startswith(f"{inner[-1]}."):
+            for inner in self.net.inside[path]:
+                if name.startswith(f"{inner[-1]}."):
                     yield from self._named(inner, name[len(inner[-1]) + 1 :])
 
     def _onward(self, entering: Edge) -> list[list[Edge]]:
@@ -147,9 +147,7 @@ class Resolver:
         kind = declared.kind if declared else "absent"
         if kind not in ("input", "parameter"):
             raise InputError(f"{node}: takes no start value, being {kind}; set an input or parameter")
-        ways = [
-            [entering, *way[i:]] for way in self.net.ways for i, edge in enumerate(way) if edge.source == node
-        ]
+        ways = [[entering, *way] for way in self.net.onward.get(node, ())]
         if not ways:
             self.remarks.append(f"{node}: has a start value but drives nothing")
         return ways

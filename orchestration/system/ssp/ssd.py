@@ -173,10 +173,8 @@ class _Document:
     def connection(self, element: Any, at: Path) -> Edge:
         ends = []
         for end in ("start", "end"):
-            connector, owner = (
-                required(element, f"{end}Connector", self.where(at)),
-                element.get(f"{end}Element"),
-            )
+            connector = required(element, f"{end}Connector", self.where(at))
+            owner = element.get(f"{end}Element")
             ends.append(Node(at if owner is None else (*at, owner), connector))
         edge = Edge(ends[0], ends[1])
         for name in ("startIndices", "endIndices"):

@@ -23,7 +23,9 @@ def test_time_to_tolerance_is_the_first_time_after_which_the_error_stays_inside(
 
 
 def test_an_error_that_is_not_a_number_is_never_within_tolerance() -> None:
-    assert error_metrics(np.arange(2.0), np.array([0.0, np.nan]), TOLERANCE).time_to_tolerance_s is None
+    metrics = error_metrics(np.arange(100.0), np.array([*[0.0] * 99, np.nan]), TOLERANCE)
+    assert metrics.time_to_tolerance_s is None
+    assert np.isnan([metrics.max_abs_um, metrics.p95_abs_um, metrics.rms_um]).all()
 
 
 def test_root_mean_square_weighs_by_time_not_by_points() -> None:

@@ -85,6 +85,13 @@ def test_a_bad_scenario_is_refused_in_one_sentence(content: str, sentence: str) 
     assert "\n" not in str(refusal.value)
 
 
+def test_what_python_cannot_write_out_is_refused_in_a_sentence() -> None:
+    with pytest.raises(InputError, match="stop_time: a number beyond 64 bits"):
+        read_scenario("mine", f"duty = 'continuous'\nstop_time = 0x{'F' * 5000}")
+    with pytest.raises(InputError, match="a is not known"):
+        read_scenario("mine", f"duty = 'continuous'\n{'a.' * 3000}b = 1")
+
+
 WRONG = ("3", "-1.5", "true", "'words'", "[]", "[1]", "{}", "{ a = 1 }", "nan", "1979-05-27", "9" * 400, "''")
 WHOLE = """
 title = 'x'

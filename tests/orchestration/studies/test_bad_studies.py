@@ -1,12 +1,15 @@
 """Bad studies end in one sentence and exit code 2 before anything runs, with nothing left behind."""
 
+import os
 import sqlite3
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 
+from warmlink.fmus.files import lock, unlock
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.files import locked_folder
+from warmlink.orchestration.files import fresh_folder, locked_folder
 
 COMPARE = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml"]
 
@@ -124,3 +127,26 @@ def test_a_bad_number_of_processes_is_refused_before_fmus_are_built(
         [*command, "--jobs", jobs], capsys, monkeypatch
     )
     assert not list(cache.rglob("*.fmu"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="has no such locks")
+def test_the_folder_is_held_until_the_results_are_in_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free: list[bool] = []
+
+    def watched(out: Path) -> AbstractContextManager[Path]:
+        handle, nobody = lock(out)
+        unlock(handle)
+        free.append(nobody)
+        return fresh_folder(out)
+
+    monkeypatch.setattr("warmlink.orchestration.command_line.studies.fresh_folder", watched)
+    for command in (["tune", "study.toml", "--trials", "1"], ["sweep", "study.toml"], COMPARE):
+        monkeypatch.setattr("sys.argv", ["warmlink", *command, "--no-report", "--out", "o"])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        assert stop.value.code == 0, capsys.readouterr().err
+    assert free == [False] * 3
+    for file in ("trials.csv", "sweep.parquet", "compare.csv"):
+        assert Path("o", file).is_file()

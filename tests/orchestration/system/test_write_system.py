@@ -6,6 +6,7 @@ import importlib.util
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lxml import etree
 
@@ -228,7 +229,7 @@ def test_parameter_sets_round_trip(tmp_path: Path) -> None:
     write_ssv(values, tmp_path / "rod.ssv")
     assert read_ssv(tmp_path / "rod.ssv") == values
     schema("SystemStructureParameterValues.xsd").assertValid(etree.parse(tmp_path / "rod.ssv"))
-    write_ssv({"a": 1.5, "b": 2, "c": False, "d": "x"}, tmp_path / "plain.ssv")
+    write_ssv({"a": np.float64(1.5), "b": 2, "c": False, "d": "x"}, tmp_path / "plain.ssv")
     read = read_ssv(tmp_path / "plain.ssv")
     assert {k: (p.type, p.value) for k, p in read.items()} == {
         "a": ("Real", 1.5),

@@ -101,7 +101,7 @@ def test_what_is_remembered_is_made_once_for_each_state_of_the_source(
     assert [found(), found()] == [[2], [2]]
     for file in (tmp_path / "things").iterdir():
         file.write_bytes(b"damaged")
-    assert found() == [3]
+    assert [found(), found()] == [[3], [3]]
 
 
 def test_what_python_writes_beside_the_source_is_none_of_it(
@@ -129,3 +129,14 @@ def test_refused_files_are_not_remembered(tmp_path: Path, monkeypatch: pytest.Mo
     for _ in range(2):
         with pytest.raises(InputError, match="mend it"):
             remembered("things", "the same", refuse)
+    assert not list(tmp_path.rglob("*.*"))
+
+
+def test_what_cannot_be_remembered_is_made_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    assert remembered("things", 16**5000, lambda: "of a number that no text tells") == (
+        "of a number that no text tells"
+    )
+    unlocked = threading.Lock()  # cannot be pickled
+    assert remembered("things", "the same", lambda: unlocked) is unlocked
+    assert not list(tmp_path.rglob(".writing-*"))
