@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
+
+_GAP = 3.0
+"""Usual spacings of the rows from which on a pause counts as a gap."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,24 @@ class Run:
     def measured(self) -> tuple[Column, ...]:
         """Columns of readings, in the order of the file."""
         return tuple(column for column in self.columns if column.variable in self.readings)
+
+    def understood(self) -> dict[str, Any]:
+        """What the run was understood to be, as JSON."""
+        spacing = np.diff(self.time)
+        usual = float(np.median(spacing))
+        gaps = np.flatnonzero(spacing > _GAP * usual)
+        said = ("variable", "unit", "unit_from", "filled", "cells", "least", "largest")
+        return {
+            "name": self.name,
+            "form": self.form,
+            "rows": int(self.time.size),
+            "duration_s": float(self.time[-1]),
+            "spacing_s": usual,
+            "gaps": [{"at_s": float(self.time[i]), "lasts_s": float(spacing[i])} for i in gaps],
+            "held_out": self.heldout,
+            "columns": [{"column": c.header, **{k: getattr(c, k) for k in said}} for c in self.columns],
+            "not_used": list(self.unused),
+        }
 
     def row_at(self, times: NDArray[np.floating]) -> NDArray[np.intp]:
         """Row whose inputs act at each time in s, shape of `times`."""

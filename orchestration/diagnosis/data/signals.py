@@ -48,11 +48,11 @@ class Column:
     unit: str
     variable: str
     header: str = ""
-    source: str = "header"
+    unit_from: str = "header"
     filled: int = 0
-    rows: int = 0
-    low: float = np.nan
-    high: float = np.nan
+    cells: int = 0
+    least: float | None = None
+    largest: float | None = None
 
 
 def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, Rows]:
@@ -85,7 +85,7 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
         lost = np.union1d(lost, beyond)
         values[beyond] = np.nan
     seen = read[np.isfinite(values)]
-    ends = (float(seen.min()), float(seen.max())) if seen.size else (np.nan, np.nan)
+    ends = (float(seen.min()), float(seen.max())) if seen.size else (None, None)
     column = Column(place.name, unit, place.variable, header, place.source, seen.size, read.size, *ends)
     return column, values, lost
 
