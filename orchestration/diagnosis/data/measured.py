@@ -10,20 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component import limits
+from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Place, Said
 from warmlink.orchestration.diagnosis.data.layout import TIME
 from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
-from warmlink.orchestration.diagnosis.data.signals import (
-    Column,
-    held,
-    lost_remark,
-    signal,
-    without_repeats,
-)
+from warmlink.orchestration.diagnosis.data.signals import Column, held, signal, without_repeats
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -161,13 +155,13 @@ def read_run(
         kind = "covariate" if place.variable in extra.values() else _kind(sheet, place, rig)
         scalar = rig.variables.get(place.variable)
         column, values, lost = signal(sheet, place, scalar)
-        remarks += lost_remark(sheet, place.column, lost)
+        remarks += [sheet.taken_for_missing(lost, place.column)] if lost.size else []
         if kind == "reading":
             values, left_out = without_repeats(sheet, column.name, values)
             remarks += left_out
         else:
-            if kind == "input":
-                _refuse_undefined(sheet, place, values, rig)
+            if kind == "input" and scalar is not None and scalar.is_discrete:
+                _refuse_undefined(sheet, place, values, scalar)
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)
@@ -200,10 +194,9 @@ def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
     )
 
 
-def _refuse_undefined(sheet: Sheet, place: Place, values: Array, rig: Rig) -> None:
+def _refuse_undefined(sheet: Sheet, place: Place, values: Array, scalar: Scalar) -> None:
     """Raise InputError where a cell is not a value of a discrete input, as 1.5 for the pad's mode."""
-    scalar = rig.variables[place.variable]
-    for row in np.flatnonzero(np.isfinite(values)).tolist() if scalar.is_discrete else ():
+    for row in np.flatnonzero(np.isfinite(values)).tolist():
         sentence = limits.problem(scalar, float(values[row]))
         if sentence is not None:
             raise InputError(f"{sheet.at(row, place.column)}: {sentence}")

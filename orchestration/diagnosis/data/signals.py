@@ -90,15 +90,6 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
     return column, values, lost
 
 
-def lost_remark(sheet: Sheet, column: int, lost: Rows) -> list[str]:
-    """Say which cells are taken for missing values."""
-    if not lost.size:
-        return []
-    row = int(lost[0])
-    more = f", as are {lost.size - 1} more in this column" if lost.size > 1 else ""
-    return [f"{sheet.at(row, column)}: {sheet.cell(row, column)} is taken for a missing value{more}"]
-
-
 def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     """Values with the last one in each empty cell; those of a pad stay empty, which is off.
 
@@ -107,8 +98,8 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     filled = np.isfinite(values)
     if place.variable.endswith("pad_temperature"):
         filled[:] = True
-        for row in lost:
-            filled[row] = str(sheet.cells[place.column].iloc[row]).strip().lower() in ("off", "none")
+        words = sheet.cells[place.column].iloc[lost].astype(str).str.strip().str.lower()
+        filled[lost] = words.isin(["off", "none"])
     elif not filled.any():
         raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
     if not filled[0]:
