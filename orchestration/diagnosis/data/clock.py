@@ -91,7 +91,7 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
     """Seconds of written dates or times of the day."""
-    for row in np.flatnonzero(text.to_numpy() == ""):
+    for row in np.flatnonzero(text.to_numpy() == "").tolist():
         raise InputError(f"{sheet.at(row, column)}: the time is missing")
     if form is not None and "%" in form:
         return _by_forms(sheet, column, text, [form])
@@ -153,7 +153,8 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    for row in np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool)):
+    right = text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool)
+    for row in np.flatnonzero(~right).tolist():
         raise InputError(
             f"{sheet.at(row, column)}: {text.iloc[row]!r} is not of the form HH:MM:SS; write it so, or give "
             f'its form, as --unit "{sheet.headers[column]}=%H:%M"'
@@ -165,9 +166,9 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
-    for row in np.flatnonzero(~np.isfinite(values)):
+    for row in np.flatnonzero(~np.isfinite(values)).tolist():
         raise InputError(f"{sheet.at(row, column)}: the time is missing; give it or remove the row")
-    for row in np.flatnonzero(np.diff(values) <= 0) + 1:
+    for row in (np.flatnonzero(np.diff(values) <= 0) + 1).tolist():
         raise InputError(
             f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
             "increase, so sort the rows, and give fractions of a second where rows come faster"
