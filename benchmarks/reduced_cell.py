@@ -42,7 +42,7 @@ WORK = (Segment(1800, 3.43, 2.5), Segment(600, 1.0, 4.0, COLD + 2), Segment(1200
 
 def full_course(part: Part, truth: Truth, duty: Sequence[Segment], times: Array) -> Course:
     """Course of a cell whose link is all finite elements of a part, as `hide` wants it of a solver."""
-    outputs, size = part.heat.outputs, STEP
+    outputs, size = np.vstack([part.heat.outputs, part.heat.loads[:, :2].T]), STEP
     values = {
         "conductivity": truth.conductivity,
         "density": truth.capacity / part.within.material["specific_heat"],
@@ -100,7 +100,7 @@ def main(
     reduced = grown(reduced_link("Reduced", part.model), times)
     slender = grown(SLENDER, times, tip_position=0.3302)
     print_table(
-        f"{part.heat.unknowns} temperatures, reduced to {part.model.order}",
+        f"{part.heat.integrals.size} temperatures, reduced to {part.model.order}",
         ("time [s]", "full [µm]", "reduced less full [nm]", "slender less full [µm]"),
         [
             (f"{t:g}", f"{1e6 * a:.3f}", f"{1e9 * (b - a):.2f}", f"{1e6 * (c - a):.3f}")

@@ -13,7 +13,7 @@ time scaled by heat capacity over conductivity it depends on ratios alone, and o
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
@@ -29,6 +29,10 @@ SAFETY = 1.5
 
 SAMPLES = 32
 """Parameters at which the error is computed, beside the corners of the range."""
+
+TIP_HEAT_FLOW, AMBIENT_CHANGE = 5.0, 15.0
+"""W and K, peaks; from the second follow the surface's heat flux, by the convection, and that which a change
+of convection brings to a warm part."""
 
 CARRIED = 0.5
 """Largest heat capacity of hub and tip, as a share of the part's."""
@@ -50,29 +54,30 @@ SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP = 6, 60, 2
 TRIED = 5
 """Bases that are tried where the order is given."""
 
+Setting = tuple[Array, Array]
+"""What conducts and cools, over the conductivity, and what stores, over the heat capacity, both (m, m)."""
 
-@dataclass(frozen=True)
-class Demand:
-    """What is asked of the reduced model.
+
+class Tried(NamedTuple):
+    """A basis of a part's span and its errors, for inputs one at a time.
 
     Attributes
     ----------
-    displacement : largest error in m
-    temperature : largest error in K
-    heat_flow, tip_heat_flow : peaks in W
-    ambient_change : peak in K; the surface's heat flux follows from it and the convection, and so does the
-        flux that a change of convection brings to a warm part
+    basis : orthonormal, shape (m, n)
+    gains : largest error of each output for each load of 1, times the conductivity, shape (14, loads)
+    error : largest error over its tolerance, with inputs at their peaks
+    worst : setting at which it is largest
     """
 
-    displacement: float = 10e-9
-    temperature: float = 5e-3
-    heat_flow: float = 20.0
-    tip_heat_flow: float = 5.0
-    ambient_change: float = 15.0
+    basis: Array
+    gains: Array
+    error: float
+    worst: Setting
 
-
-Setting = tuple[Array, Array]
-"""What conducts and cools, over the conductivity, and what stores, over the heat capacity, both (m, m)."""
+    @property
+    def order(self) -> int:
+        """Number of patterns."""
+        return self.basis.shape[1]
 
 
 class Responses:
@@ -81,63 +86,71 @@ class Responses:
     Parameters
     ----------
     heat : the part in its span
-    within : the range
-    demand : tolerances and peaks; rotation is weighed by the distance from base to tool point
+    within : the range; rotation is weighed by the distance from base to tool point
     """
 
-    def __init__(self, heat: Heat, within: Range, demand: Demand) -> None:
-        self.heat, reach = heat, float(np.linalg.norm(heat.reach))
-        self.loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
-        flux = demand.ambient_change * within.convection[1] / 2
-        fluxes = self.loads.shape[1] - 2
-        self.peaks = np.array([demand.heat_flow, demand.tip_heat_flow, *[flux] * fluxes])
-        per_metre = within.material["expansion_coefficient"] / demand.displacement
-        rest = len(heat.outputs) - 6
-        weights = np.array([per_metre] * 3 + [per_metre * reach] * 3 + [1 / demand.temperature] * rest)
-        self._scale = SAFETY * weights[:, None] * self.peaks / within.conductivity[0]
-        self._per_second = within.material["conductivity"] / within.capacity
+    def __init__(self, heat: Heat, within: Range) -> None:
+        self.heat, self._per_second = heat, within.per_second
+        self._loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
+        flux = AMBIENT_CHANGE * within.convection[1] / 2
+        fluxes = [flux] * (self._loads.shape[1] - 2)
+        self._peaks = np.array([within.heat_flow, TIP_HEAT_FLOW, *fluxes])
+        weights = np.full(len(heat.outputs), 1 / within.temperature)
+        weights[:6] = within.material["expansion_coefficient"] / within.displacement
+        weights[3:6] *= np.linalg.norm(heat.reach)
+        self._scale = SAFETY * weights[:, None] * self._peaks / within.conductivity[0]
         self._times = self._per_second * np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
-        self.settings = list(_settings(heat, within))
-        self._exact = [self.steps(setting) for setting in self.settings]
+        self._settings = list(_settings(heat, within))
+        self._exact = [self._steps(*eigh(*setting)) for setting in self._settings]
 
-    def modes(self, setting: Setting, basis: Array | None = None) -> tuple[Array, Array]:
-        """Rates of decay in scaled time, shape (n,), and modes, in the part's span or in a basis of it."""
-        decay, mass = setting
-        if basis is None:
-            return eigh(decay, mass)
-        rates, modes = eigh(basis.T @ decay @ basis, basis.T @ mass @ basis)
-        return rates, basis @ modes
+    def choose(self, order: int | None = None) -> list[Tried]:
+        """Bases that were tried until the error at every sampled setting was within the tolerance.
 
-    def steps(self, setting: Setting, basis: Array | None = None) -> Array:
-        """Responses of outputs to steps of inputs, shape (outputs, inputs, times)."""
-        rates, modes = self.modes(setting, basis)
-        grown = -np.expm1(-np.outer(rates, self._times)) / rates[:, None]
-        return np.einsum(
-            "om,mt,mi->oit", self.heat.outputs @ modes, grown, modes.T @ self.loads, optimize=True
-        )
+        A greedy search: at each step the Gramian of the worst setting is added, and the order grows.
 
-    def errors(self, basis: Array) -> tuple[Array, Array]:
-        """Error of a basis at all settings, for inputs one at a time.
+        Parameters
+        ----------
+        order : to take in place of the one that the tolerance asks for
 
-        Returns
-        -------
-        gains, errors
-            Largest error of outputs for loads of 1, times the conductivity, shape (settings, outputs, loads);
-            and the largest for inputs at their peaks, as a share of its tolerance, shape (settings,).
+        Raises
+        ------
+        InputError
+            The tolerance is not met with any order up to `LARGEST_ORDER`.
         """
-        gains = np.array(
-            [
-                np.abs(np.diff(exact - self.steps(setting, basis), axis=2)).sum(axis=2)
-                for setting, exact in zip(self.settings, self._exact, strict=True)
-            ]
-        )
-        return gains, (gains * self._scale).max(axis=(1, 2))
+        orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
+        gramian = self._gramian(self._settings[0])
+        found: list[Tried] = []
+        for size in orders:
+            found.append(self._tried(_leading(gramian, self.heat.integrals, size)))
+            if order is None and found[-1].error <= 1:
+                return found
+            gramian = gramian + self._gramian(found[-1].worst)
+        if order is None:
+            raise InputError(
+                f"{LARGEST_ORDER} patterns leave an error {found[-1].error:.2g} times the tolerance; allow a "
+                "larger --tolerance, or a narrower range of convection"
+            )
+        return found
 
-    def gramian(self, setting: Setting) -> Array:
+    def _tried(self, basis: Array) -> Tried:
+        gains = []
+        for (decay, mass), exact in zip(self._settings, self._exact, strict=True):
+            rates, modes = eigh(basis.T @ decay @ basis, basis.T @ mass @ basis)
+            gains.append(np.abs(np.diff(exact - self._steps(rates, basis @ modes), axis=2)).sum(axis=2))
+        errors = (np.array(gains) * self._scale).max(axis=(1, 2))
+        return Tried(basis, np.max(gains, axis=0), errors.max(), self._settings[int(np.argmax(errors))])
+
+    def _steps(self, rates: Array, modes: Array) -> Array:
+        """Responses to steps of inputs by modes and their decay, shape (outputs, inputs, times)."""
+        grown = -np.expm1(-np.outer(rates, self._times)) / rates[:, None]
+        seen, driven = self.heat.outputs @ modes, modes.T @ self._loads
+        return np.einsum("om,mt,mi->oit", seen, grown, driven, optimize=True)
+
+    def _gramian(self, setting: Setting) -> Array:
         """What inputs at their peaks reach, shape (m, m): a controllability Gramian of smoothed inputs."""
-        rates, modes = self.modes(setting)
+        rates, modes = eigh(*setting)
         smoothed = 1 + SMOOTHING * self._per_second * rates
-        driven = modes.T @ (self.loads * self.peaks) / smoothed[:, None]
+        driven = modes.T @ (self._loads * self._peaks) / smoothed[:, None]
         return np.asarray(modes @ (driven @ driven.T / np.add.outer(rates, rates)) @ modes.T)
 
 
@@ -155,7 +168,7 @@ def _settings(heat: Heat, within: Range) -> Iterator[Setting]:
     for share in LatinHypercube(groups + 4, rng=0).random(SAMPLES):
         held = share[:4] ** 2  # most carry and lose little
         loss = LOST / within.material["conductivity"] * held[:2]
-        yield setting(low * (high / low) ** share[4:], loss, CARRIED * _volume(heat) * held[2:])
+        yield setting(low * (high / low) ** share[4:], loss, CARRIED * volume(heat) * held[2:])
 
 
 def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
@@ -164,69 +177,12 @@ def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
     Flux over the surface in the profile of temperatures that heat at the base, or the tip, has brought about,
     from shortly to long after it began, for 1 K at that end.
     """
-    ratio = float(np.sqrt(np.prod(within.ratios)))
-    cooled = heat.conduction + ratio * sum(heat.cooling)
-    scaled = within.capacity / within.material["conductivity"]
-    profiles = [
-        np.linalg.solve(cooled + rate * scaled * np.eye(len(cooled)), heat.loads[:, :2]) for rate in WARMING
-    ]
-    reached = np.column_stack([each / np.sum(heat.loads[:, :2] * each, axis=0) for each in profiles])
+    cooled = heat.conduction + float(np.sqrt(np.prod(within.ratios))) * sum(heat.cooling)
+    ends, stored = heat.loads[:, :2], np.eye(len(cooled)) / within.per_second
+    profiles = [np.linalg.solve(cooled + rate * stored, ends) for rate in WARMING]
+    reached = np.column_stack([each / np.sum(ends * each, axis=0) for each in profiles])
     for cooling in heat.cooling:
         yield cooling @ reached
-
-
-@dataclass(frozen=True, eq=False)
-class Chosen:
-    """A basis of the part's span, and its errors.
-
-    Attributes
-    ----------
-    basis : shape (m, n), orthonormal
-    gains : of `Responses.errors`, the largest at all settings
-    error : largest error over its tolerance
-    """
-
-    basis: Array
-    gains: Array
-    error: float
-
-    @property
-    def order(self) -> int:
-        """Number of patterns."""
-        return self.basis.shape[1]
-
-
-def choose_order(responses: Responses, order: int | None = None) -> list[Chosen]:
-    """Bases that were tried until the error at every sampled setting was within the tolerance.
-
-    A greedy search: at each step the Gramian of the worst setting is added, and the order grows.
-
-    Parameters
-    ----------
-    responses : of the part
-    order : to take in place of the one that the tolerance asks for
-
-    Raises
-    ------
-    InputError
-        The tolerance is not met with any order up to `LARGEST_ORDER`.
-    """
-    orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
-    gramian = responses.gramian(responses.settings[0])
-    tried: list[Chosen] = []
-    for size in orders:
-        basis = _leading(gramian, responses.heat.integrals, size)
-        gains, found = responses.errors(basis)
-        tried.append(Chosen(basis, gains.max(axis=0), float(found.max())))
-        if order is None and tried[-1].error <= 1:
-            break
-        gramian = gramian + responses.gramian(responses.settings[int(np.argmax(found))])
-    if order is None and tried[-1].error > 1:
-        raise InputError(
-            f"{LARGEST_ORDER} patterns leave an error {tried[-1].error:.2g} times the tolerance; allow a "
-            "larger --tolerance, or a narrower range of convection"
-        )
-    return tried
 
 
 def _leading(gramian: Array, uniform: Array, order: int) -> Array:
@@ -252,14 +208,12 @@ def separated(basis: Array, heat: Heat) -> tuple[Array, Array]:
         Shape (m, n), the uniform temperature first, and shape (n,) [m].
     """
     rates, directions = eigh(basis.T @ heat.conduction @ basis)
-    volume = _volume(heat)
-    patterns = np.sqrt(volume) * basis @ directions
-    conduction = volume * rates
-    conduction[0] = 0.0  # of the uniform temperature, which rounding might let grow
+    patterns = np.sqrt(volume(heat)) * basis @ directions
+    rates[0] = 0.0  # of the uniform temperature, which rounding might let grow
     patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.integrals)
-    return patterns, conduction
+    return patterns, volume(heat) * rates
 
 
-def _volume(heat: Heat) -> float:
+def volume(heat: Heat) -> float:
     """Volume of a part in its span [m3]: there its integrals are also the amplitudes of 1 K everywhere."""
     return float(heat.integrals @ heat.integrals)
