@@ -92,7 +92,8 @@ def main(
     ),
 ) -> None:
     """Compare three links in the cell, hide an effect in a run of the full elements, and diagnose it."""
-    from warmlink.orchestration.reduction.fmu import write_fmu
+    from warmlink.orchestration.reduction.part import write_fmu
+    from warmlink.orchestration.report.reduction import remarks
 
     part = example_part(None if mesh_size is None else mesh_size / 1e3)
     times = np.arange(0.0, 3601.0, 600.0)
@@ -109,7 +110,7 @@ def main(
     )
     out.mkdir(parents=True, exist_ok=True)
     fmu, run = out / "MyLink.fmu", out / "run.csv"
-    failed = write_fmu(part, "link.step", fmu)
+    failed = write_fmu(part.model, remarks(part, "link.step"), fmu)
     answer(f"checks failed: {failed or 'none'}")
     columns = hide({effect: strength}, solver=lambda *given: full_course(part, *given))
     write_csv(columns, run)

@@ -217,9 +217,9 @@ def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
 def example_part(size: float | None = None, order: int | None = None) -> Part:
     """The example part, reduced for aluminium at the command's defaults; elements of a size in m."""
     from warmlink.orchestration.reduction.elements import Use
+    from warmlink.orchestration.reduction.order import range_of
     from warmlink.orchestration.reduction.part import reduce_part
     from warmlink.orchestration.reduction.solid import HEAT_FACE, TOOL_POINT, ribbed_link
-    from warmlink.orchestration.reduction.subspace import range_of
 
     with tempfile.TemporaryDirectory() as work:
         path = Path(work) / "link.step"

@@ -69,11 +69,9 @@ def reduce(
     """
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.elements import Use
-    from warmlink.orchestration.reduction.fmu import write_fmu
-    from warmlink.orchestration.reduction.order import LARGEST_ORDER
-    from warmlink.orchestration.reduction.part import reduce_part
-    from warmlink.orchestration.reduction.subspace import range_of
-    from warmlink.orchestration.report.reduction import write_report
+    from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
+    from warmlink.orchestration.reduction.part import reduce_part, write_fmu
+    from warmlink.orchestration.report.reduction import remarks, write_report
     from warmlink.orchestration.scenarios.quantity import positive
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
@@ -104,7 +102,7 @@ def reduce(
     with spinner("reducing") as doing:
         found = reduce_part(part, use, within, unit=unit, size=size, order=order, doing=doing)
         doing("building and checking the FMU")
-        failed = write_fmu(found, part.name, target)
+        failed = write_fmu(found.model, remarks(found, part.name), target)
         page = target.with_suffix(".html")
         if report:
             doing("where thermometers tell most")
@@ -141,9 +139,8 @@ def _write_example(part: Path) -> None:
 
 def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
     from warmlink.orchestration.files import fresh_file
-    from warmlink.orchestration.reduction.fmu import in_mm
     from warmlink.orchestration.reduction.solid import read_solid
-    from warmlink.orchestration.report.reduction import write_faces
+    from warmlink.orchestration.report.reduction import in_mm, write_faces
 
     solid = read_solid(part, unit, size)
     page = part.with_name(f"{part.stem}_faces.html")

@@ -57,13 +57,7 @@ class Use:
     poissons_ratio: float = 0.33
 
     def faces(self, solid: Solid) -> tuple[list[Face], ...]:
-        """Faces of a part that are heated, of the tool, and of each cooled group.
-
-        Raises
-        ------
-        InputError
-            A face does not exist, or is used twice.
-        """
+        """Faces heated, of the tool, and of each cooled group; InputError where one is used twice."""
         heated = solid.chosen(self.heated, "--heat-face")
         place = point(self.tool_point, "--tool-point")
         tool = solid.chosen(self.tool, "--tool-face") or [solid.nearest(place)]
@@ -75,13 +69,12 @@ class Use:
         groups = [solid.chosen(text.split(";"), "--cooled") for text in self.cooled]
         numbers = [face.number for group in groups for face in group]
         if len({*numbers}) < len(numbers):
-            raise InputError(
-                f"--cooled: face #{max(numbers, key=numbers.count)} is named twice; name it once"
-            )
+            twice = max(numbers, key=numbers.count)
+            raise InputError(f"--cooled: face #{twice} is named twice; name it once")
         return heated, tool, *(groups or [[face for face in solid.faces if face not in heated]])
 
     def places(self, base: Array) -> tuple[Array, Array]:
-        """Tool point, and places of the eight thermometers, shape (8, 3) [m], from the base's middle."""
+        """Tool point, and thermometers about the base's middle, shape (3,) and (8, 3) [m]."""
         if len(self.sensors) > SENSORS:
             raise InputError(f"--sensor: {len(self.sensors)} are given; a link has {SENSORS}")
         tool = point(self.tool_point, "--tool-point")
@@ -96,16 +89,8 @@ class Use:
 class Heat:
     """A part's heat in n temperatures, or n patterns: matrices for a material of unit properties.
 
-    Attributes
-    ----------
-    mass, conduction : shape (n, n)
-    integrals : of each over the part, shape (n,) [m3]
-    cooling : one of shape (n, n) for each cooled group
-    loads : of 1 W at base and tip, which also give the mean temperatures there, and of 1 W/m2 on each group,
-        shape (n, 2 + G)
-    outputs : displacement and rotation of the tool for an expansion coefficient of 1, and the temperatures of
-        the eight sensors, shape (14, n)
-    reach : from the middle of the heated face to the tool point, shape (3,) [m]
+    `mass`, `conduction` and one `cooling` for each group are of shape (n, n); `integrals` are those of each
+    pattern over the part, shape (n,) [m3]; `loads`, `outputs` and `reach` are as `ReducedModel` has them.
     """
 
     mass: Any
@@ -177,9 +162,7 @@ class Elements:
     def displacements(self, rises: Array) -> Array:
         """Displacements [m] relative to the heated face, shape (n, 3, N), for an expansion coefficient of 1.
 
-        Parameters
-        ----------
-        rises : of the temperatures, shape (n, N) [K]
+        They are those by rises of the temperatures, shape (n, N) [K].
         """
         found = self._elastic.solve((self._forces @ rises.T).T)
         found = found - (found @ self._motion_of_base.T) @ self._rigid
@@ -206,12 +189,8 @@ class Equilibrium:
     Conjugate gradients, which need no rigid motion held where the forces do no work in one, in two levels:
     the preconditioner smooths by the sums of the rows, and solves for displacements that are linear in each
     element, of which six are held (Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2nd ed., SIAM
-    2003, section 13.4).
-
-    Parameters
-    ----------
-    matrix : stiffness, shape (3 N, 3 N), displacements along x first, then y and z
-    basis : quadratic scalar `skfem.Basis` with N unknowns
+    2003, section 13.4). `matrix` is the stiffness, shape (3 N, 3 N), displacements along x first, then y and
+    z; `basis` the quadratic scalar `skfem.Basis` with N unknowns.
     """
 
     def __init__(self, matrix: csc_matrix, basis: Any) -> None:
@@ -225,14 +204,10 @@ class Equilibrium:
         self._smooth = 1 / np.asarray(abs(self._matrix).sum(axis=1)).ravel()
 
     def solve(self, forces: Array) -> Array:
-        """Displacements under forces in balance, up to a rigid motion, shape (m, 3 N).
+        """Displacements under forces in balance, up to a rigid motion, both of shape (m, 3 N).
 
         With rows that give motions from displacements, and do not see rigid ones, in place of the forces:
         the adjoint solutions, whose work with any forces in balance is the motion.
-
-        Parameters
-        ----------
-        forces : shape (m, 3 N)
         """
         found = np.empty_like(forces)
         about = LinearOperator(self._matrix.shape, self._approximate)

@@ -1,49 +1,52 @@
-"""From a part's file to the model of a reduced link, with what is known of its errors."""
+"""From a part's file to the model of a reduced link and its FMU, with what is known of its errors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from warmlink.fmus.reduced_link.model import ReducedModel
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+from warmlink.fmus.packaging.native.fmu import native_fmu_files
+from warmlink.fmus.reduced_link.component import reduced_link
+from warmlink.fmus.reduced_link.model import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.check.fmu import check_fmu
+from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.reduction.elements import Elements, Heat, Use
-from warmlink.orchestration.reduction.order import SAFETY, Responses, Tried, separated, volume
+from warmlink.orchestration.reduction.order import SAFETY, Range, Responses, Tried, separated, span, volume
 from warmlink.orchestration.reduction.solid import SOLIDS, read_solid
-from warmlink.orchestration.reduction.subspace import Range, span
 
 COARSER = (2.0, 2**0.5)
 """Sizes of elements of the coarser meshes, as multiples."""
 
-TIMES = (60.0, 600.0, 3600.0)
-"""s after a step of heat flow, at which elongations on several meshes are compared."""
-
-HEAT_FLOW = 5.0
-"""W, of the step."""
+HEAT_FLOW, TIMES = 5.0, (60.0, 600.0, 3600.0)
+"""W, of a step, and s after it, at which elongations on several meshes are compared."""
 
 LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0
 """Between which an observed order of convergence is believed."""
 
 
-@dataclass(frozen=True, eq=False)
-class MeshError:
+class MeshError(NamedTuple):
     """What the mesh leaves of an error in the elongation (Richardson's extrapolation).
 
     Attributes
     ----------
     unknowns : temperatures on each mesh, coarsest first
     elongation : at `TIMES` after a step of `HEAT_FLOW`, shape (meshes, times) [m]
-    order : observed order of convergence; None where the differences do not fall as they would with one
     error : estimated error of the finest mesh, shape (times,) [m]
+    order : observed order of convergence; None where the differences do not fall as they would with one
     """
 
     unknowns: Sequence[int]
     elongation: Array
-    order: float | None
     error: Array
+    order: float | None
 
     @property
     def share(self) -> float:
@@ -91,8 +94,7 @@ class Part:
     @property
     def size(self) -> str:
         """Numbers of elements and unknowns in words."""
-        count = len(self.heat.loads)
-        elements = self.elements.solid.mesh.nelements
+        count, elements = len(self.patterns), self.elements.solid.mesh.nelements
         return f"{elements} tetrahedra, {count} temperatures, {3 * count} displacements"
 
 
@@ -110,10 +112,9 @@ def reduce_part(
 
     Parameters
     ----------
-    path : STEP file or mesh
+    path, unit, size : STEP file or mesh as of `read_solid`
     use : its faces and points
     within : material, the range of parameters, tolerances
-    unit, size : as of `read_solid`
     order : number of patterns in place of what the tolerances ask for
     doing : told what is being done
 
@@ -126,10 +127,9 @@ def reduce_part(
     solid = read_solid(path, unit, size)
     doing(f"finite elements, {solid.mesh.nelements} tetrahedra")
     elements = Elements(solid, use)
-    heat = elements.heat
-    doing(f"responses of {len(heat.loads)} temperatures")
-    patterns = span(heat, within)
-    dense = heat.onto(patterns)
+    doing(f"responses of {len(elements.heat.loads)} temperatures")
+    patterns = span(elements.heat, within)
+    dense = elements.heat.onto(patterns)
     doing("choosing the order")
     search = Responses(dense, within).choose(order)
     doing("coarser meshes")
@@ -138,7 +138,7 @@ def reduce_part(
     else:
         coarser = [elements.linear()]
     meshes = [(len(each.loads), each.onto(span(each, within))) for each in coarser]
-    mesh = _mesh_error([*meshes, (len(heat.loads), dense)], within)
+    mesh = _mesh_error([*meshes, (len(patterns), dense)], within)
     best = min(search, key=lambda tried: tried.error)
     basis, conduction = separated(best.basis, dense)
     small = dense.onto(basis)
@@ -149,14 +149,28 @@ def reduce_part(
         cooling=np.array(small.cooling),
         loads=small.loads,
         outputs=small.outputs,
-        reach=heat.reach,
-        initial=(patterns @ basis).T @ (heat.mass @ elements.rises()) / volume(dense),
-        error_gain=_error_gain(SAFETY * best.gains, len(heat.cooling)),
+        reach=small.reach,
+        initial=(patterns @ basis).T @ (elements.heat.mass @ elements.rises()) / volume(dense),
+        error_gain=_error_gain(SAFETY * best.gains, len(small.cooling)),
         discretisation=mesh.share,
         conductivity_range=within.conductivity,
         convection_range=within.convection,
     )
     return Part(elements, within, patterns, dense, search, basis, mesh, model)
+
+
+def write_fmu(model: ReducedModel, about: str, target: Path) -> list[str]:
+    """Write the FMU of a reduced link, and return what its checks found wrong.
+
+    Beside the compiled link it holds the model, so that whatever needs its equations finds them. Its
+    documentation ends with what is said `about` the part, in Markdown.
+    """
+    component = reduced_link(target.stem, model)
+    entry = Entry(component, "warmlink.fmus.reduced_link.component", remarks=about)
+    files = native_fmu_files(entry, "2.0", compilers(platforms_named(None)))
+    with fresh_file(target) as scratch:
+        write_archive(scratch, {**files, STORED: stored(model)})
+    return [f"{each.name}: {each.detail}" for each in check_fmu(target) if each.verdict == "fail"]
 
 
 def warmed(heat: Heat, within: Range) -> Array:
@@ -178,12 +192,11 @@ def _mesh_error(meshes: Sequence[tuple[int, Heat]], within: Range) -> MeshError:
     found = np.array([along @ heat.outputs[:3] @ warmed(heat, within) for _, heat in meshes])
     steps = np.diff(found, axis=0)
     error, order, ratio = np.abs(steps).max(axis=0), None, COARSER[1]
-    if len(meshes) > 2:
-        fall = float(steps[-2, -1] / steps[-1, -1])
-        order = float(np.log(fall) / np.log(ratio)) if fall > 1 else None
-        if order is not None and order >= LEAST_ORDER:
+    if len(meshes) > 2 and (fall := float(steps[-2, -1] / steps[-1, -1])) > 1:
+        order = float(np.log(fall) / np.log(ratio))
+        if order >= LEAST_ORDER:
             error = np.abs(steps[-1]) / (ratio ** min(order, LARGEST_ORDER) - 1)
-    return MeshError([n for n, _ in meshes], found, order, error)
+    return MeshError([count for count, _ in meshes], found, error, order)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:

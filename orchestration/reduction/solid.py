@@ -33,17 +33,9 @@ MOST_TETRAHEDRA = 1_000_000
 SMALLEST, LARGEST = 0.02, 5.0
 """m, between which a link's largest extent is believed."""
 
-LENGTH, WIDTH, THICKNESS = 330.2, 25.4, 6.35
-"""mm, those of Poonyapak, Hayes and McDill, for the example of a part."""
-
-BORE_AT, BORE = 25.4, 6.0
-"""mm from the proximal end, and radius, of the shaft's bore."""
-
-RIB_FROM, RIB_LENGTH, RIB_WIDTH, RIB_HEIGHT = 60.0, 220.0, 3.0, 8.0
-"""mm; on one side alone, so that the link bends as it warms up."""
-
 HEAT_FACE = "25.4, 6, 0 mm"
 TOOL_POINT = "330.2, 0, 0 mm"
+"""Of the example."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,15 +250,15 @@ def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
 
 
 def ribbed_link(path: Path) -> None:
-    """Write an example, a link with a bore and a rib, as a STEP file in mm.
+    """Write an example as a STEP file in mm: the link of Poonyapak, Hayes and McDill with a bore and a rib.
 
-    Its middle plane is z = 0, its length lies along x.
+    Its middle plane is z = 0, its length lies along x. The rib is on one side alone, so that it bends.
     """
     with TemporaryDirectory() as work, gmsh_session(path) as gmsh:
         build = gmsh.model.occ
-        plate = build.addBox(0, -WIDTH / 2, -THICKNESS / 2, LENGTH, WIDTH, THICKNESS)
-        bore = build.addCylinder(BORE_AT, 0, -THICKNESS, 0, 0, 2 * THICKNESS, BORE)
-        rib = build.addBox(RIB_FROM, -RIB_WIDTH / 2, THICKNESS / 2, RIB_LENGTH, RIB_WIDTH, RIB_HEIGHT)
+        plate = build.addBox(0, -12.7, -3.175, 330.2, 25.4, 6.35)
+        bore = build.addCylinder(25.4, 0, -6.35, 0, 0, 12.7, 6)
+        rib = build.addBox(60, -1.5, 3.175, 220, 3, 8)
         bored, _ = build.cut([(3, plate)], [(3, bore)])
         build.fuse(bored, [(3, rib)])
         build.synchronize()

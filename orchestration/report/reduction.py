@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.fmu import facts, in_mm
+from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_HEAT_FLOW
 from warmlink.orchestration.reduction.part import HEAT_FLOW, TIMES, Part, warmed
 from warmlink.orchestration.reduction.solid import Solid
 from warmlink.orchestration.reduction.surface import Integers, coarsened
@@ -27,54 +28,83 @@ THERMOMETER_PLACES = 100
 """Most corners of the surface at which a thermometer is tried."""
 
 
+def remarks(part: Part, name: str) -> str:
+    """What the documentation of a part's FMU says of it, in Markdown; `name` is that of its file."""
+    said = [f"## This part: {name}"]
+    for section in facts(part):
+        assert section.table is not None
+        lines = [section.table.headings, ["---"] * len(section.table.headings), *section.table.rows]
+        table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        said += [f"### {section.heading}", section.text, table]
+    return "\n\n".join(said)
+
+
+def facts(part: Part) -> list[Section]:
+    """What is known of a part: how it is used, its error against the order, and against the mesh."""
+    within, mesh, (heated, tool, *cooled) = part.within, part.mesh, part.elements.faces
+    use = {"heated": heated, "tool": tool}
+    use |= {f"cooled, `convection_factor[{i}]`": group for i, group in enumerate(cooled, 1)}
+    met = "not met: the order was given" if part.error > 1 else "met"
+    conductivity, convection = (
+        f"{low:.4g} to {high:.4g}" for low, high in (within.conductivity, within.convection)
+    )
+    elongations = [
+        (str(count), *(f"{1e6 * each:.4f}" for each in row))
+        for count, row in zip(mesh.unknowns, mesh.elongation, strict=True)
+    ]
+    return [
+        Section(
+            "Use and range",
+            f"Mesh: {part.size}. Thermometers [mm]: {in_mm(part.elements.sensors)}. Range: conductivity "
+            f"{conductivity} W/(m.K); convection and linearised radiation {convection} W/(m2.K). Tolerance "
+            f"({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
+            f"{within.heat_flow:g} W at the base, {TIP_HEAT_FLOW:g} W at the tip or surroundings "
+            f"{AMBIENT_CHANGE:g} K warmer, one at a time. Bounds contain a factor of safety of {SAFETY:g}.",
+            Table(("use", "faces"), [(what, ", ".join(f.label for f in of)) for what, of in use.items()]),
+        ),
+        Section(
+            "Error against order",
+            f"Order {part.model.order}, reduced from {len(part.dense.loads)} patterns that span the "
+            "responses. Largest estimated error of displacement, rotation and temperatures over its "
+            "tolerance, as the search went:",
+            Table(
+                ("order", "error / tolerance"),
+                [(str(tried.basis.shape[1]), f"{tried.error:.3g}") for tried in part.search],
+            ),
+        ),
+        Section(
+            "Mesh",
+            f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures, the one in "
+            f"use last ({mesh.observed}), and its estimated error [nm]. For a mesh file the first line is "
+            "that of temperatures that are linear in each tetrahedron.",
+            Table(
+                ("temperatures", *(f"{time:g} s" for time in TIMES)),
+                [*elongations, ("error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error))],
+            ),
+        ),
+    ]
+
+
 def write_report(part: Part, name: str, path: Path) -> None:
     """Write the page of a reduced part; `name` is that of its file."""
-    mesh, solid = part.mesh, part.elements.solid.mesh
+    solid, (use, order, mesh) = part.elements.solid.mesh, facts(part)
     lead = (
-        f"{len(part.heat.loads)} temperatures of the finite elements become {part.model.order}, with an "
+        f"{len(part.patterns)} temperatures of the finite elements become {part.model.order}, with an "
         f"estimated error of {100 * part.error:.0f} % of the tolerance. The mesh's own error is "
-        f"{1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm."
+        f"{1e9 * part.mesh.error[-1]:.2g} nm of {1e6 * part.mesh.elongation[-1, -1]:.4g} µm."
     )
-    surface = solid.facets[:, solid.boundary_facets()]
-    places, _ = coarsened(solid.p, surface, THERMOMETER_PLACES)
-    error, ends = tool_error(part.model), part.model.loads[:, :2].T
-    pair, least = best_pair(error, part.patterns[places] @ part.basis)
-    best = solid.p[:, places[pair]].T
+    tried = {"x": [each.basis.shape[1] for each in part.search], "y": [each.error for each in part.search]}
     orders = chart(
-        {
-            "x": [tried.order for tried in part.search],
-            "y": [tried.error for tried in part.search],
-            "mode": "lines+markers",
-        },
+        {**tried, "mode": "lines+markers"},
         x={"title": "order", "dtick": 2},
         y={"title": "error / tolerance", "type": "log", "exponentformat": "power"},
         height=320,
     )
     orders.add_hline(y=1.0, line_dash="dash", annotation_text="tolerance")
-    compared = (
-        ("the best two", in_mm(best), least),
-        ("means over the heated face and the tool's", "", error(ends)),
-        ("the heated face alone", "", error(ends[:1])),
-    )
-    thermometers = Section(
-        "Where two thermometers tell most of the tool point",
-        "Error of the tool point (1 sigma) that an observer is left with whose thermometers have a noise of "
-        f"{NOISE:g} K, and which knows the motor's heat and the air as little as `warmlink design` assumes. "
-        f"Tried: pairs of {len(places)} places on the surface.",
-        Table(
-            ("thermometers", "at [mm]", "tool point"),
-            [(what, at, f"{1e6 * left:.3g} µm") for what, at, left in compared],
-        ),
-    )
-    known = [Section(each.heading, each.text, Table(each.headings, each.rows)) for each in facts(part)]
-    sections = [
-        _warming(part, surface, best),
-        thermometers,
-        Section("Order of the reduced model", figure=orders),
-        *known,
-        Section("Software", table=versions()),
-    ]
-    write_page(path, f"{name}, reduced", lead, sections)
+    surface = solid.facets[:, solid.boundary_facets()]
+    thermometers, best = _thermometers(part, surface)
+    shown = [_warming(part, surface, best), thermometers, use, replace(order, figure=orders), mesh]
+    write_page(path, f"{name}, reduced", lead, [*shown, Section("Software", table=versions())])
 
 
 def write_faces(solid: Solid, name: str, path: Path) -> None:
@@ -149,6 +179,31 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
     )
 
 
+def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
+    """What thermometers tell of the tool point, and where the best two are, shape (2, 3) [m]."""
+    corners = part.elements.solid.mesh.p
+    places, _ = coarsened(corners, surface, THERMOMETER_PLACES)
+    error, ends = tool_error(part.model), part.model.loads[:, :2].T
+    pair, least = best_pair(error, part.patterns[places] @ part.basis)
+    best = corners[:, places[pair]].T
+    compared = (
+        ("the best two", in_mm(best), least),
+        ("means over the heated face and the tool's", "", error(ends)),
+        ("the heated face alone", "", error(ends[:1])),
+    )
+    section = Section(
+        "Where two thermometers tell most of the tool point",
+        "Error of the tool point (1 sigma) that an observer is left with whose thermometers have a noise of "
+        f"{NOISE:g} K, and which knows the motor's heat and the air as little as `warmlink design` assumes. "
+        f"Tried: pairs of {len(places)} places on the surface.",
+        Table(
+            ("thermometers", "at [mm]", "tool point"),
+            [(what, at, f"{1e6 * left:.3g} µm") for what, at, left in compared],
+        ),
+    )
+    return section, best
+
+
 def _surface(corners: Array, triangles: Integers, **look: Any) -> dict[str, Any]:
     x, y, z = (1e3 * corners).astype(np.float32)
     i, j, k = triangles.astype(np.int32)
@@ -166,3 +221,8 @@ def _turned(traces: Sequence[dict[str, Any]], **layout: Any) -> Any:
     camera = {"projection": {"type": "orthographic"}, "eye": {"x": 0.4, "y": -1.0, "z": 0.6}}
     scene = {"aspectmode": "data", "camera": camera, "xaxis": axis, "yaxis": axis, "zaxis": axis}
     return chart(*traces, height=560, scene=scene, **layout)
+
+
+def in_mm(places: Array) -> str:
+    """Places, shape (n, 3) [m], in mm as text."""
+    return "; ".join(", ".join(f"{x:.4g}" for x in place) for place in 1e3 * places.round(8) + 0.0)
