@@ -70,7 +70,7 @@ def random_run(part: Part, seed: Sequence[int], seconds: int) -> Run:
     radiation = 4 * emissivity * STEFAN_BOLTZMANN * COLD**3
     top = high - radiation
     still = max(low - radiation, 0.1) + random.uniform() ** 2 * (top - low) / 2
-    lever = float(np.linalg.norm(part.heat.reach)) / 2
+    lever = float(np.linalg.norm(part.elements.heat.reach)) / 2
     parameters = {
         "conductivity": random.uniform(*within.conductivity),
         "density": within.material["density"] * random.uniform(0.8, 1.2),
@@ -134,7 +134,7 @@ class FullElements:
     """
 
     def __init__(self, part: Part, values: Mapping[str, float]) -> None:
-        heat = part.heat
+        heat = part.elements.heat
         self.rise = np.zeros(heat.integrals.size)
         self._loads = heat.loads
         self._solvers: dict[float, Callable[[Array], Array]] = {}
@@ -193,7 +193,7 @@ class FullElements:
 
 def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
     """Distance of displacements [m] and rotations [rad], largest difference of temperatures [K]."""
-    heat = part.heat
+    heat = part.elements.heat
     exact = np.concatenate([heat.outputs @ rise, heat.loads[:, :2].T @ rise])
     expansion = run.parameters["expansion_coefficient"]
 
@@ -242,7 +242,7 @@ def main(
             kept.append(compared(part, random_run(part, [seed, i], seconds)))
             progress((i + 1) / runs)
     answer(
-        f"order {part.model.order}, {part.heat.integrals.size} temperatures, {runs} runs of {seconds} s, "
+        f"order {part.model.order}, {len(part.patterns)} temperatures, {runs} runs of {seconds} s, "
         f"seed {seed}"
     )
     for i, name in enumerate(BOUNDS):

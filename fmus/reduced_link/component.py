@@ -35,13 +35,7 @@ _OUTPUTS = (
 
 
 def reduced_link(name: str, model: ReducedModel) -> Component:
-    """Declare the component of a reduced link.
-
-    Parameters
-    ----------
-    name : of the component, an identifier of C
-    model : what the reduction of its finite elements gave
-    """
+    """Declare the component of a reduced link; its name is an identifier of C."""
     n, surfaces = model.order, model.area.size
     factor = "convection of each cooled surface as a multiple of the link's"
     return Component(

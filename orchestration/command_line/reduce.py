@@ -76,9 +76,11 @@ def reduce(
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
     if example:
-        return _write_example(part)
+        _write_example(part)
+        return
     if list_faces:
-        return _list(part, unit, size, json)
+        _list(part, unit, size, json)
+        return
     target = out or part.with_suffix(".fmu")
     if target.suffix != ".fmu" or not re.fullmatch(r"[A-Za-z]\w*", target.stem, re.ASCII):
         raise InputError(
@@ -111,19 +113,22 @@ def reduce(
     if json:
         answer_json({**_figures(found), "fmu": str(target), "failed_checks": failed})
     else:
-        mesh = found.mesh
-        answer(
-            f"mesh   {found.size}\n"
-            f"order  {found.model.order}, estimated error {100 * found.error:.0f} % of its tolerance\n"
-            f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
-            f"hour ({mesh.observed})"
-        )
+        _answer(found)
         if report:
             answer(f"page   {page}")
-        answer(f"FMU    {target}    {'all checks passed' if not failed else '; '.join(failed)}")
+        answer(f"FMU    {target}    {'; '.join(failed) or 'all checks passed'}")
     if failed:
         raise SystemExit(FAILED)
-    return None
+
+
+def _answer(part: Part) -> None:
+    mesh = part.mesh
+    answer(f"mesh   {part.size}")
+    answer(f"order  {part.model.order}, estimated error {100 * part.error:.0f} % of its tolerance")
+    answer(
+        f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
+        f"hour ({mesh.observed})"
+    )
 
 
 def _write_example(part: Path) -> None:
@@ -172,7 +177,7 @@ def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
 def _figures(part: Part) -> dict[str, object]:
     return {
         "tetrahedra": part.elements.solid.mesh.nelements,
-        "temperatures": len(part.heat.loads),
+        "temperatures": len(part.patterns),
         "order": part.model.order,
         "error_over_tolerance": part.error,
         "mesh_order": part.mesh.order,

@@ -3,18 +3,13 @@
 First the span of its responses, for all purposes as exact as its elements: of the temperatures to every load,
 and of the adjoint equations to every output, at several rates and convection coefficients (rational Krylov
 spaces: A. C. Antoulas, C. A. Beattie and S. Gugercin, *Interpolatory Methods for Model Reduction*, SIAM
-2020). What hub and tip carry and lose is a change of rank one along a load that is there, whose responses lie
-in the same span.
+2020). What hub and tip carry and lose, a change of rank one along a load, leads to nothing else.
 
-Then the directions in that span which heat inputs reach most, at the worst parameters. They are orthogonal,
-and conduction and cooling symmetric, so that the model is stable for all parameters (Galerkin projection:
-A. C. Antoulas, *Approximation of Large-Scale Dynamical Systems*, SIAM 2005).
-
-The error of an output due to an input that is held over each second and stays below a peak is at most the
-peak times the integral over time of the error's absolute impulse response (the norm that peaks induce: S.
-Boyd and J. Doyle, Systems & Control Letters 9 (1987) 1-6), here taken from step responses at 1 s and at
-growing times. It is computed between the model and the span, at sampled parameters. In time scaled by heat
-capacity over conductivity it depends on ratios alone, and on 1 / conductivity.
+Then the directions in that span which heat inputs reach most, at the worst parameters. The error of an output
+due to an input that is held over each second and stays below a peak is at most the peak times the integral
+over time of the error's absolute impulse response (the norm that peaks induce: S. Boyd and J. Doyle, Systems
+& Control Letters 9 (1987) 1-6), here taken from step responses at 1 s and at growing times, between model and
+span. In time scaled by heat capacity over conductivity it depends on ratios alone, and on 1 / conductivity.
 """
 
 from __future__ import annotations
@@ -52,8 +47,8 @@ CARRIED, LOST = 0.5, 1.0
 """Largest heat capacity of hub and tip, as a share of the part's, and conductance from them, in W/K at the
 nominal conductivity."""
 
-LARGEST_STEP = 1e6
-"""s, up to which step responses are followed."""
+STEPS = np.concatenate([[0.0], np.geomspace(1.0, 1e6, 160)])
+"""s, at which step responses are compared."""
 
 SMOOTHING = 10.0
 """s over which inputs are smoothed before patterns are chosen: what passes sooner moves no tool point."""
@@ -61,10 +56,8 @@ SMOOTHING = 10.0
 WARMING = (0.0, 1e-4, 1e-3, 1e-2)
 """1/s, inverse times for which a part has been heated when its convection changes."""
 
-SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP = 6, 60, 2
-
-TRIED = 5
-"""Bases that are tried where the order is given."""
+SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP, TRIED = 6, 60, 2, 5
+"""Orders that are searched, and how many bases are tried where the order is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +105,7 @@ class Range:
 def range_of(material: str, conductivity: tuple[float, float] | None = None, **rest: Any) -> Range:
     """Range about a material by its name; the conductivity is 25 % about the material's where none is given.
 
-    Raises
-    ------
-    InputError
-        There is no such material.
+    InputError where there is no such material.
     """
     if material not in materials():
         raise InputError(f"--material {material}: no such material; {instead(material, materials())}")
@@ -147,14 +137,10 @@ def span(heat: Heat, within: Range) -> Array:
 
 
 class Tried(NamedTuple):
-    """A basis of a part's span, and its errors for inputs one at a time.
+    """An orthonormal basis of a part's span, shape (m, n), and its errors for inputs one at a time.
 
-    Attributes
-    ----------
-    basis : orthonormal, shape (m, n)
-    gains : largest error of each output for each load of 1, times the conductivity, shape (14, loads)
-    error : largest error over its tolerance, with inputs at their peaks
-    worst : number of the setting at which it is largest
+    `gains` are the largest of each output for each load of 1, times the conductivity, shape (14, loads);
+    `error` is the largest over its tolerance, with inputs at their peaks, in the setting numbered `worst`.
     """
 
     basis: Array
@@ -164,12 +150,9 @@ class Tried(NamedTuple):
 
 
 class Responses:
-    """Step responses of a part in its span, and the error of what it is reduced to.
+    """Step responses of a part in its span, and the error of what it is reduced to within a range.
 
-    Parameters
-    ----------
-    heat : the part in its span
-    within : the range; rotation is weighed by the distance from base to tool point
+    Rotation is weighed by the distance from base to tool point.
     """
 
     def __init__(self, heat: Heat, within: Range) -> None:
@@ -181,23 +164,14 @@ class Responses:
         weights[:6] = within.material["expansion_coefficient"] / within.displacement
         weights[3:6] *= np.linalg.norm(heat.reach)
         self._scale = SAFETY * weights[:, None] * self._peaks / within.conductivity[0]
-        self._times = within.per_second * np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
         self._settings = list(_settings(heat, within))
         self._exact = [self._steps(*eigh(*setting)) for setting in self._settings]
 
     def choose(self, order: int | None = None) -> list[Tried]:
         """Bases that were tried until the error at every sampled setting was within the tolerance.
 
-        A greedy search: at each step the Gramian of the worst setting is added, and the order grows.
-
-        Parameters
-        ----------
-        order : to take in place of the one that the tolerance asks for
-
-        Raises
-        ------
-        InputError
-            The tolerance is not met with any order up to `LARGEST_ORDER`.
+        A greedy search: at each step the Gramian of the worst setting is added, and the order grows, unless
+        it is given. InputError where no order up to `LARGEST_ORDER` keeps to the tolerance.
         """
         orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
         gramian = self._gramian(0)
@@ -224,7 +198,7 @@ class Responses:
 
     def _steps(self, rates: Array, modes: Array) -> Array:
         """Responses to steps of inputs by modes and their decay, shape (outputs, inputs, times)."""
-        grown = -np.expm1(-np.outer(rates, self._times)) / rates[:, None]
+        grown = -np.expm1(-np.outer(rates, self._per_second * STEPS)) / rates[:, None]
         seen, driven = self.heat.outputs @ modes, modes.T @ self._loads
         return np.einsum("om,mt,mi->oit", seen, grown, driven, optimize=True)
 
@@ -275,17 +249,9 @@ def _leading(gramian: Array, uniform: Array, order: int) -> Array:
 
 
 def separated(basis: Array, heat: Heat) -> tuple[Array, Array]:
-    """Basis in which conduction couples no two patterns, and conduction of each.
+    """Patterns of a basis of which conduction couples no two, shape (m, n), and conduction of each, (n,).
 
-    Parameters
-    ----------
-    basis : shape (m, n), orthonormal
-    heat : the part in its span; the mean square of each pattern over it becomes 1
-
-    Returns
-    -------
-    patterns, conduction
-        Shape (m, n), the uniform temperature first, and shape (n,) [m].
+    The first is 1 everywhere in the part, and the mean square of each over it is 1.
     """
     rates, directions = eigh(basis.T @ heat.conduction @ basis)
     patterns = np.sqrt(volume(heat)) * basis @ directions

@@ -35,12 +35,9 @@ LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0
 class MeshError(NamedTuple):
     """What the mesh leaves of an error in the elongation (Richardson's extrapolation).
 
-    Attributes
-    ----------
-    unknowns : temperatures on each mesh, coarsest first
-    elongation : at `TIMES` after a step of `HEAT_FLOW`, shape (meshes, times) [m]
-    error : estimated error of the finest mesh, shape (times,) [m]
-    order : observed order of convergence; None where the differences do not fall as they would with one
+    Numbers of temperatures, coarsest mesh first; `elongation` at `TIMES` after a step of `HEAT_FLOW`, shape
+    (meshes, times) [m]; estimated `error` of the finest mesh, shape (times,) [m]; the observed `order` of
+    convergence, None where the differences do not fall as they would with one.
     """
 
     unknowns: Sequence[int]
@@ -80,11 +77,6 @@ class Part:
     basis: Array
     mesh: MeshError
     model: ReducedModel
-
-    @property
-    def heat(self) -> Heat:
-        """Matrices of the part in all its temperatures."""
-        return self.elements.heat
 
     @property
     def error(self) -> float:

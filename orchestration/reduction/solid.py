@@ -23,8 +23,8 @@ from warmlink.orchestration.reduction.surface import Integers, connected, facet_
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.text_files import is_file
 
-MESHES = (".msh", ".inp")
-SOLIDS = (".step", ".stp")
+SOLIDS, MESHES = (".step", ".stp"), (".msh", ".inp")
+
 AROUND = 24.0
 """Elements around a bore, whose size they would otherwise change from mesh to mesh."""
 
@@ -33,8 +33,7 @@ MOST_TETRAHEDRA = 1_000_000
 SMALLEST, LARGEST = 0.02, 5.0
 """m, between which a link's largest extent is believed."""
 
-HEAT_FACE = "25.4, 6, 0 mm"
-TOOL_POINT = "330.2, 0, 0 mm"
+HEAT_FACE, TOOL_POINT = "25.4, 6, 0 mm", "330.2, 0, 0 mm"
 """Of the example."""
 
 
@@ -70,17 +69,14 @@ class Solid:
     def chosen(self, texts: Sequence[str], option: str) -> list[Face]:
         """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
 
-        Raises
-        ------
-        InputError
-            There is no such face.
+        InputError where there is no such face; `option` says what they are for.
         """
         found: list[Face] = []
         for text in map(str.strip, texts):
             if "," in text:
                 found.append(self.nearest(point(text, option)))
                 continue
-            named = [face for face in self.faces if text in (f"#{face.number}", face.name)]
+            named = [face for face in self.faces if text and text in (f"#{face.number}", face.name)]
             if not named:
                 known = [f"#{face.number}" for face in self.faces]
                 known += sorted({face.name for face in self.faces} - {""})
@@ -103,7 +99,7 @@ def point(text: str, option: str) -> Array:
 
 
 def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
-    """Mesh of a part.
+    """Mesh of a part; InputError where its file is none of one closed solid of a believable size.
 
     Parameters
     ----------
@@ -111,11 +107,6 @@ def read_solid(path: Path, unit: str | None = None, size: float | None = None, c
     unit : of a mesh's lengths, as `mm`; a STEP file says it
     size : of the elements in m; the thickness of thin walls where none is given
     coarser : factor on all sizes of elements, those around bores included
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, holds no closed solid or several, or is of no believable size.
     """
     if not is_file(path):
         raise InputError(f"{path}: no such file; give a STEP file or a mesh")

@@ -26,12 +26,9 @@ class Nearest(NamedTuple):
 
 
 def nearest(place: Array, corners: Array) -> Nearest:
-    """Simplex nearest to a point; inside it the place is exact, beside it weights below 0 are set to 0.
+    """Simplex nearest to a place, shape (3,), of triangles or tetrahedra by corners, (3, 3 or 4, n) [m].
 
-    Parameters
-    ----------
-    place : shape (3,) [m]
-    corners : of triangles or tetrahedra, shape (3, 3 or 4, n) [m]
+    Inside a simplex the distance is exact; beside it, weights below 0 are set to 0.
     """
     first = corners[:, 0]
     edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
@@ -74,16 +71,8 @@ def coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers,
     J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
     *Modeling in Computer Graphics*, Springer 1993.
 
-    Parameters
-    ----------
-    corners : shape (3, n) [m]
-    triangles : numbers of corners, shape (3, m)
-    most : corners that may stay
-
-    Returns
-    -------
-    kept, triangles
-        Numbers of the corners that stay, and triangles by the number among these.
+    From corners, shape (3, n) [m], and their numbers in triangles, shape (3, m): the numbers of at `most` so
+    many corners that stay, and triangles by the number among these.
     """
     used, place = np.unique(triangles, return_inverse=True)
     cell = float(np.ptp(corners, axis=1).max()) / 1e4

@@ -28,21 +28,16 @@ MODES = 12
 
 
 def tool_error(model: ReducedModel) -> Callable[[Array], float]:
-    """Error of the tool point in m (1 sigma), from rows that give temperatures at the thermometers read.
-
-    Parameters
-    ----------
-    model : of the link, for whose patterns the rows are
-    """
+    """Error of the tool point in m (1 sigma) by rows that give, from a link's patterns, what is read in K."""
     joined = join("Plant", {"motor": MOTOR, "link": reduced_link("Link", model)}, WIRES)
     plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
     root = np.sqrt(plant.heat_capacity)
     rates, modes = np.linalg.eigh(root[:, None] * plant.A / root)
     slowest = np.argsort(-rates)[:MODES]
     rates, modes = rates[slowest], modes[:, slowest]
-    unknown = Unknown()
-    size = np.array([unknown.shaft_heat, unknown.link_heat])
-    time = np.array([unknown.shaft_heat_time, unknown.link_heat_time])
+    heat = Unknown()
+    size = np.array([heat.shaft_heat, heat.link_heat])
+    time = np.array([heat.shaft_heat_time, heat.link_heat_time])
     heats = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
     state = np.diag([*rates, *(-1 / time)])
     state[:-2, -2:] = (modes.T * root) @ heats
@@ -60,17 +55,9 @@ def tool_error(model: ReducedModel) -> Callable[[Array], float]:
 
 
 def best_pair(error: Callable[[Array], float], rows: Array) -> tuple[list[int], float]:
-    """Pair of thermometers with the least error, one exchanged after the other until none helps.
+    """Numbers of the two places with the least error, and that error, one exchanged until none helps.
 
-    Parameters
-    ----------
-    error : as of `tool_error`
-    rows : temperature at each place where a thermometer may sit for the link's patterns, shape (n, order)
-
-    Returns
-    -------
-    pair, error
-        Numbers of the two places, and the error of the tool point that they leave, 1 sigma, in m.
+    `error` is as of `tool_error`, `rows` are for each place where a thermometer may sit, shape (n, order).
     """
     chosen, least = [0, 0], np.inf
     while True:

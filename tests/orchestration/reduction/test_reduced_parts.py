@@ -49,12 +49,12 @@ def test_a_straight_bar_grows_as_thermal_link(part: Part) -> None:
 def test_a_bar_that_is_warmer_on_one_side_bends_by_the_closed_form(part: Part) -> None:
     """Temperature g z: no stress, rotation -g L about y, and u_z = -g L^2 / 2 up to the faces' own shape."""
     length, height = LENGTH / 1e3, part.elements.places[2] - THICKNESS / 2e3
-    found = part.heat.outputs[:6] @ height
+    found = part.elements.heat.outputs[:6] @ height
     assert found[4] == pytest.approx(length, rel=0.005)
     assert found[2] == pytest.approx(-(length**2) / 2, rel=0.005)
     assert np.abs(found[[0, 1, 3, 5]]).max() < 1e-5
-    assert part.heat.outputs[:6] @ np.ones_like(height) == pytest.approx(
-        [*part.heat.reach, 0, 0, 0], abs=1e-8
+    assert part.elements.heat.outputs[:6] @ np.ones_like(height) == pytest.approx(
+        [*part.elements.heat.reach, 0, 0, 0], abs=1e-8
     )
 
 
