@@ -132,7 +132,7 @@ class Neighbours:
                 yield self.candidates[i], {freed: off, **dict(zip(self.base, others, strict=True))}
 
     def followed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
-        """Each candidate of one number that the fit makes up for, and how: rates of its numbers by that one."""
+        """Each candidate of one number that the fit makes up for: rates of its numbers by that one."""
         for item, span in zip(self.candidates, self.spans, strict=True):
             if span.stop - span.start == 1 and self.left[span.start] < _MADE_UP_FOR:
                 follows = -self._inverse @ self._across[span.start]
