@@ -118,15 +118,15 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 
 
 def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:
-    """Read a scenario from the text of its file; the paths in it are relative to `folder`.
-
-    Raises InputError if the text contains no scenario.
-    """
+    """Read a scenario from the text of its file; raises as `of_tables`."""
     return of_tables(name, tables_of(text, name), folder)
 
 
 def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Scenario:
-    """Scenario from the tables of its file; raises as `read_scenario`."""
+    """Scenario from the tables of its file, the paths in which are relative to `folder`.
+
+    Raises InputError if the file contains no scenario.
+    """
     if table.get("system") == ARM:
         from warmlink.orchestration.arm.program import scenario_of
 
