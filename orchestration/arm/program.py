@@ -31,8 +31,7 @@ from warmlink.orchestration.scenarios.duties.duty_files import (
     durations,
 )
 from warmlink.orchestration.scenarios.entries import Quantities, Quantity, Whole
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.settings import Settings
+from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.model import StartValues, Value
 

@@ -23,8 +23,7 @@ from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.entries import Quantity, Text
 from warmlink.orchestration.scenarios.own_system import RolesTable, own_setup
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.settings import Settings
+from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of

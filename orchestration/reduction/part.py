@@ -19,7 +19,7 @@ from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Respo
 from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_solid
 from warmlink.orchestration.reduction.subspace import Range, span
 from warmlink.orchestration.scenarios.quantity import in_si
-from warmlink.orchestration.scenarios.settings import materials
+from warmlink.orchestration.scenarios.scenario import materials
 
 PROPERTIES = {
     "conductivity": "W/(m.K)",

@@ -8,9 +8,9 @@ says what is wrong and the remedy; `written` puts the place in the file before i
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -207,6 +207,10 @@ class Value(Entry):
     def _schema(self) -> dict[str, Any]:
         about = "A number with its unit, or a bare number in the SI unit of the variable"
         return {"type": ["string", "number"], "description": about, "examples": ["330 mm"]}
+
+
+Values = Mapping[str, Annotated[str | float, Value()]]
+"""Values as they are written, under `instance.variable`."""
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,19 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.entries import Number, Text, Value
+from warmlink.orchestration.scenarios.entries import Number, Text, Values
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.text_files import is_file, read_toml
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.scenarios.scenario import Scenario
+    from warmlink.orchestration.scenarios.setup import Setup
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -60,7 +62,7 @@ class MismatchFile:
     scale: Mapping[str, Annotated[float, Number("factor", above=0, at_most=LARGEST_FACTOR)]] = field(
         default_factory=dict
     )
-    parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
+    parameters: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.diagnosis.data.rigs import rig_of
-from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
@@ -34,9 +34,6 @@ PER_RUN = "run"
 
 NOMINAL, MEASURED = "nominal", "measured"
 """What the states start from: the declared start values, or the first minute of measurements."""
-
-Values = Mapping[str, Annotated[str | float, Value()]]
-"""Values with units under `instance.variable`."""
 
 
 class Label(Entry):
