@@ -130,8 +130,7 @@ class Experiment:
     noise : 1 sigma by output, where it is given
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
-    declared : causes that were declared for this system
-    with_shipped : whether the shipped causes are thought of as well
+    declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
     """
 
     title: str
@@ -170,17 +169,10 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment file, or bare measurements as a run of the warm-up cell.
+    """Read an experiment file (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
 
-    Parameters
-    ----------
-    source : path of an experiment (TOML) or of a file of measurements, or these as a DataFrame
-    told : units and names of columns that the user gave
-
-    Raises
-    ------
-    InputError
-        What does not fit, with file, row and column or with the table and key.
+    `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
+    file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         if not is_file(source):
