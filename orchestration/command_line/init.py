@@ -66,12 +66,8 @@ KINDS: dict[str, tuple[str, ...]] = {
     "study": ("study.toml", "study.json"),
     "law": ("law.py",),
     "experiment": (
-        "experiment.toml",
-        "experiment.json",
-        "causes.toml",
-        "causes.json",
-        "run.csv",
-        "check.csv",
+        *("experiment.toml", "experiment.json"),
+        *("causes.toml", "causes.json", "run.csv", "check.csv"),
     ),
     "causes": ("causes.toml", "causes.json"),
 }
@@ -154,9 +150,9 @@ def _interface(what: list[str]) -> dict[str, dict[str, str]]:
 
     if len(what) != 2 or what[0] != "interface":
         raise InputError(f"list {' '.join(what)}: nothing to list; write `list interface ThermalLink`")
-    if what[1] not in components():
+    chosen = components().get(what[1])
+    if chosen is None:
         raise InputError(f"{what[1]}: no such component; {instead(what[1], components())}")
-    chosen = components()[what[1]]
     return {
         kind: {f"{name} [{each.unit}]": each.description for each in variables for name in each.scalar_names}
         for kind, variables in (("inputs", chosen.inputs), ("outputs", chosen.outputs))

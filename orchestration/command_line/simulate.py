@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -180,16 +181,15 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.scenarios.quantity import positive
 
-    if isolate:
-        usual = Isolation()
-        return Isolation(
-            usual.time_limit if time_limit is None else positive(time_limit, "s", "--time-limit"),
-            usual.memory_limit if memory_limit is None else positive(memory_limit, "B", "--memory-limit"),
-        )
-    for option, given in (("--time-limit", time_limit), ("--memory-limit", memory_limit)):
-        if given is not None:
+    said = {"time_limit": (time_limit, "s"), "memory_limit": (memory_limit, "B")}
+    limits = {}
+    for name, (text, unit) in said.items():
+        option = f"--{name.replace('_', '-')}"
+        if text is not None and not isolate:
             raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
-    return None
+        if text is not None:
+            limits[name] = positive(text, unit, option)
+    return Isolation(**limits) if isolate else None
 
 
 def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:
@@ -209,8 +209,7 @@ def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> d
         },
         "heat_balances": [
             {
-                "delivered": audit.balance.delivered,
-                "received": audit.balance.received,
+                **asdict(audit.balance),
                 "unit": audit.unit,
                 "delivered_total": _finite(audit.delivered),
                 "lost": _finite(audit.total),
@@ -223,15 +222,11 @@ def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> d
 def _figures(result: Result, name: str) -> dict[str, Any]:
     import numpy as np
 
-    column = result[name]
+    column, unit = result[name], result.table.units[name]
     # A camera that has taken no picture yet reads NaN: this is no fault.
     finite = column[np.isfinite(column)]
-    return {
-        "unit": result.table.units[name],
-        "last": _finite(float(column[-1])),
-        "min": float(finite.min()) if len(finite) else None,
-        "max": float(finite.max()) if len(finite) else None,
-    }
+    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
+    return {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
 
 
 def _finite(value: float) -> float | None:
@@ -239,7 +234,7 @@ def _finite(value: float) -> float | None:
 
 
 def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
-    headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
+    headings = ["output", "unit", "last", "least", "largest", *["coupling error"] * bounded]
     rows = []
     for name, figures in summary["outputs"].items():
         cells = [_cell(figures[key]) for key in ("last", "min", "max")]

@@ -58,8 +58,7 @@ class Thinned:
     averaging : rows and time over which each block was averaged
     within : s, times in each block at which it is simulated, shape (blocks, points)
     weight : of each of these times in the block's mean, shape (blocks, points, outputs)
-    readings : SI, mean of each block, NaN where most of the readings due in it are missing,
-        shape (blocks, outputs)
+    readings : SI, mean of each block, NaN where most due in it are missing, shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
     scatter : noise in SI from row to row, before averaging, shape (outputs,)
