@@ -88,8 +88,8 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     """Put assumed inputs into the runs that do not have them, and remark on those that are still absent.
 
     `assumed` are texts `NAME=VALUE` by name of column or input, the value with its unit or in SI; a pad may
-    be `off`. InputError is raised where one names no input, contradicts the file or has no such value, and where
-    nothing drives a run.
+    be `off`. InputError is raised where one names no input, contradicts the file or has no such value, and
+    where nothing drives a run.
     """
     given = [_assumption(experiment, text) for text in assumed]
     runs = []
