@@ -134,10 +134,8 @@ def print_table(
 
     table = Table(title=title, title_justify="left", box=None, show_header=bool(headings))
     for i, heading in enumerate(headings):
-        number = texts is not None and i >= texts
-        table.add_column(
-            heading, justify="right" if number else "left", no_wrap=texts is not None and not number
-        )
+        is_text = texts is None or i < texts
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=bool(texts) and is_text)
     if not headings:
         table.title_style = "bold"
         table.add_column(style="cyan", no_wrap=True)

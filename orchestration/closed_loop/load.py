@@ -42,14 +42,14 @@ class ScenarioFile(DutyTables, Settings):
     roles: RolesTable | None = None
 
     def __post_init__(self) -> None:
-        written = {"segment": self.segment, "random": self.random, "repeat": self.repeat}
-        twice = [key for key, value in written.items() if value]
         if self.duty is None:
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
             super().__post_init__()
-        elif twice:
-            raise InputError(f"{twice[0]} beside duty; name a duty cycle or write one, not both")
+            return
+        for key in ("segment", "random", "repeat"):
+            if getattr(self, key):
+                raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
     def drive(self, name: str, folder: Path) -> Duty:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""

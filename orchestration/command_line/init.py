@@ -27,14 +27,15 @@ def init(kind: str, *, out: Path = Path()) -> None:
 
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
-    for name in KINDS[kind]:
-        if (out / name).exists():
-            raise InputError(f"{out / name}: exists already; remove it, or choose another --out")
+    paths = [out / name for name in KINDS[kind]]
+    for path in paths:
+        if path.exists():
+            raise InputError(f"{path}: exists already; remove it, or choose another --out")
     with fresh_folder(out) as work:
-        for name in KINDS[kind]:
-            WRITERS[Path(name).suffix](work / name)
-    answer("\n".join(str(out / name) for name in KINDS[kind]))
-    answer(f"try  {NEXT[kind]} {out / KINDS[kind][0]}{':MyLaw' if kind == 'law' else ''}")
+        for path in paths:
+            WRITERS[path.suffix](work / path.name)
+    answer("\n".join(map(str, paths)))
+    answer(f"try  {NEXT[kind]} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:

@@ -169,7 +169,7 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment file (TOML), or bare measurements (also a DataFrame) as a run of the warm-up cell.
+    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
 
     `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
     file, row and column or with the table and key.

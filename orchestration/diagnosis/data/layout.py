@@ -179,17 +179,15 @@ def _are_units(row: Sequence[str]) -> bool:
 def _is_data(row: Sequence[str], width: int) -> bool:
     """Whether most cells of a row are numbers or times, or the first is one and words fill the others."""
     said = [_is_value(cell) for cell in row if cell]
-    if not any(said):
-        return False
-    return (2 * sum(said) > len(said) and 5 * sum(said) > 2 * width) or (said[0] and len(said) >= width)
+    most = 2 * sum(said) > len(said) and 5 * sum(said) > 2 * width
+    return most or (any(said[:1]) and len(said) >= width)
 
 
 def decimal_of(cells: Sequence[str]) -> str:
     """Decimal mark of a file by what some cells say without doubt; the marked column is judged by cell."""
     numbers = [cell for cell in cells if NUMBER.fullmatch(cell) and ("," in cell or "." in cell)]
-    sure = Counter(filter(None, map(_sure_decimal, numbers)))
-    if sure:
-        return sure.most_common(1)[0][0]
+    for mark, _ in Counter(filter(None, map(_sure_decimal, numbers))).most_common(1):
+        return mark
     return "point" if numbers and all("," not in cell for cell in numbers) else ""
 
 
