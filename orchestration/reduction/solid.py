@@ -64,7 +64,7 @@ class Solid:
     def nearest(self, place: Array) -> Face:
         """Face nearest to a point [m]."""
         corners = self.mesh.p[:, self.mesh.facets]
-        return min(self.faces, key=lambda face: nearest(place, corners[:, :, face.facets]).distance)
+        return min(self.faces, key=lambda face: nearest(place, corners[:, :, face.facets])[0])
 
     def chosen(self, texts: Sequence[str], option: str) -> list[Face]:
         """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.

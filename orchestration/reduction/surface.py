@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,11 @@ EDGE_ANGLE = 30.0
 """degrees between the normals of neighbouring facets, above which an edge parts two faces."""
 
 
-class Nearest(NamedTuple):
-    """Number of the simplex nearest to a point, weights of its corners there, distance from it [m]."""
+def nearest(place: Array, corners: Array) -> tuple[float, int, Array]:
+    """Distance from a place [m] to the nearest of triangles or tetrahedra, its number, its corners' weights.
 
-    cell: int
-    weights: Array
-    distance: float
-
-
-def nearest(place: Array, corners: Array) -> Nearest:
-    """Simplex nearest to a place, shape (3,), of triangles or tetrahedra by corners, (3, 3 or 4, n) [m].
-
-    Inside a simplex the distance is exact; beside it, weights below 0 are set to 0.
+    They are given by corners, shape (3, 3 or 4, n) [m]. Inside a simplex the place is exact; beside it,
+    weights below 0 are set to 0.
     """
     first = corners[:, 0]
     edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
@@ -37,7 +30,7 @@ def nearest(place: Array, corners: Array) -> Nearest:
     weights /= weights.sum(axis=0)
     distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
     index = int(np.argmin(distance))
-    return Nearest(index, weights[:, index], float(distance[index]))
+    return float(distance[index]), index, weights[:, index]
 
 
 def patches(mesh: Any, facets: Integers) -> list[Integers]:
