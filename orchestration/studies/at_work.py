@@ -16,8 +16,8 @@ from warmlink.orchestration.files import locked_folder, stamped, temporary_folde
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.local import LocalWorkers, check_jobs
-from warmlink.orchestration.studies.workers import DEFAULT_JOBS, FmuSet, Workers, agreeing, joined_systems
+from warmlink.orchestration.studies.processes import DEFAULT_JOBS, ClusterWorkers, LocalWorkers, check_jobs
+from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,6 @@ def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None 
 def _workers(fmus: FmuSet, means: Means) -> AbstractContextManager[Workers]:
     if means.scheduler is None:
         return LocalWorkers(fmus, means.jobs)
-    from warmlink.orchestration.studies.cluster import ClusterWorkers
 
     return ClusterWorkers(fmus, means.scheduler)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import pickle
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,9 +13,9 @@ from pathlib import Path
 from typing import Protocol
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.packaging.cache import cache_folder, kept, source_digest
+from warmlink.fmus.packaging.cache import cache_folder, kept, remembered, used
 from warmlink.fmus.packaging.native.lanes import processor
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.closed_loop.outcome import coupling_um
@@ -70,6 +69,7 @@ class FmuSet:
 def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Path]:
     folder = _folder(digest)
     folder.mkdir(parents=True, exist_ok=True)
+    used(folder)
     files = {}
     for name, content in contents:
         files[name] = folder / f"{name}.fmu"
@@ -84,12 +84,6 @@ def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Pa
 
 def _folder(digest: str) -> Path:
     return cache_folder() / "studies" / digest
-
-
-DEFAULT_JOBS = 2
-
-ATTEMPTS = 3
-"""Times that a run is tried whose worker dies, before it is recorded as the cause."""
 
 
 class Workers(Protocol):
@@ -153,9 +147,14 @@ def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
     return shares
 
 
-def died(case: Case) -> Outcome:
-    """Outcome of a case whose worker died at every attempt."""
-    return failed(f"{', '.join(case.label)}: the worker died at each of {ATTEMPTS} attempts")
+CASE_S, JOINED_HOURS_A_SECOND, FMU_HOURS_A_SECOND = 1e-3, 1000.0, 50.0
+"""What a run takes in itself, and closed-loop hours that joined systems and FMUs simulate in about a second."""
+
+
+def seconds(case: Case, fmus: FmuSet) -> float:
+    """About how long a run takes."""
+    joined = lane_of(case, fmus.rollouts) is not None
+    return CASE_S + case.hours / (JOINED_HOURS_A_SECOND if joined else FMU_HOURS_A_SECOND)
 
 
 Remark = Callable[[str], None]
@@ -188,9 +187,8 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
 
 def _kept(scenario: Scenario) -> Rollout:
     names = recorded(scenario.setup)
-    made_from = (source_digest(), *scenario.made_from, names, processor())
-    content = kept("rollouts", made_from, lambda: pickle.dumps(compiled(scenario.joined({}), names)))
-    rollout: Rollout = pickle.loads(content)
+    made_from = (*made_here(), *scenario.made_from, names, processor())
+    rollout = remembered("rollouts", made_from, lambda: compiled(scenario.joined({}), names))
     loaded(rollout.library)
     return rollout
 
