@@ -28,7 +28,7 @@ SOON_DONE_S = 0.5
 """What takes no longer is done before a process has begun."""
 
 TASK_S, TASKS_A_WORKER = 0.5, 8
-"""How long a share of the cases takes, against some milliseconds that it costs in itself, and of how many each
+"""How long a share of the cases takes, against some milliseconds that it costs itself, and of how many each
 worker has at least the time, so that all end together."""
 
 ATTEMPTS = 3
