@@ -65,8 +65,8 @@ def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
 def sampling(component: Component, clock: int, name: str = "sample") -> Function:
     """States of a clock after a sample; the function's name ends with the clock's number."""
     s = Symbols.of(component, calls=component.sampled)
-    given = [*s.now, s.step]
-    return f"{name}_{clock}", given, component.updated(*given, clock=component.clocks[clock])
+    updated = component.updated(s.x, s.u, s.d, s.time, s.step, component.clocks[clock])
+    return f"{name}_{clock}", [*s.now, s.step], updated
 
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")

@@ -23,6 +23,9 @@ from warmlink.fmus.packaging.native.joint_code import (
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
 from warmlink.fmus.packaging.native.output_groups import output_groups
 
+MOST_SHOWN = 8
+"""Parameters that the sentence of a check may name, as `model.h` has it."""
+
 
 def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     """Write the generated C files of a component, all but `identity.h`.
@@ -174,8 +177,8 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]], array
     tables = (
         ("Variable", "variables", [_row(s, arrays, place.get(s.reference)) for s in component.scalars()]),
         ("StateVariable", "state_variables", [f"{{{_string(n)}, {int(s.accepts_nan)}}}" for n, s in states]),
-        ("char *const", "sentences", [_string(_numbered(component, c.sentence)) for c in component.checks]),
-        ("double", "nominals", [repr(state.nominal) for state in exchanged_states(component)]),
+        ("Sentence", "sentences", [_sentence(component, check.sentence) for check in component.checks]),
+        ("double", "nominals", [repr(each.state.variable.nominal) for each in exchanged_states(component)]),
         ("int", "group_starts", accumulate(map(len, groups[:-1]), initial=0)),
         ("Clock", "clocks", clocks),
     )
@@ -212,9 +215,13 @@ def _row(scalar: Scalar, arrays: bool, place: tuple[int, int] | None) -> str:
     return f"{{{', '.join(map(str, cells))}}}"
 
 
-def _numbered(component: Component, sentence: str) -> str:
-    """Sentence whose `{length}` and `{sensor_position[1]}` are given by value reference: `{0}`."""
-    return FIELD.sub(lambda field: f"{{{component.p.index[field[1]]}}}", sentence)
+def _sentence(component: Component, sentence: str) -> str:
+    """Sentence of a check as a format, and the value references of the parameters that stand in it."""
+    shown = [str(component.p.index[name]) for name in FIELD.findall(sentence)]
+    if len(shown) > MOST_SHOWN:
+        raise ValueError(f"{component.name}: name at most {MOST_SHOWN} parameters in '{sentence}'")
+    text = "%.9g".join(FIELD.sub("\0", sentence).replace("%", "%%").split("\0"))
+    return f"{{{_string(f'.{text}')}, {{{', '.join(shown) or 0}}}}}"
 
 
 def _string(text: str) -> str:
