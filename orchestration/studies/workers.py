@@ -148,7 +148,7 @@ def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
 
 
 CASE_S, JOINED_HOURS_A_SECOND, FMU_HOURS_A_SECOND = 1e-3, 1000.0, 50.0
-"""What a run takes in itself, and closed-loop hours that joined systems and FMUs simulate in about a second."""
+"""What a run takes in itself, and closed-loop hours that joined systems and FMUs simulate in a second."""
 
 
 def seconds(case: Case, fmus: FmuSet) -> float:
