@@ -28,8 +28,8 @@ SOON_DONE_S = 0.5
 """What takes no longer is done before a process has begun."""
 
 TASK_S, TASKS_A_WORKER = 0.5, 8
-"""How long a share of the cases takes, against some milliseconds that it costs itself, and of how many each
-worker has at least the time, so that all end together."""
+"""Time that a share of the cases takes, against some milliseconds that it costs in itself; how many shares
+each worker has at least, so that all end together."""
 
 ATTEMPTS = 3
 """Times that a run is tried whose worker dies, before it is recorded as the cause."""
