@@ -45,12 +45,8 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
                 told = os.strerror(fault.errno).lower()
                 raise NoRoomError(f"{folder}: cannot be written ({told}); free space there") from None
             for path in sorted(work.iterdir()):
-                try:
+                with _refused("{}: cannot be replaced ({}); choose another --out", folder / path.name):
                     path.replace(folder / path.name)
-                except OSError as fault:
-                    raise InputError(
-                        f"{folder / path.name}: cannot be replaced ({fault.strerror}); choose another --out"
-                    ) from None
 
 
 @contextmanager
@@ -95,17 +91,8 @@ def unstamped(line: bytes) -> dict[str, Any] | None:
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
     """Write files each of which is whole or not there, whatever becomes of the others.
 
-    Parameters
-    ----------
-    folder : Path
-        As `fresh_folder` gives it.
-    writers : mapping
-        For each file's name what writes it, given its path.
-
-    Returns
-    -------
-    str or None
-        What could not be written and why, as a sentence; None where everything was.
+    `folder` is as `fresh_folder` gives it; `writers` has for each file's name what writes it, given its path.
+    What could not be written and why is returned as a sentence; None where everything was.
     """
     lost, reason = [], ""
     for name, write in writers.items():
@@ -167,17 +154,22 @@ def temporary_folder() -> Iterator[Path]:
 
 
 @contextmanager
+def _refused(sentence: str, path: Path) -> Iterator[None]:
+    """Raise InputError with a sentence of a path and of what the system says, where it refuses."""
+    try:
+        yield
+    except OSError as fault:
+        raise InputError(sentence.format(path, fault.strerror)) from None
+
+
+@contextmanager
 def _made(folder: Path) -> Iterator[None]:
     """Make a folder; those made go again where nothing came of it."""
     made: list[Path] = []
     try:
-        try:
+        with _refused("{}: cannot be written ({}); choose another --out", folder):
             made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as fault:
-            raise InputError(
-                f"{folder}: cannot be written ({fault.strerror}); choose another --out"
-            ) from None
         yield
     finally:
         for path in made:
@@ -188,10 +180,8 @@ def _made(folder: Path) -> Iterator[None]:
 @contextmanager
 def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
     """Temporary folder that is locked as long as its owner lives, so that `_sweep` can tell."""
-    try:
+    with _refused(f"{{}}: cannot be written ({{}}); {remedy}", parent):
         made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
-    except OSError as fault:
-        raise InputError(f"{parent}: cannot be written ({fault.strerror}); {remedy}") from None
     handle, _ = lock(made)
     # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
     work = made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1)))

@@ -55,12 +55,9 @@ class FmuStore:
 
 def kind_named(name: str | None) -> FmuKind | None:
     """Kind of FMU by its name, None if none was given; raises InputError if no kind has that name."""
-    for kind in FMU_KINDS:
-        if kind == name:
-            return kind
-    if name is not None:
-        raise InputError(f"--fmus {name}: no such kind; {instead(name, FMU_KINDS)}")
-    return None
+    if name not in (None, *FMU_KINDS):
+        raise InputError(f"--fmus {name}: no such kind; {instead(str(name), FMU_KINDS)}")
+    return name
 
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
