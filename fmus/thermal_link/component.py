@@ -1,16 +1,20 @@
 """The thermal link as a component."""
 
+from collections.abc import Callable
 from functools import cache, partial
 
-from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
+    SPEED,
     bus,
     extra,
     growth_output,
     heat_port,
     length_parameter,
+    per_kelvin,
     temperature_input,
     temperature_output,
     temperature_parameter,
@@ -26,7 +30,7 @@ _INPUTS = (
     Input("tip_heat_flow", "W", "heat flow into the link at tip position", nominal=5),
     temperature_input("tip_sink_temperature", "temperature behind the tip conductance"),
     AMBIENT_TEMPERATURE,
-    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+    SPEED,
 )
 
 _PARAMETERS = (
@@ -38,13 +42,10 @@ _PARAMETERS = (
     length_parameter("base_position", 0.0254, "where heat enters, from the proximal end", minimum=0),
     length_parameter("tip_position", 0.3170, "the tool point, from the proximal end", minimum=0),
     Parameter("conductivity", "W/(m.K)", 167, "thermal conductivity at 295.15 K", positive=True),
-    Parameter(
+    per_kelvin(
         "conductivity_temperature_coefficient",
-        "1/K",
-        0,
         "relative change of conductivity per kelvin above 295.15 K",
-        minimum=-0.01,
-        maximum=0.01,
+        within=(-0.01, 0.01),
         nominal=1e-3,
         rare=True,
     ),
@@ -132,25 +133,23 @@ _OUTPUTS = (
 )
 
 
-def _sensor_on_link(sensor: int) -> Check:
-    name = f"sensor_position[{sensor + 1}]"
-    return Check(
-        lambda p: p.length - p.sensor_position[sensor],
-        f"{name}: {{{name}}} m lies beyond the link's end; keep it within length ({{length}} m)",
-    )
+def _on_link(name: str, place: Callable[[Record], Number]) -> Check:
+    beyond = "m lies beyond the link's end; keep it within length ({length} m)"
+    return Check(lambda p: p.length - place(p), f"{name}: {{{name}}} {beyond}")
+
+
+def _sensor_on_link(i: int) -> Check:
+    return _on_link(f"sensor_position[{i + 1}]", lambda p: p.sensor_position[i])
 
 
 _CHECKS = (
-    Check(
-        lambda p: p.length - p.tip_position,
-        "tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)",
-    ),
+    _on_link("tip_position", lambda p: p.tip_position),
     Check(
         lambda p: p.tip_position - p.base_position - 1e-3 * p.length,
         "base_position: {base_position} m leaves no length before tip_position ({tip_position} m); "
         "put it nearer the proximal end",
     ),
-    *(_sensor_on_link(i) for i in range(SENSORS)),
+    *map(_sensor_on_link, range(SENSORS)),
 )
 
 
