@@ -222,12 +222,7 @@ def run_scenario(
 
 
 def _bounded_run(
-    system: System,
-    scenario: Scenario,
-    whole: Algorithm,
-    finer: Algorithm,
-    report: Progress,
-    statistics: bool,
+    system: System, scenario: Scenario, whole: Algorithm, finer: Algorithm, report: Progress, statistics: bool
 ) -> tuple[Result, float | None, str | None]:
     """Run a system, and again at half the step: its run, coupling error in um, and why a run ended early."""
     plant = scenario.setup.roles.plant
