@@ -28,8 +28,7 @@ from warmlink.orchestration.finite_elements.forms import (
     symmetric_factor,
     thermal_load,
 )
-from warmlink.orchestration.reduction.solid import Face, Solid, point
-from warmlink.orchestration.reduction.surface import nearest
+from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
 
 TOLERANCE, MOST_ITERATIONS = 1e-9, 1000
 """Of the conjugate gradients: relative residual, and when they are given up."""
