@@ -59,11 +59,7 @@ _ALONE, _MOST_ALONE = 0.3, 6
 
 
 class Search:
-    """Fits sets of causes until the best is found.
-
-    Attributes
-    ----------
-    fits : every fit made, by the titles of its causes
+    """Fits sets of causes until the best is found; `fits` has every fit made, by the titles of its causes.
 
     Parameters
     ----------
