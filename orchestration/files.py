@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.files import WRITING, lock, unlock, whole_file
+from warmlink.fmus.files import WRITING, lock, sweep, unlock, whole_file
 
 TEMPORARY = "warmlink-run-"
 ENDING_SECONDS = 1.0
@@ -35,7 +35,7 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     with _made(folder):
-        _sweep(folder, WRITING)
+        sweep(folder, WRITING)
         with _owned(folder, WRITING, "choose another --out") as work:
             try:
                 yield work
@@ -56,6 +56,7 @@ def fresh_file(path: Path) -> Iterator[Path]:
     InputError if the file cannot be written, as where the folder is read-only or the disk is full.
     """
     try:
+        sweep(path.parent, WRITING)
         with whole_file(path) as scratch:
             yield scratch
     except OSError as fault:
@@ -148,7 +149,7 @@ def temporary_folder() -> Iterator[Path]:
         home = Path(tempfile.gettempdir())
     except OSError as fault:
         raise InputError(f"{fault.strerror}; name a folder that can be written in TMPDIR") from None
-    _sweep(home, TEMPORARY)
+    sweep(home, TEMPORARY)
     with _owned(home, TEMPORARY, "free space there, or name another folder in TMPDIR") as work:
         yield work
 
@@ -179,7 +180,7 @@ def _made(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
-    """Temporary folder that is locked as long as its owner lives, so that `_sweep` can tell."""
+    """Temporary folder that is locked as long as its owner lives, so that `sweep` can tell."""
     with _refused(f"{{}}: cannot be written ({{}}); {remedy}", parent):
         made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
     handle, _ = lock(made)
@@ -189,17 +190,6 @@ def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
         yield work
     finally:
         shutil.rmtree(work, ignore_errors=True)
-        unlock(handle)
-
-
-def _sweep(parent: Path, prefix: str) -> None:
-    """Remove what killed processes left: temporary folders that nobody holds."""
-    for path in parent.glob(f"{prefix}*"):
-        if path.name.startswith(f"{prefix}new-"):
-            continue
-        handle, free = lock(path)
-        if handle is not None and free:
-            shutil.rmtree(path, ignore_errors=True)
         unlock(handle)
 
 

@@ -24,7 +24,7 @@ from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
-from warmlink.orchestration.studies.local import without_main
+from warmlink.orchestration.studies.processes import without_main
 from warmlink.orchestration.system.description import Capabilities, Variable, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
 
