@@ -1,8 +1,11 @@
 """From a component's declaration to C: its functions by CasADi, its variables as a table."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import Any
+
+import numpy as np
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
 from warmlink.fmus.packaging.exchange import exchanged_states
@@ -21,10 +24,15 @@ from warmlink.fmus.packaging.native.joint_code import (
     starting_parts,
 )
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
-from warmlink.fmus.packaging.native.output_groups import output_groups
 
 MOST_SHOWN = 8
 """Parameters that the sentence of a check may name, as `model.h` has it."""
+
+_SHARED_WORK = 0.25
+"""Share of the lesser output's operations above which two outputs are computed together."""
+
+LARGEST_COUNT = 64
+"""Groups that one word of flags can hold."""
 
 
 def generate(component: Component, arrays: bool = False) -> dict[str, str]:
@@ -133,6 +141,55 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
     for number, group in enumerate(groups):
         yield function(f"outputs_{number}", s.now, y[group])
     yield _tangent("tangent", s, y[: component.output_count])
+
+
+def output_groups(component: Component) -> list[list[int]]:
+    """Indices of the outputs, in groups to be computed together: those that share much of their work.
+
+    A host asks for a few outputs of many; the others need not be computed, nor the local variables.
+
+    Returns
+    -------
+    list of list of int
+        Every output once; at most `LARGEST_COUNT` groups, the last of which are the local variables.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count = component.output_count
+    used = np.array([[i in outputs for i in range(count)] for outputs in _operations(component)], dtype=int)
+    shared = used.reshape(-1, count).T @ used.reshape(-1, count)
+    lesser = np.minimum.outer(shared.diagonal(), shared.diagonal())
+    number, labels = connected_components(shared > _SHARED_WORK * lesser, directed=False)
+    groups = [np.flatnonzero(labels == label).tolist() for label in range(number)]
+    local = [list(range(count, component.y.size))] if count < component.y.size else []
+    alone = LARGEST_COUNT - 1 - len(local)
+    rest = [i for group in groups[alone:] for i in group]
+    return [*groups[:alone], *([rest] if rest else []), *local]
+
+
+def _operations(component: Component) -> list[frozenset[int]]:
+    """For each operation of the outputs' expressions, the outputs that use its result."""
+    import casadi
+
+    now = Symbols.of(component).now
+    y = casadi.cse(casadi.SX(component.outputs_of(*now))[: component.output_count])
+    function = casadi.Function("outputs", now, [y])
+    row = function.sparsity_out(0).row()
+    leaves = {casadi.OP_INPUT, casadi.OP_CONST, casadi.OP_PARAMETER}
+    wanted: dict[int, frozenset[int]] = defaultdict(frozenset)
+    operations = []
+    for k in reversed(range(function.n_instructions())):
+        kind = function.instruction_id(k)
+        taken, given = function.instruction_input(k), function.instruction_output(k)
+        if kind == casadi.OP_OUTPUT:
+            wanted[taken[0]] |= {row[given[1]]}
+            continue
+        users = wanted.pop(given[0], frozenset())
+        if kind not in leaves:
+            operations.append(users)
+            for slot in taken:
+                wanted[slot] |= users
+    return operations
 
 
 def _tangent(name: str, s: Symbols, expression: Expression) -> Any:
