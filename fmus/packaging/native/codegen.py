@@ -50,8 +50,8 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
         runs all the time) and of `variables.c` (a table).
     """
     groups, name, joint = output_groups(component), component.name, component.joint
-    starting = functions_file(f"{name}_starting", starting_functions(component))
-    running = functions_file(f"{name}_running", running_functions(component, groups))
+    starting = functions_file(f"{name}_starting", _starting_functions(component))
+    running = functions_file(f"{name}_running", _running_functions(component, groups))
     if joint is not None:
         starting += starting_glue(component, joint)
         running += sample_glue(component, joint)
@@ -60,14 +60,14 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
-        "component.h": sizes_header(component, arrays),
+        "component.h": _sizes_header(component, arrays),
         "starting.c": starting,
         "running.c": running,
         "variables.c": _variables_file(component, groups, arrays),
     }
 
 
-def sizes_header(component: Component, arrays: bool) -> str:
+def _sizes_header(component: Component, arrays: bool) -> str:
     """Write `component.h`: sizes, and the prefix of the component's functions."""
     sizes = {
         "PREFIX": f"{component.name}_",
@@ -89,14 +89,7 @@ def sizes_header(component: Component, arrays: bool) -> str:
 
 
 def identity_header(component: Component, token: str, state: str) -> str:
-    """Write `identity.h`.
-
-    Parameters
-    ----------
-    component : the declaration
-    token : GUID or instantiation token that the FMU answers to
-    state : what a serialised state must have been made by
-    """
+    """Write `identity.h`: the token that the FMU answers to, and what must have made a serialised state."""
     known = {"NAME": component.name, "TOKEN": token, "STATE_ID": state}
     return _header("What one FMU is known by", {name: _string(text) for name, text in known.items()})
 
@@ -106,7 +99,7 @@ def _header(about: str, values: Mapping[str, object]) -> str:
     return f"/* {about}; generated. */\n{lines}"
 
 
-def starting_functions(component: Component) -> Iterator[Any]:
+def _starting_functions(component: Component) -> Iterator[Any]:
     """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
@@ -121,7 +114,7 @@ def starting_functions(component: Component) -> Iterator[Any]:
     yield from (function(*part) for part in parts)
 
 
-def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
+def _running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
     """Yield the CasADi functions that run all the time, as the C wrapper calls them."""
     import casadi
 
