@@ -1,11 +1,12 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, wraps
 from typing import Any, TypeVar, cast
 
 import numpy as np
+
+from warmlink.fmus.records import dataclass
 
 Called = TypeVar("Called", bound=Callable[..., Any])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -11,6 +11,7 @@ from typing import Literal
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest, wanted_cache_folder
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -32,6 +31,7 @@ from warmlink.fmus.component.variables import (
     Variable,
     VariableType,
 )
+from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     from warmlink.fmus.component.join import Joint

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.console import Answer

@@ -7,13 +7,14 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
 from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave

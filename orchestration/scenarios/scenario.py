@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.duties.duty import Drive

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Value

@@ -7,10 +7,11 @@ flattened on reading; a component then bears its full dotted name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Literal, get_args
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
@@ -11,6 +11,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
 from warmlink.fmus.packaging.flags import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description

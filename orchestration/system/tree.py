@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import takewhile
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, Connector, System
 from warmlink.orchestration.system.ssp.net import Edge, Node, edge_of

@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, cast
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Around, Schedule, Stepper, StepperAround
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs, switching_outputs

@@ -10,13 +10,13 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 

@@ -6,10 +6,10 @@ import contextlib
 import math
 import os
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import Connection, Value
 

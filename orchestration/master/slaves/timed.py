@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 
 CALLS = ("step", "set", "get", "state", "restore")

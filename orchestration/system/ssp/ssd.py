@@ -5,12 +5,13 @@ What the rest cannot make use of is refused here, by name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path as File
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, DefaultExperiment
 from warmlink.orchestration.system.ssp.elements import check_root, root_of_file
