@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -30,7 +31,7 @@ from warmlink.orchestration.master.recording.result import Balance, Result, Stat
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import Isolation
-from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 from warmlink.orchestration.master.slaves.timed import TimedSlave
 from warmlink.orchestration.master.stability import instability
@@ -222,7 +223,7 @@ class Run:
         remarks = stepper.remarks
         if start and self.schedule and (failure is None or (fault and fault.status == "not finite")):
             name = "Jacobi" if self.schedule.at_once else "GaussSeidel"
-            remarks += instability(name, network, stepper, points, *start)
+            remarks += instability(name, network, points, partial(self._rewind, *start), self._fill)
         conduct = tuple(told for slave in network.slaves for told in slave.remarks)
         return Result(
             recorder.table(),
@@ -255,17 +256,15 @@ class Run:
             if under_way.asked():
                 return False
             if self.compiled and loop is None and recorder.rows > first:
-                loop = self._loop()
+                loop = self._loop(recorder)
             if loop is not None:
                 done = recorder.rows - 1
                 stop = last if self.checkpoints is None else self.checkpoints.next_after(done, last)
                 if not loop.advance(stop):
                     loop, self.compiled = None, False
-                    stepper.recall(stepper.memory())  # copies of states that it holds are from long ago
                     continue
             else:
-                stepper.step(points.time(recorder.rows - 1), points.step(recorder.rows - 1))
-                recorder.take()
+                self._step(recorder)
             point = recorder.rows - 1
             if self.clock is not None:
                 self.clock.wait(points.time(point) - points.start_time)
@@ -275,13 +274,34 @@ class Run:
                 self.progress(point, last)
         return True
 
-    def _loop(self) -> CompiledLoop | None:
+    def _step(self, recorder: Recorder) -> None:
+        """Step once, plainly."""
+        point, points = recorder.rows - 1, recorder.points
+        self.stepper.step(points.time(point), points.step(point))
+        recorder.take()
+
+    def _loop(self, recorder: Recorder) -> CompiledLoop | None:
         """Give the compiled loop, unless the first step, a plain one, changed what FMUs share."""
         if any(isinstance(slave, FmiSlave) and slave.watched for slave in self.network.slaves):
             self.compiled = False
             return None
         assert self.schedule is not None
-        return CompiledLoop(self.network, self.schedule, self.recorder, self.recorder.points)
+        # Copies of states that the stepper holds will be from long ago if it has to go on.
+        self.stepper.recall(self.stepper.memory())
+        return CompiledLoop(self.network, self.schedule, recorder, recorder.points)
+
+    def _rewind(self, start: Snapshot, memory: object) -> None:
+        self.network.rewind(start)
+        self.stepper.recall(memory)
+
+    def _fill(self, recorder: Recorder) -> None:
+        """Step until a recorder is full, once more after the run."""
+        loop = self._loop(recorder) if self.compiled else None
+        while recorder.rows <= recorder.points.count:
+            if loop is None:
+                self._step(recorder)
+            elif not loop.advance(recorder.points.count):
+                loop = None
 
 
 def _memory() -> int:

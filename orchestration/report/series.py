@@ -56,7 +56,7 @@ def series_writers(
                 writer.write_table(pyarrow.Table.from_arrays(arrays, names=headings))
 
     writers: dict[str, Callable[[Path], object]] = {
-        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema))
+        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema, use_dictionary=False))
     }
     if csv:
         writers["results.csv"] = lambda path: write(pyarrow.csv.CSVWriter(path, schema))

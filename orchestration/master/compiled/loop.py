@@ -20,7 +20,6 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedu
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import Layout
 from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ class CompiledLoop:
         self._points = points
         self._restores = not network.unable_to_restore()
         self._keyframe: Snapshot | None = None
-        self._cells = np.frombuffer(under_way.here.cells, dtype=np.int64)
+        self._cells = np.frombuffer(recorder.cells, dtype=np.int64)
         self._chunk = 256
 
     def advance(self, last: int) -> bool:

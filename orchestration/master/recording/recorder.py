@@ -156,6 +156,8 @@ class Recorder:
         What is recorded, without values.
     rows : int
         Points recorded so far.
+    cells : memoryview
+        Those of `under_way` that tell of the rows.
     sources : list of (slave, variable, position)
         For each column, its position among the outputs read from the slave, or None.
     late : list of tuple of str
@@ -173,7 +175,7 @@ class Recorder:
         names = tuple(dict.fromkeys(names))
         self.points, self._network, self._folder = points, network, folder
         self.rows = self._base = 0
-        self._cells = under_way.here.cells
+        self.cells = under_way.here.cells
         units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
         for name in names:
@@ -222,7 +224,7 @@ class Recorder:
 
     def filled(self, point: int) -> None:
         """Note that all rows up to a point are filled; write a full block to the folder."""
-        self.rows = self._cells[under_way.ROWS] = point + 1
+        self.rows = self.cells[under_way.ROWS] = point + 1
         if len(self.left) == 0 and self.rows <= self.points.count:
             self.flush()
 
@@ -234,7 +236,7 @@ class Recorder:
 
     def resume(self, rows: int) -> None:
         """Go on behind rows that the folder holds already."""
-        self.rows = self._base = self._cells[under_way.ROWS] = rows
+        self.rows = self._base = self.cells[under_way.ROWS] = rows
 
     def table(self) -> Table:
         """Give everything recorded."""
