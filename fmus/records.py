@@ -31,11 +31,7 @@ def _made(
     if repr:
         methods["__repr__"] = _representer([each.name for each in fields if each.repr])
     if eq:
-        key = (
-            attrgetter(*compared)
-            if len(compared) > 1
-            else lambda each: [*map(each.__getattribute__, compared)]
-        )
+        key = attrgetter(*compared) if compared else lambda each: ()
         methods["__eq__"] = _comparer(key)
         methods["__hash__"] = (lambda self: hash((cls, key(self)))) if frozen else None
     if frozen:

@@ -13,7 +13,7 @@ from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.recording.result import Result
 
 SAFETY = 1.5
-BOLD = 10.0
+BOLD = (100.0, 10.0, 1.0)
 
 
 def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
@@ -21,7 +21,7 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
 
     First the one given, whose steps all have one size and cost least; then steps that follow the error.
     Each comes with the one of the run at half the step: where the error sets the step, with a tolerance that
-    halves the steps. The first of these tries more than the tolerance, since most errors die out again, which
+    halves the steps. The first of these allow more than the tolerance, since most errors die out again, which
     step doubling does not count on.
 
     Parameters
@@ -33,7 +33,7 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
     """
     yield algorithm, algorithm
     inner = InterfaceNewton(tolerance=1e-5)
-    for bold in (BOLD, 1.0) if tolerances else ():
+    for bold in BOLD if tolerances else ():
         following, finer = (
             StepDoubling(inner, {name: share * bold * most for name, most in tolerances.items()})
             for share in (1.0, 0.5**inner.order)

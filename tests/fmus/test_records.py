@@ -35,6 +35,22 @@ def family(decorator: Callable[..., Any]) -> tuple[type, type]:
     return Base, Derived
 
 
+@records.dataclass(frozen=True)
+class Single:
+    """A record of one value."""
+
+    value: tuple[int, ...]
+
+
+@records.dataclass(frozen=True)
+class Empty:
+    """A record of nothing."""
+
+
+def test_few_values_have_a_hash_too() -> None:
+    assert {Single((1,)), Single((1,)), Empty(), Empty()} == {Single((1,)), Empty()}
+
+
 OURS, THEIRS = family(records.dataclass), family(dataclasses.dataclass)
 
 

@@ -29,6 +29,8 @@ SHARE_OF_NOMINAL = 1e-6
 # Copies are made ever more seldom while nothing is discarded: of Python FMUs they cost several steps.
 FIRST_KEYFRAME_STEPS, LAST_KEYFRAME_STEPS = 64, 4096
 CAREFUL_STEPS = 16
+# How many parts follow a comparison without one of their own, and how much longer than that one's.
+MOST_TRUSTED, LONGER = 8, 4.0
 
 
 @dataclass(frozen=True)
@@ -219,7 +221,8 @@ class StepDoubling(InParts):
     Each part is done in one step and in two. The results differ by (2**p - 1) times the error of the finer
     one, p being the order of the inner algorithm (Richardson). The finer one is kept where that error is at
     most the tolerance's share of the part in the run's duration; else the part is halved and repeated. Errors
-    that do not grow by themselves then stay below the tolerance at the end, too.
+    that do not grow by themselves then stay below the tolerance at the end, too. Where a comparison tells that
+    the next parts will be far within their share, these are done in one step.
 
     Parameters
     ----------
@@ -245,20 +248,25 @@ class StepDoubling(InParts):
 
 
 class DoublingStepper(PartsStepper):
-    """Step doubling on one network."""
+    """Step doubling on one network.
+
+    Two steps beside the one are two thirds of the work. Where the last comparison says that the next part,
+    done in one step, will be far within what is allowed, it is done so, at most `MOST_TRUSTED` times in turn.
+    """
 
     def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
-        order = chosen.inner.order
-        super().__init__(network, chosen, points, growth=0.5 ** (order + 2))
+        self._order = chosen.inner.order
+        super().__init__(network, chosen, points, growth=0.5 ** (self._order + 2))
         self._duration = points.stop_time - points.start_time
-        self._share = float(2**order - 1)
         tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
         self._places = [network.locate(name) for name in tolerances]
         self._tolerances = np.array(list(tolerances.values()))
         self._switching = switching_outputs(network)
+        self._compared = 0.0, 0.0  # length in s of the last part that was compared, and its error
+        self._trusted = MOST_TRUSTED
 
     def attempt(self, time: float, step_size: float, *, last: bool) -> float:
-        """Step once, go back, step twice, compare.
+        """Step once; unless that is known to do, go back, step twice, compare.
 
         A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
         then bounds how late it is seen.
@@ -267,14 +275,39 @@ class DoublingStepper(PartsStepper):
         self.inner.step(time, step_size)
         if held != self._switches() and not last:
             return math.inf
+        expected = self._expected(step_size)
+        if expected < self._growth and held == self._switches():
+            self._trusted += 1
+            return expected
         coarse = self._values()
         self.back()
         self.inner.step(time, step_size / 2)
         self.inner.step(time + step_size / 2, step_size / 2)
+        self._trusted = 0
         if held != self._switches():
+            self._compared = 0.0, 0.0
             return 1.0 if last else math.inf
         allowed = self._tolerances * (step_size / self._duration)
-        return float(np.max(np.abs(self._values() - coarse) / self._share / allowed, initial=0.0))
+        share = float(2**self._order - 1)
+        error = float(np.max(np.abs(self._values() - coarse) / share / allowed, initial=0.0))
+        self._compared = step_size, error
+        return error
+
+    def memory(self) -> object:
+        """Give what decides how the next parts are done."""
+        return self._compared, self._trusted, super().memory()
+
+    def recall(self, memory: object) -> None:
+        """Take what `memory` gave."""
+        self._compared, self._trusted, carried = cast("tuple[tuple[float, float], int, object]", memory)
+        super().recall(carried)
+
+    def _expected(self, step_size: float) -> float:
+        """Estimate the error of one step by the last comparison; infinite where that says nothing of it."""
+        length, error = self._compared
+        if self._trusted >= MOST_TRUSTED or step_size > LONGER * length:
+            return math.inf
+        return error * (2.0 * step_size / length) ** self._order
 
     def _switches(self) -> list[Value]:
         return [self.network.outputs[k][position] for k, position in self._switching]
