@@ -20,7 +20,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import coupling_error, tried
 from warmlink.orchestration.master.guard import guarded
-from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
@@ -111,11 +111,23 @@ class ClosedLoop(Answer):
             told.append(f"the coupling error is not within the tolerance of {1e6 * most:g} µm; allow more")
         return tuple(each for each in told if each)
 
+    @property
+    def table(self) -> Table:
+        """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
+        table, errors = (
+            self.result.table,
+            {"error": self.error, "uncompensated_error": self.uncompensated_error},
+        )
+        return replace(
+            table,
+            names=(*table.names, *errors),
+            units={**table.units, **dict.fromkeys(errors, "m")},
+            values=np.column_stack([table.values, *errors.values()]),
+        )
+
     def to_frame(self) -> pandas.DataFrame:
         """Time series of every recorded variable and of the tool point's error, with units in their names."""
-        frame = self.result.to_frame()
-        frame["error [m]"], frame["uncompensated_error [m]"] = self.error, self.uncompensated_error
-        return frame
+        return self.table.to_frame()
 
     def summary(self) -> str:
         """The result in a few lines."""

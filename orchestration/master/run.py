@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
 import time
@@ -105,6 +106,8 @@ def simulate(
         Where what was asked for cannot be run.
     """
     process = os.getpid()
+    if pacing is not None and not 0 < pacing < math.inf:
+        raise InputError(f"pacing: {pacing:g} is not a pace; give a number above 0 (1 is real time)")
     if isinstance(step_size, Sequence):
         points = CommunicationPoints.at(step_size)
     else:
@@ -135,7 +138,7 @@ def simulate(
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
         marks = fingerprint(assembly, names, points, retrying)
         checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        folder = None if checkpoints is None else checkpoints.folder
+        folder = None if checkpoints is None else checkpoints.values
         recorder = Recorder(network, names, points, folder, None if line is None else line.block)
         if line is not None:
             file = None if long_run is None else long_run.folder / VALUES

@@ -221,8 +221,8 @@ class StepDoubling(InParts):
     Each part is done in one step and in two. The results differ by (2**p - 1) times the error of the finer
     one, p being the order of the inner algorithm (Richardson). The finer one is kept where that error is at
     most the tolerance's share of the part in the run's duration; else the part is halved and repeated. Errors
-    that do not grow by themselves then stay below the tolerance at the end, too. Where a comparison tells that
-    the next parts will be far within their share, these are done in one step.
+    that do not grow by themselves then stay below the tolerance at the end, too. What a comparison tells to be
+    far within its share is done in one step.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def writing(path: Path) -> Iterator[None]:
         raise StoreError(path, fault) from None
 
 
-class Folder:
+class Values:
     """Writes `values.npy` and `columns.json` into a folder, block by block.
 
     The header of `values.npy` counts the rows that were written before it was, so that the file can be read
@@ -169,7 +169,7 @@ class Recorder:
         network: Network,
         names: Sequence[str],
         points: CommunicationPoints,
-        folder: Folder | None,
+        folder: Values | None,
         memory: Callable[[int, int], Array] | None,
     ) -> None:
         names = tuple(dict.fromkeys(names))
