@@ -89,30 +89,3 @@ class Algorithm(ABC):
         InputError
             Where the slaves cannot do what the algorithm needs.
         """
-
-
-@dataclass(frozen=True)
-class Around(Algorithm):
-    """An algorithm that has another one do its steps, `inner`, and is of that one's order."""
-
-    inner: Algorithm
-
-    @property
-    def order(self) -> int:
-        """Order of convergence of the inner algorithm."""
-        return self.inner.order
-
-
-class StepperAround(Stepper):
-    """A stepper that has another one do its steps, and carries what that one remembers."""
-
-    def __init__(self, inner: Stepper) -> None:
-        self.inner, self.remarks = inner, inner.remarks
-
-    def memory(self) -> object:
-        """Give that of the inner stepper."""
-        return self.inner.memory()
-
-    def recall(self, memory: object) -> None:
-        """Restore what `memory` returned."""
-        self.inner.recall(memory)

@@ -16,7 +16,7 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms.algorithm import Around, Schedule, Stepper, StepperAround
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs, switching_outputs
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
@@ -34,14 +34,20 @@ MOST_TRUSTED, LONGER = 8, 4.0
 
 
 @dataclass(frozen=True)
-class InParts(Around):
-    """An algorithm that may do a step in parts, of `minimum_step` s or more (default: 1/1024 of it)."""
+class InParts(Algorithm):
+    """Has `inner` do a step, or parts of it of `minimum_step` s or more (default: 1/1024 of it)."""
 
+    inner: Algorithm
     minimum_step: float | None = field(default=None, kw_only=True)
     repeats_steps: ClassVar[bool] = True
 
+    @property
+    def order(self) -> int:
+        """Order of convergence of the inner algorithm."""
+        return self.inner.order
 
-class PartsStepper(StepperAround):
+
+class PartsStepper(Stepper):
     """Covers each macro step with parts whose size follows an error estimate.
 
     The next part is doubled where the estimate is below the fraction `growth` of what is allowed. All slaves
@@ -49,7 +55,8 @@ class PartsStepper(StepperAround):
     """
 
     def __init__(self, network: Network, chosen: InParts, points: CommunicationPoints, growth: float) -> None:
-        super().__init__(chosen.inner.bind(network, points))
+        self.inner = chosen.inner.bind(network, points)
+        self.remarks = self.inner.remarks
         smallest = points.step_size / 1024 if chosen.minimum_step is None else chosen.minimum_step
         if not 0 < smallest <= points.step_size:
             raise InputError(
@@ -98,12 +105,12 @@ class PartsStepper(StepperAround):
 
     def memory(self) -> object:
         """Give the size reached and the inner stepper's memory."""
-        return self._size, super().memory()
+        return self._size, self.inner.memory()
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""
         self._size, carried = cast("tuple[int, object]", memory)
-        super().recall(carried)
+        self.inner.recall(carried)
 
     def _try(self, time: float, part: float, *, last: bool) -> float:
         self.keep()
@@ -221,8 +228,7 @@ class StepDoubling(InParts):
     Each part is done in one step and in two. The results differ by (2**p - 1) times the error of the finer
     one, p being the order of the inner algorithm (Richardson). The finer one is kept where that error is at
     most the tolerance's share of the part in the run's duration; else the part is halved and repeated. Errors
-    that do not grow by themselves then stay below the tolerance at the end, too. What a comparison tells to be
-    far within its share is done in one step.
+    that do not grow by themselves then stay below the tolerance at the end.
 
     Parameters
     ----------
@@ -235,15 +241,13 @@ class StepDoubling(InParts):
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network, whose slaves must all be able to repeat steps."""
-        for unable, why in (
-            (
-                network.unable_to_restore(),
-                "cannot restore its state, which step doubling needs to repeat a step",
-            ),
-            (network.of_one_step(), "takes steps of one size only, so step doubling cannot change them"),
-        ):
-            if unable:
-                raise InputError(f"{', '.join(unable)}: {why}; choose a fixed step")
+        reason = "cannot restore its state, which step doubling needs to repeat a step"
+        unable = network.unable_to_restore()
+        if not unable:
+            reason = "takes steps of one size only, so step doubling cannot change them"
+            unable = network.of_one_step()
+        if unable:
+            raise InputError(f"{', '.join(unable)}: {reason}; choose a fixed step")
         return DoublingStepper(network, self, points)
 
 
@@ -318,10 +322,9 @@ class DoublingStepper(PartsStepper):
 
 def _exchanged(network: Network) -> dict[str, float]:
     """Give a tolerance for every continuous signal that is exchanged."""
-    found = {}
-    for k in range(len(network.slaves)):
-        for position in continuous_inputs(network, k):
-            wire = network.wires[k][position]
-            source = network.source(wire)
-            found[f"{network.slaves[wire.slave].name}.{source.name}"] = SHARE_OF_NOMINAL * nominal(source)
-    return found
+    sources = {
+        f"{network.slaves[wire.slave].name}.{network.source(wire).name}": network.source(wire)
+        for k in range(len(network.slaves))
+        for wire in (network.wires[k][position] for position in continuous_inputs(network, k))
+    }
+    return {name: SHARE_OF_NOMINAL * nominal(source) for name, source in sources.items()}
