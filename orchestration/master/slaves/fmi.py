@@ -16,9 +16,8 @@ from weakref import WeakValueDictionary
 
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
-from warmlink.orchestration.master.slaves.library import Library
+from warmlink.orchestration.master.slaves.library import Library, Surroundings
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
-from warmlink.orchestration.master.slaves.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo, Variable
 from warmlink.orchestration.system.model import Value
 

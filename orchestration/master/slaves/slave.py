@@ -10,34 +10,14 @@ if TYPE_CHECKING:
     from warmlink.orchestration.system.model import Value
 
 Names = tuple[str, ...]
-Status = Literal[
-    "discard",
-    "error",
-    "fatal",
-    "terminated",
-    "not finite",
-    "not converged",
-    "crash",
-    "time limit",
-    "interrupted",
-]
+_OfFmi = Literal["discard", "error", "fatal", "terminated"]
+Status = _OfFmi | Literal["not finite", "not converged", "crash", "time limit", "interrupted"]
 
 
 class SlaveError(Exception):
     """A slave could not do what was asked; the run ends there, and its results up to there are kept.
 
-    Parameters
-    ----------
-    slave : str
-        The slave's name.
-    status : Status
-        The FMI status, or what stands in its place.
-    time : float
-        Communication point in s at which the call was made.
-    message : str
-        What happened, with the slave's own log lines.
-    variable : str, optional
-        The variable concerned.
+    The status is FMI's, or what stands in its place; the time in s is that of the communication point.
     """
 
     def __init__(
@@ -63,26 +43,12 @@ def nominal(variable: Variable) -> float:
 
 
 class Slave(Protocol):
-    """A co-simulation slave, from instantiated to terminated.
+    """A co-simulation slave, from instantiated to terminated, which is called in the order of FMI.
 
-    The order of calls is that of FMI: `set` start values, `enter_initialization`, `set` and `get`,
-    `exit_initialization`, then `step`, `set` and `get`, at last `terminate`. Every method raises
-    `SlaveError` where the slave answers discard, error or fatal.
-
-    Attributes
-    ----------
-    name : str
-        The name in the system.
-    variables : mapping
-        Variables by name.
-    capabilities : Capabilities
-        What it can do beyond stepping.
-    dependencies : mapping
-        For each output, the inputs that it depends on at once (direct feedthrough).
-    accepts_nan : frozenset
-        Inputs that take NaN to mean "no value", and outputs that give it in that sense.
-    remarks : sequence of str
-        What the user should know of its conduct.
+    It has a name in the system, variables by name, capabilities beyond stepping, for each output the inputs
+    that it depends on at once (direct feedthrough), inputs that take NaN to mean "no value" and outputs that
+    give it in that sense, and remarks on its conduct. Every method raises `SlaveError` where the slave
+    answers discard, error or fatal.
     """
 
     @property

@@ -25,17 +25,7 @@ class Calls:
 
 @dataclass
 class SlaveStatistics:
-    """What a slave was asked for in a run.
-
-    Attributes
-    ----------
-    name : str
-        In the system.
-    calls : mapping
-        By the names of `CALLS`.
-    step_sizes : mapping
-        How many steps of each size in s it was asked for.
-    """
+    """What a slave was asked for in a run: `calls` by the names of `CALLS`, and steps by their size in s."""
 
     name: str
     calls: Mapping[str, Calls] = field(default_factory=lambda: {name: Calls() for name in CALLS})
