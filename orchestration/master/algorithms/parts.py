@@ -54,6 +54,8 @@ class PartsStepper(Stepper):
     must restore their state.
     """
 
+    remembered: ClassVar[tuple[str, ...]] = ("_size",)
+
     def __init__(self, network: Network, chosen: InParts, points: CommunicationPoints, growth: float) -> None:
         self.inner = chosen.inner.bind(network, points)
         self.remarks = self.inner.remarks
@@ -104,12 +106,14 @@ class PartsStepper(Stepper):
         self._size = size
 
     def memory(self) -> object:
-        """Give the size reached and the inner stepper's memory."""
-        return self._size, self.inner.memory()
+        """Give what decides how the next parts are done."""
+        return {name: getattr(self, name) for name in self.remembered}, self.inner.memory()
 
     def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
-        self._size, carried = cast("tuple[int, object]", memory)
+        """Take what `memory` gave; copies of states are from long ago then."""
+        own, carried = cast("tuple[dict[str, object], object]", memory)
+        vars(self).update(own)
+        self._kept = None
         self.inner.recall(carried)
 
     def _try(self, time: float, part: float, *, last: bool) -> float:
@@ -122,15 +126,13 @@ class PartsStepper(Stepper):
             if last:
                 raise failure.because(f"smaller steps were tried, down to {part:g} s") from failure
             error = math.inf
+        if error > 1.0 and last:
+            told = (
+                f"with the smallest step of {part:g} s the estimated error is still {error:.3g} times "
+                "what is allowed; allow more, or a smaller minimum step"
+            )
+            raise SlaveError(self.network.slaves[0].name, "not converged", time, told)
         if error > 1.0:
-            if last:
-                raise SlaveError(
-                    self.network.slaves[0].name,
-                    "not converged",
-                    time,
-                    f"with the smallest step of {part:g} s the estimated error is still {error:.3g} times "
-                    "what is allowed; allow more, or a smaller minimum step",
-                )
             self.back()
             self.network.rejected += 1
         return error
@@ -156,6 +158,8 @@ class RetryStepper(PartsStepper):
     began. To copy every state before every step would cost more than most steps; instead a copy is made now
     and then, and after a discard the steps since are done again, which gives the same values bit for bit.
     """
+
+    remembered = ("_size", "_careful")
 
     def __init__(self, network: Network, chosen: Retry, points: CommunicationPoints) -> None:
         super().__init__(network, chosen, points, growth=-1.0)
@@ -185,32 +189,19 @@ class RetryStepper(PartsStepper):
             if failure.status not in REPEATABLE:
                 raise
             if self._stuck:
-                raise failure.because(
-                    f"no smaller step could be tried, for {self._stuck} cannot restore its state or change "
-                    "its step"
-                ) from failure
+                told = f"{self._stuck} cannot restore its state or change its step"
+                raise failure.because(f"no smaller step could be tried, for {told}") from failure
             if self._ticks == 1:
                 raise
             self.back()
             for earlier in self._since:
                 self.inner.step(*earlier)
             self.network.rejected += 1
-            self._size = self._ticks // 2
-            self._careful = CAREFUL_STEPS
+            self._size, self._careful = self._ticks // 2, CAREFUL_STEPS
             self._in_parts(time, step_size)
             return
         if not self._stuck:
             self._since.append((time, step_size))
-
-    def memory(self) -> object:
-        """Give what decides how the next steps are done."""
-        return self._careful, super().memory()
-
-    def recall(self, memory: object) -> None:
-        """Take what `memory` gave; the next step makes a keyframe."""
-        self._careful, carried = cast("tuple[int, object]", memory)
-        self._kept, self._since = None, []
-        super().recall(carried)
 
     def _in_parts(self, time: float, step_size: float) -> None:
         super().step(time, step_size)
@@ -258,6 +249,8 @@ class DoublingStepper(PartsStepper):
     done in one step, will be far within what is allowed, it is done so, at most `MOST_TRUSTED` times in turn.
     """
 
+    remembered = ("_size", "_compared", "_trusted")
+
     def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
         self._order = chosen.inner.order
         super().__init__(network, chosen, points, growth=0.5 ** (self._order + 2))
@@ -296,15 +289,6 @@ class DoublingStepper(PartsStepper):
         error = float(np.max(np.abs(self._values() - coarse) / share / allowed, initial=0.0))
         self._compared = step_size, error
         return error
-
-    def memory(self) -> object:
-        """Give what decides how the next parts are done."""
-        return self._compared, self._trusted, super().memory()
-
-    def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
-        self._compared, self._trusted, carried = cast("tuple[tuple[float, float], int, object]", memory)
-        super().recall(carried)
 
     def _expected(self, step_size: float) -> float:
         """Estimate the error of one step by the last comparison; infinite where that says nothing of it."""
